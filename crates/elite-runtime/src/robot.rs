@@ -10,8 +10,8 @@ use elite_lang::memory;
 use kinematics::{RobotModel, SafetyBounds};
 use motion_api::{
     Command, CommandId, CommandKind, CommandPort, DigitalBank, Event, EventReader, FrameReader,
-    IoChange, IoImage, Origin, Outcome, PointList, Registers, RingFull, RobotState, ScriptEnd,
-    SnapshotCell, StopReason, Timeline,
+    IoChange, IoImage, Moment, Origin, Outcome, PointList, Registers, RingFull, RobotState,
+    ScriptEnd, SnapshotCell, StopReason, Timeline,
 };
 use tokio::sync::Notify;
 
@@ -115,6 +115,11 @@ impl Robot {
     /// The state after the latest cycle.
     pub fn state(&self) -> RobotState {
         self.snapshot.read()
+    }
+
+    /// When that state was made, for whoever needs no more of it.
+    pub fn moment(&self) -> Moment {
+        self.snapshot.moment()
     }
 
     /// The clock.

@@ -170,7 +170,21 @@ impl Dynamics {
 
     /// The symmetric joint-space mass matrix M(q), kg m². Composite rigid bodies (Featherstone 6.2).
     pub fn mass_matrix(&self, q: &JointPositions) -> Matrix6<f64> {
+        self.composite_bodies(&self.chain.joint_transforms(q))
+    }
+
+    /// [`Self::mass_matrix`] and [`Self::bias_torques`] at once.
+    pub fn mass_and_bias(
+        &self,
+        q: &JointPositions,
+        qd: &JointSpeeds,
+    ) -> (Matrix6<f64>, JointTorques) {
         let transforms = self.chain.joint_transforms(q);
+        let bias = self.newton_euler(&transforms, qd, &JointAccelerations::ZERO);
+        (self.composite_bodies(&transforms), bias)
+    }
+
+    fn composite_bodies(&self, transforms: &[Pose; DOF]) -> Matrix6<f64> {
         let mut matrix = Matrix6::zeros();
         // Everything from this joint outwards, held rigid.
         let mut composite = RigidBody::default();

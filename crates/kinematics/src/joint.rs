@@ -39,6 +39,12 @@ macro_rules! joint_quantity {
                 self.0.iter().all(|x| x.is_finite())
             }
 
+            /// The same numbers to the last bit, signs of zeros and NaN included: whatever follows from one follows from
+            /// the other.
+            pub fn has_bits_of(&self, other: &Self) -> bool {
+                self.0.iter().zip(&other.0).all(|(a, b)| a.to_bits() == b.to_bits())
+            }
+
             /// Applies `f` to every component.
             pub fn map(self, f: impl FnMut(f64) -> f64) -> Self {
                 Self(self.0.map(f))

@@ -47,8 +47,20 @@ impl RigidBody {
     /// Inertia tensor about `point` instead of the centre of mass (parallel axis theorem), kg m².
     pub fn inertia_about(&self, point: Vector3<f64>) -> Matrix3<f64> {
         let arm = self.com - point;
-        self.inertia
-            + (Matrix3::identity() * arm.norm_squared() - arm * arm.transpose()) * self.mass
+        let (square, mass) = (arm.norm_squared(), self.mass);
+        let moved = |inertia: f64, own: f64, a: f64, b: f64| inertia + (own - a * b) * mass;
+        let i = &self.inertia;
+        Matrix3::new(
+            moved(i.m11, square, arm.x, arm.x),
+            moved(i.m12, 0.0, arm.x, arm.y),
+            moved(i.m13, 0.0, arm.x, arm.z),
+            moved(i.m21, 0.0, arm.y, arm.x),
+            moved(i.m22, square, arm.y, arm.y),
+            moved(i.m23, 0.0, arm.y, arm.z),
+            moved(i.m31, 0.0, arm.z, arm.x),
+            moved(i.m32, 0.0, arm.z, arm.y),
+            moved(i.m33, square, arm.z, arm.z),
+        )
     }
 }
 

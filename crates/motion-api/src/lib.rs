@@ -30,11 +30,11 @@ pub use io::{
 pub use mode::{MotionMode, RobotMode, SafetyMode};
 pub use online::{EncoderRange, FreedriveFrame, OffsetAxes, PulseDecoding};
 pub use points::PointList;
-pub use registers::{RegisterBank, RegisterImage, RegisterImages, Registers};
+pub use registers::{RegisterBank, RegisterImage, RegisterImages, RegisterView, Registers};
 pub use ring::{
     BorderSizes, CommandPort, EventReader, Frame, FrameReader, HandedPoints, MotionEnd, Record,
     RecordFlow, RecordReader, RingFull, ScriptEnd, border,
 };
 pub use snapshot::SnapshotCell;
-pub use state::RobotState;
+pub use state::{Moment, RobotState};
 pub use timeline::{Seconds, Timeline};

@@ -27,6 +27,8 @@ pub struct RegisterBank {
     booleans: [AtomicU64; 2],
     integers: [AtomicI32; INTEGER_REGISTERS as usize],
     floats: [AtomicU64; FLOAT_REGISTERS as usize],
+    /// Counts the writes, each after it was done: who finds the same count has seen them all.
+    writes: AtomicU64,
 }
 
 impl Default for RegisterBank {
@@ -35,6 +37,7 @@ impl Default for RegisterBank {
             booleans: Default::default(),
             integers: std::array::from_fn(|_| AtomicI32::new(0)),
             floats: std::array::from_fn(|_| AtomicU64::new(0)),
+            writes: AtomicU64::new(0),
         }
     }
 }
@@ -56,6 +59,7 @@ impl RegisterBank {
         } else {
             word.fetch_and(!(1 << (n % 64)), Ordering::Relaxed);
         }
+        self.written();
     }
 
     /// Boolean registers 0-63 and 64-127 as bits.
@@ -73,6 +77,7 @@ impl RegisterBank {
     pub fn set_integer(&self, n: u8, value: i32) {
         if let Some(cell) = self.integers.get(usize::from(n)) {
             cell.store(value, Ordering::Relaxed);
+            self.written();
         }
     }
 
@@ -86,7 +91,46 @@ impl RegisterBank {
     pub fn set_float(&self, n: u8, value: f64) {
         if let Some(cell) = self.floats.get(usize::from(n)) {
             cell.store(value.to_bits(), Ordering::Relaxed);
+            self.written();
         }
+    }
+
+    fn written(&self) {
+        self.writes.fetch_add(1, Ordering::Release);
+    }
+}
+
+/// The registers as somebody saw them last, so that they are read again only where they were written since.
+#[derive(Clone, Debug, Default)]
+pub struct RegisterView {
+    images: RegisterImages,
+    /// The writes that the images hold; none were seen yet before the first look.
+    writes: Option<[u64; 2]>,
+}
+
+impl RegisterView {
+    /// Looks at the registers as they are now; true when one was written since the last look. One that is written meanwhile
+    /// has its old or its new value, and its new one at the next look.
+    pub fn look(&mut self, registers: &Registers) -> bool {
+        // Before the values: a write that comes in between is read again.
+        let banks = [&registers.input, &registers.output];
+        let writes = banks.map(|bank| bank.writes.load(Ordering::Acquire));
+        let [input, output] = self.writes.map_or([true; 2], |seen| {
+            [0, 1].map(|k: usize| seen[k] != writes[k])
+        });
+        if input {
+            self.images.input = registers.input.image();
+        }
+        if output {
+            self.images.output = registers.output.image();
+        }
+        self.writes = Some(writes);
+        input || output
+    }
+
+    /// What was seen.
+    pub const fn images(&self) -> &RegisterImages {
+        &self.images
     }
 }
 
@@ -180,6 +224,25 @@ mod tests {
         assert_ne!(image, registers.images());
         registers.input.set_integer(47, -7);
         assert_eq!(image, registers.images());
+    }
+
+    #[test]
+    fn a_view_shows_every_write_at_the_next_look() {
+        let registers = Registers::default();
+        let mut view = RegisterView::default();
+        registers.input.set_float(2, 1.5);
+        for n in 0..48 {
+            assert!(view.look(&registers) && !view.look(&registers));
+            assert_eq!(*view.images(), registers.images());
+            match n % 4 {
+                0 => registers.input.set_integer(n, 7),
+                1 => registers.output.set_float(n, -1.0),
+                2 => registers.input.set_boolean(n, true),
+                _ => registers.output.set_boolean(n - 1, false),
+            }
+        }
+        assert!(view.look(&registers));
+        assert_eq!(*view.images(), registers.images());
     }
 
     #[test]

@@ -11,7 +11,7 @@ use loom::sync::atomic::{AtomicU64, Ordering, fence};
 #[cfg(not(elite_loom))]
 use std::sync::atomic::{AtomicU64, Ordering, fence};
 
-use crate::state::RobotState;
+use crate::state::{Moment, RobotState};
 use crate::words::{Sink, Source, Words};
 
 /// Holds the latest [`RobotState`]. One writer, any number of readers.
@@ -31,6 +31,11 @@ impl SnapshotCell {
     /// The latest complete value.
     pub fn read(&self) -> RobotState {
         self.0.read()
+    }
+
+    /// When the latest value was made, without reading all of it.
+    pub fn moment(&self) -> Moment {
+        self.0.read_first()
     }
 }
 
@@ -81,10 +86,15 @@ impl<T: Words> SequenceLock<T> {
     }
 
     fn read(&self) -> T {
+        self.read_first()
+    }
+
+    /// What the first words of the value are.
+    fn read_first<U: Words>(&self) -> U {
         loop {
             let before = self.sequence.load(Ordering::Acquire);
             if before.is_multiple_of(2) {
-                let state = T::take(&mut Loading(self.words.iter()));
+                let state = U::take(&mut Loading(self.words.iter()));
                 fence(Ordering::Acquire);
                 if self.sequence.load(Ordering::Relaxed) == before {
                     return state;
@@ -147,6 +157,17 @@ mod tests {
         assert_eq!(cell.read(), state(0));
         cell.publish(&state(7));
         assert_eq!(cell.read(), state(7));
+        let moment = cell.moment();
+        let RobotState {
+            cycle,
+            time,
+            step_time,
+            ..
+        } = state(7);
+        assert_eq!(
+            (moment.cycle, moment.time, moment.step_time),
+            (cycle, time, step_time)
+        );
     }
 
     #[test]

@@ -122,6 +122,18 @@ state! {
     }
 }
 
+state! {
+    /// When a state was made: the first fields of [`RobotState`], in its order.
+    pub struct Moment {
+        /// Cycle counter from 1; 0 before the first cycle.
+        pub cycle: u64,
+        /// Simulated time since start, s.
+        pub time: f64,
+        /// Length of one cycle, s.
+        pub step_time: f64,
+    }
+}
+
 impl RobotState {
     /// The state before the first cycle: standing at `q`, nothing measured yet.
     pub fn at_start(q: JointPositions, step_time: f64) -> Self {

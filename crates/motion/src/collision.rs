@@ -102,8 +102,8 @@ impl CollisionDetection {
         dynamics: &Dynamics,
         step: f64,
     ) {
-        let mass = dynamics.mass_matrix(&arm.q);
-        let bias = dynamics.bias_torques(&arm.q, &arm.qd).to_vector();
+        let (mass, bias) = dynamics.mass_and_bias(&arm.q, &arm.qd);
+        let bias = bias.to_vector();
         let qd = arm.qd.to_vector();
         if let Some(before) = self.before {
             let turned = (mass - before.mass) * (qd + before.qd) / (2.0 * step);
@@ -139,15 +139,14 @@ impl CollisionDetection {
         JointTorques(self.residual.into())
     }
 
-    /// The joint that carries most over its threshold, as the reason of a stop. `frames` and `base_from_tcp` say where the
-    /// arm is, `effort` the nominal torques. While the arm presses on purpose, what the sensor at the tool feels is no
+    /// The joint that carries most over its threshold, as the reason of a stop. `frames` and `flange_from_tcp` say where the
+    /// TCP is, `effort` the nominal torques. While the arm presses on purpose, what the sensor at the tool feels is no
     /// collision.
     pub fn collision(
         &self,
         effort: &JointTorques,
         is_pressing: bool,
-        frames: &Frames,
-        base_from_tcp: &Pose,
+        (frames, flange_from_tcp): (&Frames, &Pose),
     ) -> Option<StopReason> {
         if !self.is_enabled {
             return None;
@@ -170,7 +169,11 @@ impl CollisionDetection {
             joint: hit as u8,
             torque: residual[hit],
             limit: effort[hit] * threshold,
-            force: force_of(&residual, frames, base_from_tcp),
+            force: force_of(
+                &residual,
+                frames,
+                &(frames.base_from_flange * *flange_from_tcp),
+            ),
         })
     }
 }
@@ -192,6 +195,9 @@ pub fn torques_of(
     frames: &Frames,
     base_from_tcp: &Pose,
 ) -> JointTorques {
+    if *wrench == kinematics::Wrench::default() {
+        return JointTorques::ZERO;
+    }
     let jacobian = frames.jacobian(base_from_tcp.translation);
     JointTorques((jacobian.transpose() * wrench.to_vector()).into())
 }

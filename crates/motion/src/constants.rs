@@ -135,6 +135,25 @@ pub const PLACES_PER_INTERVAL: u32 = 4;
 /// See [`INTERVAL_LENGTH`]. Twice the places of a line without refinements.
 pub const LINE_PLACES_PER_CYCLE: usize = 128;
 
+/// Between two places that are looked at the bend of a joint's way changes by no more than this share of it, as far as an
+/// interval may be halved for that; a bend counts where it takes more than a share of the acceleration at the wanted speed.
+pub const EVEN_BENDS: EvenBends = EvenBends {
+    change: 0.05,
+    halvings: 3,
+    least: 0.9,
+};
+
+/// See [`EVEN_BENDS`].
+#[derive(Clone, Copy, Debug)]
+pub struct EvenBends {
+    /// Share of the bend.
+    pub change: f64,
+    /// How often an interval is halved for it.
+    pub halvings: usize,
+    /// Share of the acceleration.
+    pub least: f64,
+}
+
 /// Cells of a joint-space line.
 pub const JOINT_CELLS: usize = 48;
 /// Most cells of one leg, and of the way of a whole queue.
@@ -265,6 +284,8 @@ const _: () = assert!(SERVO_STEP <= STEP_RANGE.0);
 const _: () = assert!(BLEND_CELLS.is_multiple_of(3));
 const _: () = assert!(LINE_PLACES_PER_CYCLE >= 2 * LINE_INTERVALS);
 const _: () = assert!(CELLS_OF_ROUTE >= 2 * CELLS_OF_LEG);
+const _: () = assert!(EVEN_BENDS.halvings <= LINE_REFINEMENTS);
+const _: () = assert!(LINE_INTERVALS << (EVEN_BENDS.halvings + 1) <= LINE_PLACES_MAX as usize);
 const _: () = assert!(SHARE_ON_BELT + SHARE_OF_BELT < 1.0);
 // A command's own end must fit beside everything it may cause.
 const _: () = assert!(EVENTS_PER_COMMAND > EVENT_RESERVE);

@@ -5,7 +5,9 @@
 
 use kinematics::chain::Frames;
 use kinematics::safety::SafetyBounds;
-use kinematics::{Dynamics, JointPositions, Payload, Pose, RobotModel, RpyPose, Wrench};
+use kinematics::{
+    Dynamics, JointPositions, JointTorques, Payload, Pose, RobotModel, RpyPose, Wrench,
+};
 use motion_api::{Command, CommandId, MotionEnd, Outcome, RobotMode, StopReason};
 use nalgebra::Vector3;
 use rtrb::Consumer;
@@ -32,7 +34,7 @@ use crate::path::Ground;
 use crate::plan::Cells;
 use crate::plant::{ArmState, Plant, Push};
 use crate::queue::{Motion, Queue};
-use crate::report::report;
+use crate::report::{Waypoint, report};
 use crate::safety_inputs::SafetyInputs;
 use crate::scalar::Drive;
 use crate::self_collision::LinkWatch;
@@ -113,6 +115,11 @@ pub struct Cycle {
     pub(crate) plant: Plant,
     pub(crate) contacts: Contacts,
     pub(crate) actual: ArmState,
+    /// A setpoint, and the torques that it takes by the controller's model.
+    pub(crate) expected: (Setpoint, JointTorques),
+    pub(crate) waypoint: Option<Waypoint>,
+    /// Where the joints are at `actual`; changed with it by [`Cycle::arm_is`].
+    pub(crate) actual_frames: Frames,
 
     /// The points of the next moveml, or of the one under way.
     pub(crate) micro_points: MicroPoints,
@@ -162,6 +169,8 @@ impl Cycle {
             ..Push::default()
         });
         let actual = plant.stand(&dynamics, &mut contacts);
+        let actual_frames = model.forward(&actual.q);
+        let expected = dynamics.gravity_torques(&config.home);
         let is_powered = machine.robot_mode() != RobotMode::PowerOff;
         let mut cycle = Self {
             limits_on_belt: limits.shared(SHARE_ON_BELT),
@@ -206,10 +215,13 @@ impl Cycle {
             plant,
             contacts,
             actual,
+            actual_frames,
+            expected: (Setpoint::standing(config.home), expected),
+            waypoint: None,
             model,
         };
         cycle.measure_force();
-        let first = report(&cycle, Timing::default());
+        let first = report(&mut cycle, Timing::default());
         cycle.out.publish_first(&first);
         Ok(cycle)
     }
@@ -233,7 +245,7 @@ impl Cycle {
         self.check_arm();
         self.settle();
         let state = report(self, timing);
-        let registers = || self.io.registers();
+        let registers = || *self.io.registers();
         self.out.publish(&state, registers);
     }
 
@@ -325,7 +337,11 @@ impl Cycle {
             let wanted = self.pressed(&wanted)?;
             let wanted = self.with_lag(&wanted);
             self.check_laid_over(&wanted)?;
-            let frames = self.model.forward(&wanted.q);
+            let frames = if wanted.q.has_bits_of(&self.commanded.q) {
+                self.target_frames
+            } else {
+                self.model.forward(&wanted.q)
+            };
             let tcp = (frames.base_from_flange * self.flange_from_tcp).translation;
             let before = &self.commanded;
             let checked = self.limit_sets.checked();
@@ -353,17 +369,42 @@ impl Cycle {
     /// Moves the plant by one step.
     fn move_arm(&mut self, limited: &LimitedSetpoint) {
         if self.is_under_servo() {
-            self.actual = self
+            self.expect(limited.get());
+            let believed = (&self.dynamics, &self.expected.1);
+            let actual = self
                 .plant
-                .follow(limited, &self.dynamics, &mut self.contacts, self.step);
+                .follow(limited, believed, &mut self.contacts, self.step);
             self.commanded = *limited.get();
+            if actual.q.has_bits_of(&self.commanded.q) {
+                // The limiter has looked where that is.
+                (self.actual, self.actual_frames) = (actual, self.target_frames);
+            } else {
+                self.arm_is(actual);
+            }
             if self.is_path_all() {
                 self.target = self.commanded;
             }
         } else {
-            self.actual = self.plant.stand(&self.dynamics, &mut self.contacts);
+            let actual = self.plant.stand(&self.dynamics, &mut self.contacts);
+            self.arm_is(actual);
             self.stand_at_actual();
+            let standing = self.commanded;
+            self.expect(&standing);
         }
+    }
+
+    /// Works out what a setpoint takes.
+    fn expect(&mut self, setpoint: &Setpoint) {
+        let Setpoint { q, qd, qdd } = setpoint;
+        self.expected = (*setpoint, self.dynamics.inverse_dynamics(q, qd, qdd));
+    }
+
+    /// Takes over where the arm is.
+    pub(crate) fn arm_is(&mut self, actual: ArmState) {
+        if !actual.q.has_bits_of(&self.actual.q) {
+            self.actual_frames = self.model.forward(&actual.q);
+        }
+        self.actual = actual;
     }
 
     /// The limits that motions are planned with now.
@@ -470,7 +511,7 @@ impl Cycle {
         self.path_offset.end();
         self.force.pressing = None;
         self.plant.retarget(&self.target.q);
-        self.target_frames = self.model.forward(&self.target.q);
+        self.target_frames = self.actual_frames;
     }
 
     /// True when no setpoint moves: nothing to do, or held on the path.

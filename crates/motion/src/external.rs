@@ -55,6 +55,8 @@ pub(crate) struct External {
     loads: Vec<Load>,
     /// Loads that commands have set on.
     pushes: [Option<Load>; PUSHES_MAX],
+    /// When all of them are over, s.
+    pushed_until: f64,
     /// The latest reading from a port: base axes.
     pub(crate) set: Wrench,
     /// Readings from ports count.
@@ -90,6 +92,7 @@ impl External {
         Self {
             loads,
             pushes: [None; PUSHES_MAX],
+            pushed_until: 0.0,
             set: Wrench::default(),
             port_sensor: None,
         }
@@ -103,18 +106,28 @@ impl External {
         let free = self.pushes.iter_mut().find(|place| place.is_none());
         free.is_some_and(|place| {
             *place = Some(load);
+            let end = load.at + load.duration;
+            self.pushed_until = match replaces {
+                true => end,
+                false => self.pushed_until.max(end),
+            };
             true
         })
     }
 
-    /// The sum at `time`, s: base axes, about the TCP, which is at `base_from_tcp`. `gravity` in base axes, m/s².
+    /// The sum at `time`, s: base axes, about the TCP. `gravity` in base axes, m/s².
     pub(crate) fn at(
         &self,
         time: f64,
         base_from_flange: &Pose,
-        base_from_tcp: &Pose,
+        flange_from_tcp: &Pose,
         gravity: &Vector3<f64>,
     ) -> Wrench {
+        let is_pushed = time < self.pushed_until;
+        if self.port_sensor.is_none() && self.loads.is_empty() && !is_pushed {
+            return Wrench::default();
+        }
+        let base_from_tcp = *base_from_flange * *flange_from_tcp;
         let tcp = base_from_tcp.translation;
         let mut sum = self.port_sensor.map_or_else(Wrench::default, |sensor| {
             sensor.without_itself(&self.set, base_from_flange, tcp, gravity)

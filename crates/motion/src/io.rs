@@ -7,8 +7,8 @@
 use std::sync::Arc;
 
 use motion_api::{
-    InputAction, IoChange, IoImage, IoPoint, RegisterImages, Registers, RunStateChoice,
-    io::DIGITAL_POINTS,
+    InputAction, IoChange, IoImage, IoPoint, RegisterImages, RegisterView, Registers,
+    RunStateChoice, io::DIGITAL_POINTS,
 };
 
 /// An output connected to an input: a pure delay, a pulse keeps its length.
@@ -46,11 +46,15 @@ pub struct IoSetup {
 pub(crate) struct Io {
     pub(crate) image: IoImage,
     registers: Arc<Registers>,
-    /// What the registers held when this cycle began.
+    view: RegisterView,
+    /// What the registers held when this cycle began; older than the view's images where these changed since.
     sampled: RegisterImages,
+    is_older: bool,
     digital_out: [RunStateChoice; DIGITAL_POINTS as usize],
     analog_out: [RunStateChoice; 3],
     boolean_registers: [RunStateChoice; 128],
+    /// Some output has been made to follow the run state.
+    has_run_state_outputs: bool,
     freedrive_inputs: u32,
     freedrive_registers: [u64; 2],
     /// Freedrive is on because of such an input.
@@ -84,7 +88,10 @@ impl Io {
         Self {
             image: IoImage::default(),
             registers,
+            view: RegisterView::default(),
             sampled: RegisterImages::default(),
+            is_older: false,
+            has_run_state_outputs: false,
             digital_out: [RunStateChoice::Keep; DIGITAL_POINTS as usize],
             analog_out: [RunStateChoice::Keep; 3],
             boolean_registers: [RunStateChoice::Keep; 128],
@@ -100,13 +107,18 @@ impl Io {
 
     /// Reads the registers for this cycle.
     pub(crate) fn sample_registers(&mut self) -> &RegisterImages {
-        self.sampled = self.registers.images();
+        self.is_older |= self.view.look(&self.registers);
+        if self.is_older {
+            self.sampled = *self.view.images();
+            self.is_older = false;
+        }
         &self.sampled
     }
 
     /// The registers as they are now.
-    pub(crate) fn registers(&self) -> RegisterImages {
-        self.registers.images()
+    pub(crate) fn registers(&mut self) -> &RegisterImages {
+        self.is_older |= self.view.look(&self.registers);
+        self.view.images()
     }
 
     /// Applies a change.
@@ -114,16 +126,19 @@ impl Io {
         self.image.apply(change);
         match *change {
             IoChange::DigitalOutRunState { bit, choice } => {
+                self.has_run_state_outputs = true;
                 if let Some(of_bit) = self.digital_out.get_mut(usize::from(bit)) {
                     *of_bit = choice;
                 }
             }
             IoChange::AnalogOutRunState { port, choice } => {
+                self.has_run_state_outputs = true;
                 if let Some(of_port) = self.analog_out.get_mut(usize::from(port)) {
                     *of_port = choice;
                 }
             }
             IoChange::BooleanRegisterRunState { index, choice } => {
+                self.has_run_state_outputs = true;
                 if let Some(of_index) = self.boolean_registers.get_mut(usize::from(index)) {
                     *of_index = choice;
                 }
@@ -192,6 +207,9 @@ impl Io {
     }
 
     fn force_run_state_outputs(&mut self) {
+        if !self.has_run_state_outputs {
+            return;
+        }
         let running = self.program_running;
         for bit in 0..DIGITAL_POINTS {
             if let Some(level) = self.digital_out[usize::from(bit)].level(running) {

@@ -113,7 +113,7 @@ impl Outbox {
 
     /// What the registers hold at the beginning of this cycle, for the recording.
     pub(crate) fn registers(&mut self, images: &RegisterImages) {
-        if *images == self.recorded_registers {
+        if self.records.is_none() || *images == self.recorded_registers {
             return;
         }
         let cycle = self.cycle;
@@ -151,7 +151,11 @@ impl Outbox {
     }
 
     /// The end of the cycle: the state to the snapshot and to the recording, the frame, then the events.
-    pub(crate) fn publish(&mut self, state: &RobotState, registers: impl Fn() -> RegisterImages) {
+    pub(crate) fn publish(
+        &mut self,
+        state: &RobotState,
+        registers: impl FnOnce() -> RegisterImages,
+    ) {
         self.snapshot.publish(state);
         self.record(Record::Cycle(*state));
         if !self.frames.is_full() {

@@ -1,28 +1,43 @@
 //! The state that is published at the end of a cycle, computed from what the cycle holds.
 
-use kinematics::{Pose, RpyPose};
+use kinematics::{JointPositions, RpyPose};
 use motion_api::{MotionMode, OffsetAxes, RobotState, SafetyMode};
 
 use crate::cycle::{Cycle, Generator, Timing};
 use crate::queue::Queued;
 
 /// Everything that is known about the robot now.
-pub(crate) fn report(cycle: &Cycle, timing: Timing) -> RobotState {
+pub(crate) fn report(cycle: &mut Cycle, timing: Timing) -> RobotState {
+    cycle.waypoint = waypoint(cycle);
+    let cycle = &*cycle;
     let (target, actual) = (&cycle.commanded, &cycle.actual);
-    let target_tcp = cycle.target_frames.base_from_flange * cycle.flange_from_tcp;
-    let actual_frames = cycle.model.forward(&actual.q);
-    let actual_tcp = actual_frames.base_from_flange * cycle.flange_from_tcp;
-    let target_twist = cycle
-        .target_frames
-        .twist(&target.qd, target_tcp.translation);
-    let actual_twist = actual_frames.twist(&actual.qd, actual_tcp.translation);
-    let count = cycle.out.cycle;
-    let path_pose = if cycle.target.q == target.q {
-        target_tcp
+    let target_frames = &cycle.target_frames;
+    let target_tcp = target_frames.base_from_flange * cycle.flange_from_tcp;
+    let target_twist = target_frames.twist(&target.qd, target_tcp.translation);
+    let target_tcp_pose = target_tcp.to_rpy();
+    // An arm that is just where it should be is looked at once.
+    let is_there = actual.q.has_bits_of(&target.q) && actual.qd.has_bits_of(&target.qd);
+    let (actual_tcp_pose, actual_twist) = if is_there {
+        (target_tcp_pose, target_twist)
     } else {
-        cycle
+        let frames = &cycle.actual_frames;
+        let tcp = frames.base_from_flange * cycle.flange_from_tcp;
+        (tcp.to_rpy(), frames.twist(&actual.qd, tcp.translation))
+    };
+    let target_torque = match &cycle.expected {
+        (setpoint, torque) if setpoint.has_bits_of(target) => *torque,
+        _ => cycle
+            .dynamics
+            .inverse_dynamics(&target.q, &target.qd, &target.qdd),
+    };
+    let count = cycle.out.cycle;
+    let (path_pose, path_rpy) = if cycle.target.q == target.q {
+        (target_tcp, target_tcp_pose)
+    } else {
+        let pose = cycle
             .model
-            .tcp_pose(&cycle.target.q, &cycle.flange_from_tcp)
+            .tcp_pose(&cycle.target.q, &cycle.flange_from_tcp);
+        (pose, pose.to_rpy())
     };
     RobotState {
         cycle: count,
@@ -33,17 +48,15 @@ pub(crate) fn report(cycle: &Cycle, timing: Timing) -> RobotState {
         target_qdd: target.qdd,
         actual_q: actual.q,
         actual_qd: actual.qd,
-        target_torque: cycle
-            .dynamics
-            .inverse_dynamics(&target.q, &target.qd, &target.qdd),
+        target_torque,
         actual_torque: actual.torque,
-        target_tcp_pose: target_tcp.to_rpy(),
-        actual_tcp_pose: actual_tcp.to_rpy(),
+        target_tcp_pose,
+        actual_tcp_pose,
         target_tcp_speed: target_twist.to_array(),
         actual_tcp_speed: actual_twist.to_array(),
         tcp_force: cycle.sensor.compensated.to_array(),
         raw_wrench: cycle.sensor.raw.to_array(),
-        elbow_position: actual_frames.elbow().into(),
+        elbow_position: cycle.actual_frames.elbow().into(),
         tcp_offset: cycle.tcp,
         payload: cycle.payload,
         motion_mode: motion_mode(cycle),
@@ -64,30 +77,48 @@ pub(crate) fn report(cycle: &Cycle, timing: Timing) -> RobotState {
         external_torque: cycle.collision.external_torque(),
         joint_temperatures: cycle.thermal.joints,
         controller_temperature: cycle.thermal.controller,
-        target_waypoint: waypoint(cycle, &target_tcp),
+        target_waypoint: cycle
+            .waypoint
+            .map_or(target_tcp_pose, |waypoint| waypoint.pose),
         gravity: cycle.gravity.into(),
         encoder_counts: cycle.encoders.map(|encoder| encoder.counts()),
         encoder_ranges: cycle.encoders.map(|encoder| encoder.range().number()),
         collision_detection: cycle.collision.is_enabled,
         collision_sensitivity: u64::from(cycle.collision.sensitivity()),
         force_mode: cycle.force.is_on(),
-        path_pose: path_pose.to_rpy(),
+        path_pose: path_rpy,
         path_offsets: [OffsetAxes::Base, OffsetAxes::Tool, OffsetAxes::Motion]
             .map(|axes| cycle.path_offset.in_force(axes, &path_pose.rotation)),
     }
 }
 
-/// Where the motion under way leads; the commanded pose without one.
-fn waypoint(cycle: &Cycle, target_tcp: &Pose) -> RpyPose {
-    let end = match &cycle.generator {
+/// Where a motion leads.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Waypoint {
+    q: JointPositions,
+    tcp: RpyPose,
+    pose: RpyPose,
+}
+
+/// Where the motion under way leads, which stays the same for many cycles.
+fn waypoint(cycle: &Cycle) -> Option<Waypoint> {
+    let q = match &cycle.generator {
         Generator::Path(_) => cycle.queue.current().map(Queued::end_q),
         Generator::Online(online) => online.goal(),
         _ => None,
-    };
-    match end {
-        Some(q) => cycle.model.tcp_pose(&q, &cycle.flange_from_tcp).to_rpy(),
-        None => target_tcp.to_rpy(),
+    }?;
+    if let Some(known) = &cycle.waypoint
+        && known.q.has_bits_of(&q)
+        && known.tcp == cycle.tcp
+    {
+        return Some(*known);
     }
+    let pose = cycle.model.tcp_pose(&q, &cycle.flange_from_tcp).to_rpy();
+    Some(Waypoint {
+        q,
+        tcp: cycle.tcp,
+        pose,
+    })
 }
 
 fn motion_mode(cycle: &Cycle) -> MotionMode {

@@ -19,7 +19,8 @@ impl Cycle {
         if !self.actual.is_finite() {
             self.plant.reset(&self.commanded.q);
             self.sensor.restart();
-            self.actual = self.plant.stand(&self.dynamics, &mut self.contacts);
+            let actual = self.plant.stand(&self.dynamics, &mut self.contacts);
+            self.arm_is(actual);
             self.brake(StopReason::Internal {
                 code: fault::PLANT_DIVERGED,
             });
@@ -64,21 +65,19 @@ impl Cycle {
         if self.is_led() || !self.is_under_servo() {
             return None;
         }
-        let frames = self.model.forward(&self.actual.q);
-        let tcp = frames.base_from_flange * self.flange_from_tcp;
         let effort = &self.model.limits().effort;
         let is_pressing = self.force.is_at_work();
-        self.collision.collision(effort, is_pressing, &frames, &tcp)
+        let arm = (&self.actual_frames, &self.flange_from_tcp);
+        self.collision.collision(effort, is_pressing, arm)
     }
 
     /// The wrench on the tool in this cycle, and the plant's share of it.
     pub(crate) fn feel_hand(&mut self) {
-        let frames = self.model.forward(&self.actual.q);
-        let tcp = frames.base_from_flange * self.flange_from_tcp;
+        let base_from_flange = &self.actual_frames.base_from_flange;
         let time = self.out.cycle as f64 * self.step;
         self.hand = self
             .external
-            .at(time, &frames.base_from_flange, &tcp, &self.gravity);
+            .at(time, base_from_flange, &self.flange_from_tcp, &self.gravity);
         self.plant.push(&Push {
             wrench: self.hand,
             flange_from_tcp: self.flange_from_tcp,
@@ -100,9 +99,9 @@ impl Cycle {
             encoder.sample(time, self.io.image.digital_in.into());
         }
         if self.is_under_servo() && self.actual.is_finite() {
-            let frames = self.model.forward(&self.actual.q);
+            let frames = &self.actual_frames;
             let tcp = frames.base_from_flange * self.flange_from_tcp;
-            let at_tool = torques_of(&self.sensor.from_outside, &frames, &tcp);
+            let at_tool = torques_of(&self.sensor.from_outside, frames, &tcp);
             self.collision
                 .observe(&self.actual, &at_tool, &self.dynamics, self.step);
             if self.force.is_at_work() {
@@ -136,11 +135,10 @@ impl Cycle {
             return;
         }
         let environment = self.environment();
-        let frames = self.model.forward(&self.actual.q);
         self.sensor.measure(
             &environment,
             &self.payload,
-            (&frames, &self.actual.qd),
+            (&self.actual_frames, &self.actual.qd),
             &self.flange_from_tcp,
             &self.gravity,
             self.step,

@@ -6,6 +6,7 @@
 //! the difference is left and reads like a force from outside.
 //! Noise is normal, independent from cycle to cycle, and the same in every run with the same seed.
 
+use kinematics::payload::RigidBody;
 use kinematics::{Frames, JointSpeeds, Payload, Pose, Twist, Wrench};
 use nalgebra::Vector3;
 
@@ -158,8 +159,11 @@ fn carried(
     let (spin, turn) = (twist.angular, acceleration.angular);
     let cog = acceleration.linear + turn.cross(&arm) + spin.cross(&spin.cross(&arm));
     let force = (gravity - cog) * payload.mass;
-    let rotation = base_from_flange.rotation.matrix();
-    let inertia = rotation * payload.tensor() * rotation.transpose();
+    let RigidBody { inertia, .. } = RigidBody {
+        inertia: payload.tensor(),
+        ..RigidBody::default()
+    }
+    .expressed_in(base_from_flange);
     let moment = -(inertia * turn + spin.cross(&(inertia * spin)));
     Wrench {
         force,

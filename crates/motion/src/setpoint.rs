@@ -30,6 +30,13 @@ impl Setpoint {
         }
     }
 
+    /// The same numbers to the last bit.
+    pub(crate) fn has_bits_of(&self, other: &Self) -> bool {
+        self.q.has_bits_of(&other.q)
+            && self.qd.has_bits_of(&other.qd)
+            && self.qdd.has_bits_of(&other.qdd)
+    }
+
     fn is_finite(&self) -> bool {
         self.q.is_finite() && self.qd.is_finite() && self.qdd.is_finite()
     }

@@ -213,7 +213,7 @@ impl<'a, 'n> Call<'a, 'n> {
             };
             match sent {
                 Ok(id) => return Ok(id),
-                Err(_) => self.wait(Wait::Cycle(robot.state().cycle + 1))?,
+                Err(_) => self.wait(Wait::Cycle(robot.moment().cycle + 1))?,
             }
         }
     }
@@ -281,7 +281,7 @@ impl<'a, 'n> Call<'a, 'n> {
         let id = loop {
             match robot.request_points(origin, points, interval) {
                 Ok(id) => break id,
-                Err(_) => self.wait(Wait::Cycle(robot.state().cycle + 1))?,
+                Err(_) => self.wait(Wait::Cycle(robot.moment().cycle + 1))?,
             }
         };
         self.follow(&kind, id)

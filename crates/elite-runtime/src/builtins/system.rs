@@ -187,7 +187,7 @@ const fn flag(name: &'static str, meaning: &'static str) -> Parameter {
 }
 
 fn sync(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let cycle = call.context().robot().state().cycle;
+    let cycle = call.context().robot().moment().cycle;
     call.wait(Wait::Cycle(cycle + 1))?;
     Ok(Value::None)
 }
@@ -271,7 +271,7 @@ fn rtsi_set_watchdog(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
         return Err(call.error(ExceptionKind::ValueError, text));
     };
     let context = call.context();
-    let now = context.robot().state().time;
+    let now = context.robot().moment().time;
     memory::outside(|| {
         context
             .panel()

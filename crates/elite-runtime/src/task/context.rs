@@ -268,7 +268,7 @@ impl TaskContext {
     /// Seconds since 1970-01-01T00:00:00Z; under the virtual clock simulated time since [`VIRTUAL_EPOCH_S`].
     pub fn unix_time(&self) -> f64 {
         if self.robot.timeline().is_virtual() {
-            VIRTUAL_EPOCH_S + self.robot.state().time
+            VIRTUAL_EPOCH_S + self.robot.moment().time
         } else {
             SystemTime::now()
                 .duration_since(UNIX_EPOCH)

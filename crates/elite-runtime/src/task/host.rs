@@ -171,7 +171,7 @@ impl Host for TaskHost {
     }
 
     fn monotonic(&self) -> f64 {
-        self.context.robot().state().time
+        self.context.robot().moment().time
     }
 
     fn random_u64(&self) -> u64 {

@@ -114,7 +114,7 @@ impl Task {
 
     /// After a slice of a thread: its nodes are told as it came to them, its line when the cycle is over.
     pub(super) fn follow(&mut self, number: ThreadNumber) {
-        let cycle = self.settings.robot.state().cycle;
+        let cycle = self.settings.robot.moment().cycle;
         let Some(entry) = self.threads.get_mut(&number) else {
             return;
         };
@@ -144,7 +144,7 @@ impl Task {
 
     /// Before a cycle passes: where the threads stand that ran in it, once a cycle and thread.
     pub(super) fn tell_lines(&mut self) {
-        let cycle = self.settings.robot.state().cycle;
+        let cycle = self.settings.robot.moment().cycle;
         let mut later = Vec::new();
         for number in std::mem::take(&mut self.moved) {
             let Some(entry) = self.threads.get_mut(&number) else {
@@ -182,7 +182,7 @@ impl Task {
     /// Publishes the global variables that have changed; looks at them ten times a second of simulated time, and once
     /// more at the end of the task.
     pub(super) fn publish_variables(&mut self, at_the_end: bool) {
-        let state = self.settings.robot.state();
+        let state = self.settings.robot.moment();
         if self.global_names.is_empty() || (state.cycle < self.variables_due && !at_the_end) {
             return;
         }
@@ -216,7 +216,7 @@ impl Task {
         if self.paused {
             return;
         }
-        let state = self.settings.robot.state();
+        let state = self.settings.robot.moment();
         let panel = &self.settings.panel;
         let bites = panel.with_watchdogs(|dogs| match dogs.is_empty() {
             true => Vec::new(),
@@ -246,7 +246,7 @@ impl Task {
 
     /// Ends secondary programs that wait too long for a lock.
     pub(super) fn end_late_secondaries(&mut self) {
-        let now = self.settings.robot.state().time;
+        let now = self.settings.robot.moment().time;
         let late: Vec<ThreadNumber> = self
             .threads
             .iter()

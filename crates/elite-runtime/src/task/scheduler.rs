@@ -428,7 +428,7 @@ impl Task {
         self.remember_globals(program);
         let bounds = (program.kind() == ProgramKind::Secondary).then(|| Bounds {
             slices: SLICES_OF_SECONDARY,
-            until: self.settings.robot.state().time + WAIT_OF_SECONDARY,
+            until: self.settings.robot.moment().time + WAIT_OF_SECONDARY,
         });
         let script = self.interpreter.spawn_program(program);
         self.add_thread(number, script, bounds);
@@ -550,7 +550,7 @@ impl Task {
     /// What is looked at once a cycle, however often the loop comes round.
     fn look_around(&mut self) {
         self.look_for_protective_stop();
-        let cycle = self.settings.robot.state().cycle;
+        let cycle = self.settings.robot.moment().cycle;
         if cycle != self.looked_at {
             self.looked_at = cycle;
             self.tell_what_is_untold();
@@ -569,7 +569,7 @@ impl Task {
                 self.paused = false;
                 self.tell_robot(CommandKind::Resume);
                 self.program_runs(true);
-                let now = self.settings.robot.state().time;
+                let now = self.settings.robot.moment().time;
                 self.settings.panel.with_watchdogs(|dogs| dogs.restart(now));
                 self.show(TaskState::Running);
             }

@@ -58,7 +58,7 @@ impl Task {
         let wait = match waiting {
             Waiting::Token(token) => self.context.wait_of(token),
             Waiting::Parked { until } => {
-                let over = until.is_some_and(|time| robot.state().time >= time);
+                let over = until.is_some_and(|time| robot.moment().time >= time);
                 return over && concerned(Wait::Never);
             }
         };
@@ -66,10 +66,10 @@ impl Task {
             && match wait {
                 Wait::Command(id) => robot.has_ended(id),
                 Wait::Motion(id) => robot.may_be_followed(id),
-                Wait::Cycle(wanted) => robot.state().cycle >= wanted,
+                Wait::Cycle(wanted) => robot.moment().cycle >= wanted,
                 Wait::CycleOrAlone(wanted) => {
                     let attendant = self.settings.extras.attendant.as_ref();
-                    robot.state().cycle >= wanted || attendant.is_none_or(Attendant::is_alone)
+                    robot.moment().cycle >= wanted || attendant.is_none_or(Attendant::is_alone)
                 }
                 Wait::Thread(other) => !self.threads.contains_key(&other),
                 Wait::Turn => true,
@@ -129,7 +129,7 @@ impl Task {
 
     /// The first cycle in which a thread may go on; the next one where that is not known.
     fn first_due(&self) -> u64 {
-        let next = self.settings.robot.state().cycle + 1;
+        let next = self.settings.robot.moment().cycle + 1;
         let due = self.threads.values().map(|entry| match entry.waiting {
             Some(Waiting::Token(token)) => match self.context.wait_of(token) {
                 Wait::Cycle(cycle) | Wait::CycleOrAlone(cycle) => cycle,
@@ -160,7 +160,7 @@ impl Task {
         let is_virtual = robot.timeline().is_virtual();
         let (now, step) = (
             Instant::now(),
-            Duration::from_secs_f64(robot.state().step_time),
+            Duration::from_secs_f64(robot.moment().step_time),
         );
         let due = match self.next_tick {
             Some(due) if now < due + LAG_MAX => due,

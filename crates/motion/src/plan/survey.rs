@@ -10,8 +10,8 @@ use super::able::Bounds;
 use super::{Arm, Cells, Wish};
 use crate::config::MotionLimits;
 use crate::constants::{
-    CELLS_OF_LEG, LINE_INTERVALS, LINE_PLACES_MAX, LINE_REFINEMENTS, PLACES_PER_INTERVAL,
-    SINGULAR_TURN_PER_M,
+    CELLS_OF_LEG, EVEN_BENDS, LINE_INTERVALS, LINE_PLACES_MAX, LINE_REFINEMENTS,
+    PLACES_PER_INTERVAL, SINGULAR_TURN_PER_M,
 };
 use crate::path::{PathPoint, TcpWay};
 use crate::self_collision::LinkWatch;
@@ -97,7 +97,10 @@ impl Survey {
             let reached = line.positions(arm.model, s, &self.left.q);
             let right = reached.and_then(|q| line.point(arm.model, s, q));
             match right {
-                Some(right) if is_smooth(&self.left, &right) => {
+                Some(right)
+                    if is_smooth(&self.left, &right)
+                        && (is_even(&self.left, &right, wish, arm) || !self.looks_closer(step)) =>
+                {
                     if let Some(found) = self.watch.look(&right.q, arm.model) {
                         return Err(self.refusal(step, found.into()));
                     }
@@ -131,6 +134,13 @@ impl Survey {
             *slot = step;
             self.ahead_count += 1;
         }
+    }
+
+    /// Whether an interval that could do is worth halving.
+    fn looks_closer(&self, step: u32) -> bool {
+        let whole = 1 << LINE_REFINEMENTS;
+        let is_short_list = self.steps <= (LINE_INTERVALS as u32) * whole;
+        is_short_list && step - self.left_step > whole >> EVEN_BENDS.halvings
     }
 
     /// Looks at the middle first; false when the interval is the smallest already.
@@ -279,6 +289,19 @@ fn free_limits(limits: &MotionLimits) -> MotionLimits {
         position_max: JointPositions([f64::MAX / 4.0; 6]),
         ..*limits
     }
+}
+
+/// True when the joints' ways bend alike at two places, or so little that the wanted speed does not suffer: a cell between them
+/// is worth what the larger bend allows.
+fn is_even(left: &PathPoint, right: &PathPoint, wish: &Wish, arm: &Arm) -> bool {
+    let square = wish.speed * wish.speed;
+    wish.duration > 0.0
+        || (0..6).all(|joint| {
+            let (a, b) = (left.second[joint], right.second[joint]);
+            let bend = a.abs().max(b.abs());
+            let most = arm.limits.acceleration[joint];
+            bend * square <= EVEN_BENDS.least * most || (b - a).abs() <= EVEN_BENDS.change * bend
+        })
 }
 
 /// True when the joints between two places are well described by what is known at both.

@@ -36,17 +36,25 @@ impl IdealPlant {
         self.torque = None;
     }
 
-    pub(super) fn follow(&mut self, target: &LimitedSetpoint, contacts: &mut Contacts) -> ArmState {
+    pub(super) fn follow(
+        &mut self,
+        target: &LimitedSetpoint,
+        believed: &JointTorques,
+        contacts: &mut Contacts,
+    ) -> ArmState {
         let target = target.get();
         self.q = target.q;
         let free = self
             .arm
-            .torques_of_motion(&target.q, &target.qd, &target.qdd);
+            .torques_of_motion(&target.q, &target.qd, &target.qdd, believed);
         let pressing = contacts.pressed(&target.q, &target.qd, &self.push.flange_from_tcp);
-        let (_, pushed) = self.push.at(&contacts.forward(&target.q));
-        let torque = JointTorques(core::array::from_fn(|joint| {
-            free[joint] - pushed[joint] - pressing.torque[joint]
-        }));
+        let mut torque = JointTorques(core::array::from_fn(|j| free[j] - pressing.torque[j]));
+        if !self.push.is_nothing() {
+            let (_, pushed) = self.push.at(&contacts.forward(&target.q));
+            torque = JointTorques(core::array::from_fn(|j| {
+                free[j] - pushed[j] - pressing.torque[j]
+            }));
+        }
         let before = self.torque.replace(torque).unwrap_or(torque);
         ArmState {
             q: target.q,

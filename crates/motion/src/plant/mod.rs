@@ -143,16 +143,17 @@ impl Plant {
         }
     }
 
-    /// One cycle of `step` seconds under servo control towards `target`, among what `contacts` holds.
+    /// One cycle of `step` seconds under servo control towards `target`, among what `contacts` holds. The controller's model, and
+    /// the torques that it expects of the target.
     pub(crate) fn follow(
         &mut self,
         target: &LimitedSetpoint,
-        believed: &Dynamics,
+        (believed, expected): (&Dynamics, &JointTorques),
         contacts: &mut Contacts,
         step: f64,
     ) -> ArmState {
         match self {
-            Self::Ideal(plant) => plant.follow(target, contacts),
+            Self::Ideal(plant) => plant.follow(target, expected, contacts),
             Self::Rigid(plant) => plant.follow(target, believed, contacts, step),
         }
     }

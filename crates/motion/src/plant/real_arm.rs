@@ -128,19 +128,23 @@ impl RealArm {
             .forward_dynamics_geared(q, qd, &left, &armature)
     }
 
-    /// What the drives give where the arm moves just so, Nm.
+    /// What the drives give where the arm moves just so, Nm; the controller thinks that its links take `believed`.
     pub(super) fn torques_of_motion(
         &self,
         q: &JointPositions,
         qd: &JointSpeeds,
         qdd: &JointAccelerations,
+        believed: &JointTorques,
     ) -> JointTorques {
         let Drivetrain {
             coulomb,
             viscous,
             rotor_inertia,
         } = &self.truth.drivetrain;
-        let links = self.dynamics.inverse_dynamics(q, qd, qdd);
+        let links = match &self.truth.payload {
+            None => *believed,
+            Some(_) => self.dynamics.inverse_dynamics(q, qd, qdd),
+        };
         JointTorques(core::array::from_fn(|j| {
             let dry = if qd[j] == 0.0 {
                 0.0

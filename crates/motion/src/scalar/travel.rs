@@ -356,11 +356,18 @@ impl Travel {
 
     /// The accelerations of the first motion within the window, smallest and largest, 0 included.
     fn accelerations(&self) -> (f64, f64) {
-        let pairs = self.knots.windows(2);
-        pairs.fold((0.0, 0.0), |(least, largest), pair| {
-            let (a, _) = self.change(&pair[0], &pair[1]);
-            (least.min(a), largest.max(a))
-        })
+        let (mut slower, mut faster) = (0.0_f64, 0.0_f64);
+        let mut halting = 0.0_f64;
+        for pair in self.knots.windows(2) {
+            let change = pair[1].speed - pair[0].speed;
+            slower = slower.min(change);
+            faster = faster.max(change);
+            if pair[1].speed <= 0.0 && pair[0].speed > 0.0 {
+                // Within the step.
+                halting = halting.min(self.change(&pair[0], &pair[1]).0);
+            }
+        }
+        ((slower / self.step).min(halting), faster / self.step)
     }
 
     /// One step towards a lower speed than the present one.
