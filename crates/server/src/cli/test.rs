@@ -35,10 +35,10 @@ pub struct TestArgs {
     #[arg(long, value_name = "N")]
     pub jobs: Option<NonZeroUsize>,
     /// Longest simulated time of a test
-    #[arg(long, value_name = "S", default_value = "60", value_parser = simulated)]
+    #[arg(long, value_name = "S", default_value = "60", value_parser = simulated, allow_negative_numbers = true)]
     pub timeout: Seconds,
     /// Longest time of the machine in which no simulated time passes
-    #[arg(long, value_name = "S", default_value = "30", value_parser = wall)]
+    #[arg(long, value_name = "S", default_value = "30", value_parser = wall, allow_negative_numbers = true)]
     pub wall_timeout: Duration,
     /// Seed of the order and of every controller; over that of test.toml [default: 0]
     #[arg(long, value_name = "N")]
