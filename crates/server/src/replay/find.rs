@@ -8,7 +8,6 @@ use recorder::{CommandMessage, Cycle, Entry, Recording, Topic};
 
 use super::ReplayError;
 use crate::ports::shown::Shown;
-use controller::condition::{Condition, Doing};
 
 /// A row of cycles in which the condition held.
 struct Stretch {
