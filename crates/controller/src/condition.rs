@@ -2,7 +2,7 @@
 //!
 //! `tcp_force[2] < -20 and mode == "movel"`: an expression of EliteScript over the fields of `/cycle` and what the
 //! script was doing. Modes are their names in lower case, which are also words of their own: `safety_mode != normal`.
-//! Owns the names and their values; what to do with the answer is the business of whoever asks: `replay --find`, tests, Python.
+//! Owns the names and their values; what to do with the answer is its callers' business.
 
 use std::collections::BTreeSet;
 use std::rc::Rc;
@@ -83,11 +83,9 @@ impl Host for Nowhere {
 }
 
 impl Condition {
-    /// Reads `text`; `called` is what its place is called in messages.
-    ///
     /// # Errors
     /// [`ConditionError::Text`].
-    pub fn new(called: &str, text: &str) -> Result<Self, ConditionError> {
+    pub fn new(text: &str) -> Result<Self, ConditionError> {
         let words = mode_words();
         let cycle = Cycle::default();
         let fields = cycle.fields().map(|(name, _)| name.to_owned());
@@ -104,7 +102,7 @@ impl Condition {
         if text.trim().is_empty() {
             return Err(ConditionError::Text("it is empty".to_owned()));
         }
-        let file = SourceFile::new(called, format!("{text}\n"));
+        let file = SourceFile::new("--find", format!("{text}\n"));
         let findings: Vec<String> = check(file.clone(), &known)
             .iter()
             .filter(|finding| {
@@ -120,7 +118,7 @@ impl Condition {
             interpreter.set_global(word, Value::from(word.as_str()));
         }
         // On a line of its own, so that a report shows the text as it was given.
-        let file = SourceFile::new(called, format!("holds = lambda: bool((\n{text}\n))\n"));
+        let file = SourceFile::new("--find", format!("holds = lambda: bool((\n{text}\n))\n"));
         let program = compile(file.clone(), &known).map_err(|findings| {
             let texts: Vec<String> = findings
                 .iter()
@@ -146,13 +144,6 @@ impl Condition {
         })
     }
 
-    /// True when `name` occurs in the condition.
-    pub fn uses(&self, name: &str) -> bool {
-        self.used.contains(name)
-    }
-
-    /// Whether it holds in this cycle.
-    ///
     /// # Errors
     /// [`ConditionError::Raised`], [`ConditionError::Endless`].
     pub fn holds(&self, cycle: &Cycle, doing: &Doing) -> Result<bool, ConditionError> {
@@ -277,7 +268,7 @@ mod tests {
             ("time", true),
             ("command in ('movej',)", false),
         ] {
-            let condition = Condition::new("--find", text).unwrap();
+            let condition = Condition::new(text).unwrap();
             assert_eq!(condition.holds(&cycle(), &doing).unwrap(), holds, "{text}");
         }
     }
@@ -291,17 +282,14 @@ mod tests {
             ("import os", "^"),
             (" ", "empty"),
         ] {
-            let error = Condition::new("--find", text)
-                .map(drop)
-                .unwrap_err()
-                .to_string();
+            let error = Condition::new(text).map(drop).unwrap_err().to_string();
             assert!(error.contains(said), "{text}: {error}");
         }
-        let condition = Condition::new("--find", "tcp_force[9] > 1").unwrap();
+        let condition = Condition::new("tcp_force[9] > 1").unwrap();
         let error = condition.holds(&cycle(), &Doing::default()).unwrap_err();
         assert!(error.to_string().contains("IndexError"), "{error}");
         assert!(error.to_string().contains("1.500 s"), "{error}");
-        let endless = Condition::new("--find", "[1 for i in range(10**9)]").unwrap();
+        let endless = Condition::new("[1 for i in range(10**9)]").unwrap();
         let error = endless.holds(&cycle(), &Doing::default()).unwrap_err();
         assert!(matches!(error, ConditionError::Endless), "{error}");
     }

@@ -17,6 +17,7 @@ mod clock;
 pub mod condition;
 mod config;
 pub mod gate;
+mod herald;
 pub mod inputs;
 mod loaded_model;
 pub mod options;

@@ -6,20 +6,19 @@
 //! bounds that a program has: simulated time, and time of the machine in which no simulated time passes.
 
 use std::io;
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use elite_lang::TaskNode;
-use elite_runtime::message::{InterpreterEvent, Message, Observer};
-use elite_runtime::panel::VariableValue;
+use elite_runtime::message::Observer;
 use elite_runtime::{Extras, ProgramText, SubmitError, TaskState};
-use motion_api::{Frame, ProgramId, RobotState, Seconds, ThreadNumber};
+use motion_api::{RobotState, Seconds};
 use thiserror::Error;
 use tokio::runtime::Runtime;
 
 use crate::config::RobotConfig;
 use crate::gate::Gate;
+use crate::herald::Herald;
 use crate::options::ClockChoice;
 use crate::outcome::{Collector, Outcome, ProgramResult};
 use crate::running::Controller;
@@ -119,17 +118,14 @@ impl SteppedController {
             .build()?;
         let prepared = Prepared::new(&config, Manner::alone())?;
         let collector = Arc::new(Collector::new(observer));
-        let herald = Arc::new(Herald {
-            gate: OnceLock::new(),
-            next: collector.clone(),
-        });
+        let herald = Arc::new(Herald::new(collector.clone()));
         let mut gate = None;
         let controller = prepared.start_through(herald.clone(), Extras::default(), |timeline| {
             gate.insert(Arc::new(Gate::new(timeline))).clone()
         })?;
         // The closure is called once, or the start has failed.
         let gate = gate.ok_or_else(|| io::Error::other("the clock was not started"))?;
-        let _ = herald.gate.set(gate.clone());
+        herald.connect(&gate);
         Ok(Self {
             controller,
             gate,
@@ -459,61 +455,5 @@ fn in_line(line: u32) -> String {
     match line {
         0 => String::new(),
         line => format!(" in line {line}"),
-    }
-}
-
-/// Tells the gate what becomes of programs.
-struct Herald {
-    gate: OnceLock<Arc<Gate>>,
-    next: Arc<dyn Observer>,
-}
-
-impl Observer for Herald {
-    fn message(&self, message: &Message) {
-        self.next.message(message);
-    }
-
-    fn program_started(&self, program: ProgramId, name: &str, text: &str) {
-        self.next.program_started(program, name, text);
-    }
-
-    fn program_runs(&self, program: ProgramId, text: &str) {
-        self.next.program_runs(program, text);
-    }
-
-    fn line_changed(
-        &self,
-        program: ProgramId,
-        thread: ThreadNumber,
-        line: u32,
-        node: Option<&TaskNode>,
-    ) {
-        self.next.line_changed(program, thread, line, node);
-    }
-
-    fn program_ended(&self, program: ProgramId) {
-        self.next.program_ended(program);
-        if let Some(gate) = self.gate.get() {
-            gate.task_ended();
-        }
-    }
-
-    fn variable_changed(&self, program: ProgramId, name: &str, value: &VariableValue) {
-        self.next.variable_changed(program, name, value);
-    }
-
-    fn interpreter(&self, event: &InterpreterEvent<'_>) {
-        self.next.interpreter(event);
-    }
-
-    fn cycle_ended(&self, frame: &Frame) {
-        self.next.cycle_ended(frame);
-    }
-
-    fn hurry(&self) {
-        self.next.hurry();
-        if let Some(gate) = self.gate.get() {
-            gate.hurry();
-        }
     }
 }

@@ -268,8 +268,7 @@ impl NativeController {
     ) -> PyResult<bool> {
         let simulated = seconds("timeout", timeout)?;
         let answer = self.passing(py, wall_timeout, |inner, patience| {
-            let condition =
-                Condition::new("condition", &condition).map_err(Unanswered::Condition)?;
+            let condition = Condition::new(&condition).map_err(Unanswered::Condition)?;
             let mut cycle = Cycle::default();
             let mut doing = Doing::default();
             inner.until(

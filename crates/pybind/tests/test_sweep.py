@@ -120,7 +120,7 @@ def test_a_folder_keeps_rows_and_recordings_and_is_taken_up_again(tmp_path, addr
     folder = str(tmp_path / address) if "://" not in address else address
     call = dict(options={"plant": "ideal"}, folder=folder, record="failed")
     first = sweep(PROGRAM, {"angle": [0.1, 0.3], "speed": [1.0]}, **call)
-    store = elitescript._sweep._Store(folder)
+    store = elitescript._units.Store(folder)
     kept = json.loads(store._read("rows/000001.json"))
     assert kept["row"]["outcome"] == "failed"
     assert store._read("recordings/000000.mcap") is None and store._read("recordings/000001.mcap")

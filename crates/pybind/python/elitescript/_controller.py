@@ -380,4 +380,3 @@ class Controller:
 
 def _result(parts: Tuple[str, Optional[str], Optional[int], float, List[str], Optional[str]]) -> Result:
     return Result(*parts)
-

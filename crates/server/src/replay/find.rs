@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::io::Write;
 
-use controller::condition::{Condition, Doing};
 use recorder::{CommandMessage, Cycle, Entry, Recording, Topic};
 
 use super::ReplayError;
@@ -23,7 +22,7 @@ pub(super) fn print(
     text: &str,
     out: &mut impl Write,
 ) -> Result<(), ReplayError> {
-    let condition = Condition::new("--find", text)?;
+    let condition = Condition::new(text)?;
     let mut doing = Doing::default();
     let mut commands: BTreeMap<u64, CommandMessage> = BTreeMap::new();
     let mut current: Option<Stretch> = None;

@@ -19,7 +19,6 @@ use std::collections::BTreeMap;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 
-use controller::condition::ConditionError;
 use kinematics::{Calibration, RobotModel};
 use recorder::{CommandMessage, Ending, ReadError, Recording, Setup, Summary};
 use thiserror::Error;
@@ -28,6 +27,7 @@ use crate::cli::ReplayArgs;
 use crate::logging;
 use crate::ports::shown::Screen;
 
+pub use controller::condition::ConditionError;
 pub use plot::PictureError;
 pub use rerun::{Comparison, RerunError};
 pub use serve::ServeRecordingError;
