@@ -274,6 +274,18 @@ fn methods_of_tables_grow_in_proportion() {
 const LOOPS: &[(&str, &str)] = &[
     ("set.pop", "s = set(range(n))\nwhile s: s.pop()"),
     (
+        "names of a dictionary that was globals",
+        "d = {str(i): i for i in range(n)}\nexec('a = 1', d)\nfor k in d: len(d)\nwhile d: d.popitem()",
+    ),
+    (
+        "names that texts have bound",
+        "d = {}\nexec('\\n'.join(f'v{i} = 1' for i in range(n // 8)), d)\nfor k in d: len(d)\nwhile d: d.popitem()",
+    ),
+    (
+        "OrderedDict.move_to_end to and fro",
+        "import collections\nd = collections.OrderedDict.fromkeys(range(n))\nfor i in range(n): d.move_to_end(i, last=i % 2 == 0)",
+    ),
+    (
         "dict.popitem",
         "d = dict.fromkeys(range(n))\nwhile d: d.popitem()",
     ),

@@ -45,9 +45,12 @@ const KEPT: usize = 16;
 const KEPT_TEXT: usize = 64;
 const KEPT_FIELDS: usize = 64;
 
+/// A format with its text.
+type Known = (Box<[u8]>, Rc<Format>);
+
 /// Formats that were used lately, by their texts.
 #[derive(Default)]
-pub struct Formats(RefCell<Vec<(Box<[u8]>, Rc<Format>)>>);
+pub struct Formats(RefCell<Vec<Known>>);
 
 impl Formats {
     fn find(&self, text: &[u8]) -> Option<Rc<Format>> {
@@ -138,7 +141,7 @@ impl Format {
             Some(b'>' | b'!') => (false, false, false, &text[1..]),
             Some(b'=') => (false, false, true, &text[1..]),
             Some(b'@') => (true, true, true, &text[1..]),
-            _ => (true, true, true, &text[..]),
+            _ => (true, true, true, text),
         };
         let mut made = Format {
             little,
