@@ -158,36 +158,3 @@ fn pose_trans_of_one(bencher: Bencher) {
     let a = kinematics::RpyPose::from_array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6]);
     bencher.bench_local(|| kinematics::script_math::pose_trans(black_box(&a), &a));
 }
-
-/// The elementary functions that are the same on every machine beside those of the system, a thousand arguments each.
-#[allow(
-    clippy::disallowed_methods,
-    reason = "the system's functions are what is compared with"
-)]
-mod elementary_functions {
-    use divan::{Bencher, black_box};
-    use kinematics::elementary;
-
-    fn over(bencher: Bencher, f: impl Fn(f64) -> f64) {
-        let arguments: Vec<f64> = (1..=1000).map(|k| f64::from(k) * 0.00613).collect();
-        let sum = || arguments.iter().map(|x| f(black_box(*x))).sum::<f64>();
-        bencher.bench_local(sum);
-    }
-
-    macro_rules! beside {
-        ($($ours:ident, $system:ident: $f:expr, $g:expr;)+) => {$(
-            #[divan::bench(sample_size = 100)]
-            fn $ours(bencher: Bencher) { over(bencher, $f); }
-            #[divan::bench(sample_size = 100)]
-            fn $system(bencher: Bencher) { over(bencher, $g); }
-        )+};
-    }
-
-    beside! {
-        sin_cos, sin_cos_of_the_system: |x| { let (s, c) = elementary::sin_cos(x); s + c }, |x| { let (s, c) = x.sin_cos(); s + c };
-        acos, acos_of_the_system: |x| elementary::acos(x / 7.0), |x| (x / 7.0).acos();
-        atan2, atan2_of_the_system: |x| elementary::atan2(x, 2.0), |x| x.atan2(2.0);
-        exp, exp_of_the_system: |x| elementary::exp(-x), |x| (-x).exp();
-        cbrt, cbrt_of_the_system: elementary::cbrt, f64::cbrt;
-    }
-}
