@@ -30,5 +30,5 @@ CARGO_TARGET_DIR="$target/loom" RUSTFLAGS="--cfg elite_loom" cargo test --quiet 
 echo "== Field buses, sockets and remote calls against peers from PyPI"
 tests/peers/run.sh
 
-echo "== Python wheel"
-python3 crates/pybind/test.py
+echo "== Python wheel, without optimisation: that takes a release build of everything"
+python3 crates/pybind/test.py --debug

@@ -5,7 +5,8 @@ use crate::eval::Core;
 use crate::native::{NativeCall, NativeFunction};
 use crate::value::class::Base;
 use crate::value::instance::Payload;
-use crate::value::{Class, Instance, Raised, Value};
+use crate::value::symbol::known;
+use crate::value::{Class, Instance, Raised, Symbol, Value};
 
 impl NativeCall<'_> {
     /// An object whose attributes are functions of the embedder and other values.
@@ -57,6 +58,27 @@ pub(crate) fn object(
         vec![ancestor],
         false,
     );
+    if !attributes.is_empty() {
+        let name: Box<str> = class_name.into();
+        let shown: Vec<Symbol> = attributes
+            .iter()
+            .map(|(name, _)| core.symbols.intern(name))
+            .collect();
+        let repr = Builtin::closure("__repr__", Vec::new(), move |ev, _, args| {
+            let object = args.positional.first().cloned().unwrap_or_default();
+            let mut parts = Vec::new();
+            for symbol in &shown {
+                let value = ev.attribute(&object, *symbol)?;
+                parts.push(format!(
+                    "{}={}",
+                    ev.core.symbols.name(*symbol),
+                    ev.repr(&value)?
+                ));
+            }
+            Ok(Value::str(format!("{name}({})", parts.join(", "))))
+        });
+        class.set(known::REPR, repr);
+    }
     let instance = Instance::new(class, Payload::None);
     for method in methods {
         let name = core.symbols.intern(method.name);

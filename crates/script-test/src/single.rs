@@ -381,7 +381,7 @@ impl Runner<'_> {
     }
 
     fn watch(&mut self, watched: Watched) -> Verdict {
-        let condition = match Condition::new("the condition", &watched.text) {
+        let condition = match Condition::new(&watched.text) {
             Ok(condition) => condition,
             Err(error) => return Verdict::NoCondition(error.to_string()),
         };

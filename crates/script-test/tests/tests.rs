@@ -77,6 +77,7 @@ def test_ended():
     r = test.run("print('a')\nprint('b c')\nsleep(1)")
     assert r.outcome == "ended" and r.error is None and r.line is None
     assert r.prints == ["a", "b c"]
+    assert repr(r).startswith("result(outcome='ended', error=None, line=None, time=1."), repr(r)
     assert 1.0 <= r.time < 1.1
 
 def test_failed():
@@ -457,7 +458,7 @@ fn the_same_seed_is_the_same_run_whatever_runs_beside_it() {
             ..options()
         };
         run_folder(&path, &options);
-        let recording = Recording::open(&folder.join("test_moves-test_fails.mcap")).unwrap();
+        let recording = Recording::open(folder.join("test_moves-test_fails.mcap")).unwrap();
         let cycles: Vec<_> = recording.cycles().unwrap().map(Result::unwrap).collect();
         cycles
     };

@@ -271,14 +271,13 @@ pub fn robot_for_tests(file: Option<&Path>, seed: Option<u64>) -> Result<RobotCo
     })?
     .shared;
     let folder = file.and_then(Path::parent).unwrap_or(Path::new(""));
-    for path in [
+    let paths = [
         &mut shared.cell,
         &mut shared.calibration,
         &mut shared.task_dir,
-    ] {
-        if let Some(path) = path {
-            *path = folder.join(&*path);
-        }
+    ];
+    for path in paths.into_iter().flatten() {
+        *path = folder.join(&*path);
     }
     if let Some(ModelChoice::Urdf(path)) = &mut shared.model {
         *path = folder.join(&*path);

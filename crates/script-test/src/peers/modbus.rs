@@ -27,6 +27,7 @@ pub(crate) struct Asked {
 }
 
 #[derive(Clone, Copy, Debug)]
+#[allow(clippy::enum_variant_names, reason = "the names of the specification")]
 enum Exception {
     IllegalFunction = 1,
     IllegalAddress = 2,

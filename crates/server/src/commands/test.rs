@@ -1,6 +1,7 @@
 //! `eliteserver test`: which tests, with which settings, told how.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::io::Write;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -111,10 +112,10 @@ impl Settings {
         let mut known = BTreeMap::new();
         for case in cases {
             let folder = folder_of(case);
-            if !known.contains_key(&folder) {
-                let file = settings_file(&folder, &case.root);
+            if let Entry::Vacant(place) = known.entry(folder) {
+                let file = settings_file(place.key(), &case.root);
                 let config = robot_for_tests(file.as_deref(), seed);
-                known.insert(folder, config.map_err(|error| error.to_string())?);
+                place.insert(config.map_err(|error| error.to_string())?);
             }
         }
         Ok(Self(known))

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::io::Write;
 
+use controller::condition::{Condition, Doing};
 use recorder::{CommandMessage, Cycle, Entry, Recording, Topic};
 
 use super::ReplayError;
