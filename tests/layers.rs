@@ -128,6 +128,7 @@ const KEPT_IN: &[(&str, &[&str])] = &[
             "controller",
             "elite-runtime",
             "robot-client",
+            "script-test",
             "server",
             "supervision",
             "dev",

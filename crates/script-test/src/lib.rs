@@ -6,7 +6,7 @@
 //!
 //! - `discover`: which tests there are; `pool`: which runs when; `single`: one of them.
 //! - `turns`: how a test and the program beside it share one clock; `bench`: what both work on; `trace`: what the arm did.
-//! - `object`: the functions of `test`; `near`, `golden`: what it compares; `peers`, `serve`: machines it plays.
+//! - `object`, `expect`: the functions of `test`; `near`, `golden`: what they compare; `peers`, `serve`: machines it plays.
 //! - `report`: for people, for machines, for servers that build.
 //!
 //! Knows no command line and no configuration file: whoever calls says which settings belong to which test.
@@ -19,6 +19,7 @@
 
 mod bench;
 mod discover;
+mod expect;
 mod golden;
 mod near;
 mod object;

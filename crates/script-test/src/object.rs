@@ -15,9 +15,8 @@ use elite_runtime::{Attendance, ProgramText};
 use motion_api::{CommandKind, IoPoint, RobotMode, SafetyMode, Seconds};
 use recorder::{Cycle, FieldValue};
 
-use crate::bench::{Act, Bench, Verdict, Watched};
-use crate::golden;
-use crate::near::near;
+use crate::bench::{Act, Bench};
+use crate::expect;
 use crate::serve::{self, Served};
 
 type R<T = Value> = Result<T, Raised>;
@@ -64,12 +63,16 @@ const FUNCTIONS: &[(&str, &[&str], Body)] = &[
         &["port?", "registers?", "coils?"],
         serve::modbus_device,
     ),
-    ("near", &["a", "b", "tolerance?"], is_near),
-    ("raises", &["type_name", "function"], raises),
-    ("path_near", &["golden_csv", "tolerance?"], path_near),
-    ("never", &["condition"], never),
-    ("always", &["condition"], always),
-    ("peak", &["name"], peak),
+    ("near", &["a", "b", "tolerance?"], expect::is_near),
+    ("raises", &["type_name", "function"], expect::raises),
+    (
+        "path_near",
+        &["golden_csv", "tolerance?"],
+        expect::path_near,
+    ),
+    ("never", &["condition"], expect::never),
+    ("always", &["condition"], expect::always),
+    ("peak", &["name"], expect::peak),
 ];
 
 /// The names of all functions, for `check`.
@@ -104,7 +107,7 @@ pub(crate) fn wrong(call: &NativeCall<'_>, text: impl Into<String>) -> Raised {
 }
 
 /// A finite number within bounds; `default` where it is left out.
-fn number(
+pub(crate) fn number(
     call: &NativeCall<'_>,
     index: usize,
     name: &str,
@@ -145,7 +148,7 @@ pub(crate) fn text(call: &NativeCall<'_>, index: usize, name: &str) -> R<String>
     }
 }
 
-fn failed(call: &NativeCall<'_>, text: impl Into<String>) -> Raised {
+pub(crate) fn failed(call: &NativeCall<'_>, text: impl Into<String>) -> Raised {
     call.raise(ExceptionKind::AssertionError, text)
 }
 
@@ -182,7 +185,7 @@ fn program(site: &Site, call: &NativeCall<'_>) -> R<ProgramText> {
 }
 
 /// The path without `.` in it.
-fn tidy(path: &Path) -> PathBuf {
+pub(crate) fn tidy(path: &Path) -> PathBuf {
     path.components()
         .filter(|part| !matches!(part, std::path::Component::CurDir))
         .collect()
@@ -513,93 +516,4 @@ fn make_ready(site: &Site, call: &mut NativeCall<'_>) -> R {
         let wait = site.bench.turns.cycles() + 4;
         site.attendance.until_cycle(call, wait)?;
     }
-}
-
-fn is_near(_: &Site, call: &mut NativeCall<'_>) -> R {
-    let tolerance = number(call, 2, "tolerance", (0.0, f64::MAX), Some(1e-6))?;
-    let arg = |index| call.arg(index).cloned().unwrap_or_default();
-    let (a, b) = (arg(0), arg(1));
-    match near(&a, &b, tolerance) {
-        Ok(()) => Ok(Value::Bool(true)),
-        Err(difference) => {
-            let (a, b) = (call.repr(&a)?, call.repr(&b)?);
-            let text = format!("{a} is not within {tolerance} of {b}: {difference}");
-            Err(failed(call, text))
-        }
-    }
-}
-
-fn raises(_: &Site, call: &mut NativeCall<'_>) -> R {
-    let wanted = match call.arg(0) {
-        // The class itself is as good as its name.
-        Some(class) if class.is_callable() => {
-            let shown = call.repr(class)?;
-            let name = shown.trim_start_matches("<class '").trim_end_matches("'>");
-            name.to_owned()
-        }
-        _ => text(call, 0, "type_name")?,
-    };
-    let function = call.arg(1).cloned().unwrap_or_default();
-    if !function.is_callable() {
-        let text = format!("function must be callable, not {}", function.type_name());
-        return Err(call.raise(ExceptionKind::TypeError, text));
-    }
-    match call.call_value(&function, &[]) {
-        Ok(value) => {
-            let shown = call.repr(&value)?;
-            let text =
-                format!("{wanted} was expected, but nothing was raised: the value is {shown}");
-            Err(failed(call, text))
-        }
-        Err(Raised::Stop) => Err(Raised::Stop),
-        Err(raised) => match call.ancestors(&raised) {
-            names if names.contains(&wanted) => Ok(Value::Bool(true)),
-            _ => {
-                let report = call.report(&raised);
-                let met = report.map_or_else(String::new, |error| error.headline());
-                let text = format!("{wanted} was expected, but this was raised: {met}");
-                Err(failed(call, text))
-            }
-        },
-    }
-}
-
-fn path_near(site: &Site, call: &mut NativeCall<'_>) -> R {
-    let file = site.bench.folder.join(text(call, 0, "golden_csv")?);
-    let tolerance = number(call, 1, "tolerance", (0.0, f64::MAX), Some(1e-3))?;
-    let places = site.bench.trace.places();
-    let checked = golden::check(&places, &tidy(&file), tolerance, site.bench.goldens);
-    match checked {
-        Ok(()) => Ok(Value::Bool(true)),
-        Err(error) => Err(failed(call, error.to_string())),
-    }
-}
-
-fn never(site: &Site, call: &mut NativeCall<'_>) -> R {
-    watch(site, call, false)
-}
-
-fn always(site: &Site, call: &mut NativeCall<'_>) -> R {
-    watch(site, call, true)
-}
-
-fn watch(site: &Site, call: &mut NativeCall<'_>, always: bool) -> R {
-    let watched = Watched {
-        text: text(call, 0, "condition")?,
-        always,
-        line: call.line(),
-    };
-    match site.bench.watch(watched) {
-        Verdict::Kept => Ok(Value::None),
-        Verdict::Broken(sentence) => Err(failed(call, sentence)),
-        Verdict::NoCondition(sentence) => Err(wrong(call, sentence)),
-    }
-}
-
-fn peak(site: &Site, call: &mut NativeCall<'_>) -> R {
-    let name = text(call, 0, "name")?;
-    let value = site.bench.trace.peaks().get(&name);
-    value
-        .map(Value::Float)
-        .map_err(|sentence| wrong(call, sentence))
 }

@@ -199,7 +199,7 @@ enum Task {
     Nothing,
     Socket(Value),
     Rpc(String, Vec<RpcValue>, Option<Value>),
-    NoCall(String),
+    NoCall,
 }
 
 fn take(site: &Site, call: &mut NativeCall<'_>, arrived: &Arrived) -> R<()> {
@@ -228,7 +228,7 @@ fn take(site: &Site, call: &mut NativeCall<'_>, arrived: &Arrived) -> R<()> {
                         let function = functions.get(&method).cloned();
                         (Value::tuple(items), Task::Rpc(method, arguments, function))
                     }
-                    Err(error) => (Value::str(&*body), Task::NoCall(error.to_string())),
+                    Err(_) => (Value::str(&*body), Task::NoCall),
                 }
             }
             Answers::Modbus => {
@@ -295,7 +295,10 @@ fn take(site: &Site, call: &mut NativeCall<'_>, arrived: &Arrived) -> R<()> {
             };
             respond(site, arrived, &answer);
         }
-        Task::NoCall(sentence) => respond(site, arrived, &Err(fault(sentence))),
+        Task::NoCall => {
+            let sentence = "the call is no XML-RPC".to_owned();
+            respond(site, arrived, &Err(fault(sentence)));
+        }
     }
     Ok(())
 }

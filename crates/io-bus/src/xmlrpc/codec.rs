@@ -43,7 +43,7 @@ pub struct Fault {
 
 /// An answer that is none.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("this is no XML-RPC: {0}")]
+#[error("the answer is no XML-RPC: {0}")]
 pub struct NotXmlRpc(String);
 
 /// The body of a call.

@@ -1,0 +1,99 @@
+//! What a test expects, as functions of `test`: values that are near, exceptions, ways, conditions over the whole test, peaks.
+
+use elite_lang::{ExceptionKind, NativeCall, Raised, Value};
+
+use crate::bench::{Verdict, Watched};
+use crate::golden;
+use crate::near::near;
+use crate::object::{Site, failed, number, text, tidy, wrong};
+
+type R<T = Value> = Result<T, Raised>;
+
+pub(crate) fn is_near(_: &Site, call: &mut NativeCall<'_>) -> R {
+    let tolerance = number(call, 2, "tolerance", (0.0, f64::MAX), Some(1e-6))?;
+    let arg = |index| call.arg(index).cloned().unwrap_or_default();
+    let (a, b) = (arg(0), arg(1));
+    match near(&a, &b, tolerance) {
+        Ok(()) => Ok(Value::Bool(true)),
+        Err(difference) => {
+            let (a, b) = (call.repr(&a)?, call.repr(&b)?);
+            let text = format!("{a} is not within {tolerance} of {b}: {difference}");
+            Err(failed(call, text))
+        }
+    }
+}
+
+pub(crate) fn raises(_: &Site, call: &mut NativeCall<'_>) -> R {
+    let wanted = match call.arg(0) {
+        // The class itself is as good as its name.
+        Some(class) if class.is_callable() => {
+            let shown = call.repr(class)?;
+            let name = shown.trim_start_matches("<class '").trim_end_matches("'>");
+            name.to_owned()
+        }
+        _ => text(call, 0, "type_name")?,
+    };
+    let function = call.arg(1).cloned().unwrap_or_default();
+    if !function.is_callable() {
+        let text = format!("function must be callable, not {}", function.type_name());
+        return Err(call.raise(ExceptionKind::TypeError, text));
+    }
+    match call.call_value(&function, &[]) {
+        Ok(value) => {
+            let shown = call.repr(&value)?;
+            let text =
+                format!("{wanted} was expected, but nothing was raised: the value is {shown}");
+            Err(failed(call, text))
+        }
+        Err(Raised::Stop) => Err(Raised::Stop),
+        Err(raised) => match call.ancestors(&raised) {
+            names if names.contains(&wanted) => Ok(Value::Bool(true)),
+            _ => {
+                let report = call.report(&raised);
+                let met = report.map_or_else(String::new, |error| error.headline());
+                let text = format!("{wanted} was expected, but this was raised: {met}");
+                Err(failed(call, text))
+            }
+        },
+    }
+}
+
+pub(crate) fn path_near(site: &Site, call: &mut NativeCall<'_>) -> R {
+    let file = site.bench.folder.join(text(call, 0, "golden_csv")?);
+    let tolerance = number(call, 1, "tolerance", (0.0, f64::MAX), Some(1e-3))?;
+    let places = site.bench.trace.places();
+    let checked = golden::check(&places, &tidy(&file), tolerance, site.bench.goldens);
+    match checked {
+        Ok(()) => Ok(Value::Bool(true)),
+        Err(error) => Err(failed(call, error.to_string())),
+    }
+}
+
+pub(crate) fn never(site: &Site, call: &mut NativeCall<'_>) -> R {
+    watch(site, call, false)
+}
+
+pub(crate) fn always(site: &Site, call: &mut NativeCall<'_>) -> R {
+    watch(site, call, true)
+}
+
+fn watch(site: &Site, call: &mut NativeCall<'_>, always: bool) -> R {
+    let watched = Watched {
+        text: text(call, 0, "condition")?,
+        always,
+        line: call.line(),
+    };
+    match site.bench.watch(watched) {
+        Verdict::Kept => Ok(Value::None),
+        Verdict::Broken(sentence) => Err(failed(call, sentence)),
+        Verdict::NoCondition(sentence) => Err(wrong(call, sentence)),
+    }
+}
+
+pub(crate) fn peak(site: &Site, call: &mut NativeCall<'_>) -> R {
+    let name = text(call, 0, "name")?;
+    let value = site.bench.trace.peaks().get(&name);
+    value
+        .map(Value::Float)
+        .map_err(|sentence| wrong(call, sentence))
+}
