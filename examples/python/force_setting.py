@@ -7,6 +7,7 @@ Runs from top to bottom, or cell by cell in an editor that knows `# %%`. Needs e
 
 # %% The program: press with 20 N; it ends when the force has been within 1 N for 0.2 s
 import sys
+from typing import Any, Mapping
 
 import matplotlib
 
@@ -38,7 +39,7 @@ HOME = [0.0, -1.5708, 1.5708, -1.5708, -1.5708, 0.0]
 height = float(np.asarray(Robot("cs66").get_forward_kin(HOME))[2]) - 0.001
 
 
-def cell(chosen):
+def cell(chosen: Mapping[str, Any]) -> dict[str, Any]:
     plate = f"""
 [[obstacle]]
 name = "plate"
