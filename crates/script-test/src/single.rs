@@ -362,9 +362,13 @@ impl Runner<'_> {
 
     /// Starts a program; it has come to its first wait, or is gone, when the test hears of it.
     async fn start(&self, program: ProgramText, reply: &SyncSender<Result<(), String>>) {
+        let turns = &self.bench.turns;
+        let before = turns.arrivals();
         let started = self.bench.programs.submit(program, SENDER).await;
         if started.is_ok() {
             let since = Instant::now();
+            // A secondary program is not waited for by who submits it; until it has come nobody would give it a turn.
+            while !turns.another_has_arrived(before, LOOK_EVERY) && since.elapsed() < ENDING_MAX {}
             while !self.bench.turns.program_has_settled(LOOK_EVERY) {
                 if since.elapsed() > self.wall_timeout {
                     self.give_up_stuck();

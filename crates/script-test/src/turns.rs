@@ -31,6 +31,8 @@ pub(crate) struct Turns {
 struct State {
     test: Option<ThreadId>,
     program: Option<ThreadId>,
+    /// Programs that have come so far.
+    arrivals: u64,
     /// The program waits for the next cycle, and for its turn in it.
     program_waits: bool,
     turn: Turn,
@@ -71,6 +73,21 @@ impl Turns {
     /// True while a program is there beside the test.
     pub(crate) fn company(&self) -> &Arc<AtomicBool> {
         &self.has_company
+    }
+
+    /// How many programs have come so far.
+    pub(crate) fn arrivals(&self) -> u64 {
+        self.state().arrivals
+    }
+
+    /// Waits until more programs have come than `before`; false when `patience` was over first.
+    pub(crate) fn another_has_arrived(&self, before: u64, patience: Duration) -> bool {
+        let state = self.state();
+        let (state, _) = self
+            .changed
+            .wait_timeout_while(state, patience, |state| state.arrivals <= before)
+            .unwrap_or_else(PoisonError::into_inner);
+        state.arrivals > before
     }
 
     /// Waits until a program that was started waits for its turn, or is gone; false when `patience` was over first.
@@ -175,6 +192,7 @@ impl Timeline for Turns {
             }
             true => {
                 state.program = Some(own);
+                state.arrivals += 1;
                 state.program_waits = false;
                 self.has_company.store(true, Ordering::Release);
             }

@@ -122,6 +122,13 @@ def test_timeout():
     assert r.outcome == "timeout" and "2 s" in r.error and r.line == 1
     assert 2.0 <= r.time < 2.2
 
+def test_secondary_programs_alone():
+    for n in range(20):
+        r = test.run("sec s():\n    set_standard_digital_out(%d, True)\nend" % (n % 8))
+        assert r.outcome == "ended" and r.time < 0.1, r
+    test.advance(0.1)
+    assert test.get("standard_digital_out[7]")
+
 def test_one_at_a_time():
     test.start("sleep(1)")
     test.raises("RuntimeError", lambda: test.start("sleep(1)"))
