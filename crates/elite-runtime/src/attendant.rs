@@ -11,7 +11,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use elite_lang::{NativeCall, NativeFunction, Raised};
 
-use crate::robot::Robot;
 use crate::task::{TaskContext, Wait};
 
 /// Makes the methods of the object, on the thread of the task.
@@ -33,11 +32,6 @@ pub struct Attendant {
 pub struct Attendance(pub(crate) Rc<TaskContext>);
 
 impl Attendance {
-    /// The robot.
-    pub fn robot(&self) -> &Arc<Robot> {
-        self.0.robot()
-    }
-
     /// Suspends the calling thread until the cycle with this number has begun.
     ///
     /// # Errors

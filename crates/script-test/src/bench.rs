@@ -4,6 +4,7 @@
 //! the test and does what neither of them may: start programs and judge conditions. Owns no functions of the script: those
 //! are `object`'s.
 
+use std::ops::Deref;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{SyncSender, sync_channel};
@@ -69,18 +70,9 @@ pub(crate) enum Act {
     Command(CommandKind),
 }
 
-/// Everything a test can reach.
+/// Everything a test can reach: its parts, and what happens to them.
 pub(crate) struct Bench {
-    pub robot: Arc<Robot>,
-    pub programs: Supervisor,
-    pub said: Arc<Collector>,
-    pub turns: Arc<Turns>,
-    pub trace: Arc<Trace>,
-    pub peers: Arc<Peers>,
-    /// Relative paths of the test count from here.
-    pub folder: PathBuf,
-    pub goldens: Goldens,
-    pub requests: UnboundedSender<Request>,
+    parts: Parts,
     acts: Mutex<Acts>,
     program: Mutex<Program>,
     /// After this cycle the time of the test is over.
@@ -107,6 +99,14 @@ struct Program {
     result: Option<ProgramResult>,
 }
 
+impl Deref for Bench {
+    type Target = Parts;
+
+    fn deref(&self) -> &Parts {
+        &self.parts
+    }
+}
+
 /// The parts of a bench that are made elsewhere.
 pub(crate) struct Parts {
     pub robot: Arc<Robot>,
@@ -124,32 +124,13 @@ pub(crate) struct Parts {
 
 impl Bench {
     pub(crate) fn new(parts: Parts) -> Self {
-        let Parts {
-            robot,
-            programs,
-            said,
-            turns,
-            trace,
-            peers,
-            folder,
-            goldens,
-            requests,
-            timeout,
-        } = parts;
-        let step = Seconds::new(robot.state().step_time).unwrap_or_default();
+        let step = Seconds::new(parts.robot.state().step_time).unwrap_or_default();
+        let last_cycle = parts.timeout.cycles(step);
         Self {
-            robot,
-            programs,
-            said,
-            turns,
-            trace,
-            peers,
-            folder,
-            goldens,
-            requests,
+            parts,
             acts: Mutex::default(),
             program: Mutex::default(),
-            last_cycle: timeout.cycles(step),
+            last_cycle,
             tests: OnceLock::new(),
             given_up: OnceLock::new(),
             refused: OnceLock::new(),
