@@ -27,6 +27,15 @@ pub struct Label {
     pub text: String,
 }
 
+/// A change of the text that is likely to do away with a finding.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Fix {
+    /// What is to be replaced.
+    pub span: Span,
+    /// By this.
+    pub text: String,
+}
+
 /// One finding in a program text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Diagnostic {
@@ -42,6 +51,8 @@ pub struct Diagnostic {
     pub labels: Vec<Label>,
     /// What to do about it, if there is advice.
     pub help: Option<String>,
+    /// The change that the advice comes to, where that is known.
+    pub fix: Option<Fix>,
     /// The node of the pendant's task that it is in: that of the last directive before it.
     pub node: Option<TaskNode>,
 }
@@ -72,6 +83,7 @@ impl Diagnostic {
             span,
             labels: Vec::new(),
             help: None,
+            fix: None,
             node: None,
         }
     }
@@ -90,6 +102,13 @@ impl Diagnostic {
             span,
             text: text.into(),
         });
+        self
+    }
+
+    /// Adds the change that the advice comes to.
+    pub fn with_fix(mut self, span: Span, text: impl Into<String>) -> Self {
+        let text = text.into();
+        self.fix = Some(Fix { span, text });
         self
     }
 

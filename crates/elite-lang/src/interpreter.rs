@@ -9,6 +9,7 @@ use corosensei::stack::DefaultStack;
 use corosensei::{Coroutine, CoroutineResult};
 
 use crate::builtins::Builtin;
+use crate::debug::{Debugger, Halt, Watcher};
 use crate::embedded;
 use crate::errors::ScriptError;
 use crate::eval::coroutine::{Outlet, Request, Resume, StackKind, Stopping, ThreadState, limit_of};
@@ -162,6 +163,17 @@ impl Interpreter {
         Ok(ScriptThread::new(&self.core, move |ev| {
             ev.call(&function, &mut { args }, &[])
         }))
+    }
+
+    /// From now on `watcher` hears of every statement of the programs that are spawned after this.
+    pub fn debug(&self, watcher: Rc<dyn Watcher>) {
+        *self.core.debugger.borrow_mut() = Some(Rc::new(Debugger::new(watcher)));
+    }
+
+    /// Runs `look` on the program while no script thread runs; None where nobody watches it.
+    pub fn halted<T>(&self, look: impl FnOnce(&Halt<'_>) -> T) -> Option<T> {
+        let debugger = self.core.debugger.borrow().clone()?;
+        Some(look(&Halt::between(&self.core, &debugger)))
     }
 
     /// From now on the executions of the lines of programs are counted, of those that are spawned after this.
@@ -359,6 +371,13 @@ impl ScriptThread {
         let result = coroutine.resume(resume);
         trash::put_off(outer_puts_off);
         self.state = core.switch_to(outer);
+        let debugger = core.debugger.borrow().clone();
+        if let Some(debugger) = debugger {
+            match &result {
+                CoroutineResult::Yield(_) => debugger.suspended(self.id.0, self.state.depth),
+                CoroutineResult::Return(_) => debugger.ended(self.id.0),
+            }
+        }
         core.memory_unwatch();
         self.fuel_kept = core.take_kept_fuel();
         match result {

@@ -8,6 +8,7 @@
 mod advice;
 mod ast;
 mod builtins;
+pub mod debug;
 mod diagnostic;
 mod embedded;
 mod errors;
@@ -32,12 +33,13 @@ mod spelling;
 mod stack;
 mod statement;
 mod stdlib;
+pub mod syntax;
 #[cfg(test)]
 mod trials;
 mod value;
 
 pub use builtins::builtin_names;
-pub use diagnostic::{Diagnostic, DiagnosticFields, Label, Severity, render_human};
+pub use diagnostic::{Diagnostic, DiagnosticFields, Fix, Label, Severity, render_human};
 pub use errors::{ExceptionKind, Link, ScriptError, TraceFrame, render_script_error};
 pub use eval::coroutine::Resume;
 pub use eval::count::LineCounts;

@@ -174,7 +174,7 @@ impl NativeCall<'_> {
 
     /// All items of any iterable.
     pub fn items(&self, iterable: &Value) -> R<Vec<Value>> {
-        self.ev.collect(iterable)
+        self.ev.collect(iterable).map(Vec::from)
     }
 
     /// A random number from the embedder's seed.

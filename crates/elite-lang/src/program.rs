@@ -144,6 +144,33 @@ pub fn check(file: Arc<SourceFile>, known: &KnownNames) -> Vec<Diagnostic> {
     found
 }
 
+/// What is in a text, as far as it can be read, and what was found in it: the same findings as [`check`]'s, with one reading.
+pub(crate) fn examine(file: &SourceFile, known: &KnownNames) -> (Module, Vec<Diagnostic>) {
+    if file.text().len() > TEXT_MAX {
+        let (_, found, _) = front(file);
+        return (Module::EMPTY, found);
+    }
+    let parsed = parse(file);
+    let (module, mut found) = (parsed.module, parsed.diagnostics);
+    shape(&module, &mut found);
+    let is_error = |finding: &Diagnostic| finding.severity == Severity::Error;
+    if !found.iter().any(is_error) {
+        found.extend(resolve(&module, known).diagnostics);
+    } else {
+        found.retain(is_error);
+        let found = in_nodes(found, &module.nodes);
+        return (module, found);
+    }
+    if found.iter().any(is_error) {
+        found.retain(is_error);
+    } else {
+        found = in_order(found);
+        found.extend(crate::lint::lint(&module, file, known));
+    }
+    let found = in_nodes(in_order(found), &module.nodes);
+    (module, found)
+}
+
 /// What a text is as a whole.
 struct Shape {
     kind: ProgramKind,

@@ -220,7 +220,12 @@ fn is_meant(text: &str, ours_accepts: bool) -> bool {
     let blank_after_conversion = ["!r }", "!s }", "!a }", "!r :", "!s :", "!a :"]
         .iter()
         .any(|part| text.contains(part));
-    text.contains('\t') || blank_after_conversion || text.split("yield").skip(1).any(odd)
+    // Robot programs have no coroutines.
+    let coroutine = ["await", "async"].iter().any(|word| text.contains(word));
+    text.contains('\t')
+        || blank_after_conversion
+        || coroutine
+        || text.split("yield").skip(1).any(odd)
 }
 
 #[test]

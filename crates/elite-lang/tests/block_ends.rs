@@ -2,7 +2,7 @@
 //! of the lines, or without; with any indentation; with blank lines, comments and directives between; with statements on
 //! one line. Trees are drawn from numbers that look random, printed plainly and in mixtures, and run.
 
-mod support;
+use crate::support;
 
 use std::fmt::Write as _;
 

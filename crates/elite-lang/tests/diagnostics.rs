@@ -1,6 +1,6 @@
 //! Golden texts of what people read: findings in program text, and reports of uncaught exceptions.
 
-mod support;
+use crate::support;
 
 use elite_lang::{KnownNames, check, compile, render_human};
 use support::{Task, run};

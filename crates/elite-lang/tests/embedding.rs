@@ -1,6 +1,6 @@
 //! The interpreter as an embedder drives it: fuel, waits, stops, natives, limits.
 
-mod support;
+use crate::support;
 
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;

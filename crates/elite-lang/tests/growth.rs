@@ -4,7 +4,7 @@
 //! and of four times that size; the times are compared. They are those of the processor, so that other work on the machine
 //! does not disturb them. New methods are found by `dir`.
 
-mod support;
+use crate::support;
 
 use std::collections::BTreeMap;
 

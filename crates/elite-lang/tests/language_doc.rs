@@ -1,9 +1,9 @@
 //! `docs/LANGUAGE.md` tells what the interpreter has: its tables are made here and compared with the file.
-//! `UPDATE_DOCS=1 cargo test -p elite-lang --test language_doc` writes them.
+//! `UPDATE_DOCS=1 cargo test -p elite-lang --test all language_doc::` writes them.
 
 #![allow(clippy::unwrap_used)] // a test: a missing file should stop it
 
-mod support;
+use crate::support;
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -200,6 +200,6 @@ fn the_tables_of_the_language_page_are_up_to_date() {
     }
     assert!(
         text == wanted,
-        "docs/LANGUAGE.md is out of date; write it anew with UPDATE_DOCS=1 cargo test -p elite-lang --test language_doc"
+        "docs/LANGUAGE.md is out of date; write it anew with UPDATE_DOCS=1 cargo test -p elite-lang --test all language_doc::"
     );
 }

@@ -1,6 +1,6 @@
 //! Sizes and depths of data: refused with an exception of the script, never a crash, whatever operation meets them.
 
-mod support;
+use crate::support;
 
 use elite_lang::{Limits, Value};
 use support::{Task, drive, last_line, run};

@@ -1,6 +1,6 @@
 //! Long operations on integers give what short ones give, and a stop ends them.
 
-mod support;
+use crate::support;
 
 use elite_lang::{Resume, Step};
 use support::Task;

@@ -1,7 +1,7 @@
 //! Whatever can nest in the grammar nests 200 levels deep at most, and every long chain ends in a tree of bounded depth:
 //! each production repeated many times over is refused with a reason or is a program, and its tree is dropped unharmed.
 
-mod support;
+use crate::support;
 
 use elite_lang::{Resume, Severity, Step, check, compile};
 use support::Task;

@@ -1,6 +1,6 @@
 //! `$ LINE` directives: where they may stand, when a thread passes them, and what is said of bad ones.
 
-mod support;
+use crate::support;
 
 use std::rc::Rc;
 

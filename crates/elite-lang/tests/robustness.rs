@@ -1,6 +1,6 @@
 //! Any text may come in: nothing panics, hangs or grows without bound, whatever it is.
 
-mod support;
+use crate::support;
 
 use std::path::Path;
 use std::sync::OnceLock;

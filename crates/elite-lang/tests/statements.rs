@@ -1,6 +1,6 @@
 //! Statements that run in the place of a native that waits, as interpreter mode needs them.
 
-mod support;
+use crate::support;
 
 use std::cell::RefCell;
 use std::collections::VecDeque;

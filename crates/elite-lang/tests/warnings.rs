@@ -1,6 +1,6 @@
 //! Golden texts of what `check` warns about, and programs it must be silent about.
 
-mod support;
+use crate::support;
 
 use elite_lang::{CallHint, CallSite, KnownNames, Literal, check, render_human};
 use support::Task;

@@ -380,6 +380,16 @@ pub struct Module {
     pub nodes: Vec<NodeMark>,
 }
 
+impl Module {
+    /// A text without anything.
+    pub(crate) const EMPTY: Self = Module {
+        body: Vec::new(),
+        span: Span { start: 0, end: 0 },
+        scope_count: 1,
+        nodes: Vec::new(),
+    };
+}
+
 /// A `$ LINE` directive: here begins a node of the task that the pendant made the text from.
 #[derive(Clone, Debug, PartialEq)]
 #[allow(missing_docs)]

@@ -23,7 +23,7 @@ use crate::source::SourceFile;
 use crate::value::instance::Payload;
 use crate::value::module::Namespace;
 use crate::value::symbol::known;
-use crate::value::{CellVar, Dict, Function, Instance, R, Raised, Value};
+use crate::value::{CellVar, Dict, Function, Instance, R, Raised, Symbol, Value};
 
 /// Longest text that is evaluated, in bytes.
 const TEXT_MAX: usize = 1 << 20;
@@ -85,6 +85,84 @@ pub(super) fn exec(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
     })?;
     scope.check(ev, &code)?;
     scope.run(ev, code).map(|_| Value::None)
+}
+
+/// What a text gave that was run for a debugger.
+pub(crate) struct Given {
+    /// Its value; None if it is no expression.
+    pub value: Option<Value>,
+    /// The variables it was given, as it has left them; those it has made as well.
+    pub variables: Vec<(Symbol, Value)>,
+}
+
+/// Runs a text, an expression or statements, that sees these variables in front of the globals; without any it sees and
+/// changes the globals themselves.
+pub(crate) fn run_in(
+    ev: &Evaluator<'_>,
+    text: String,
+    variables: Option<Vec<(Symbol, Value)>>,
+) -> R<Given> {
+    let file = source_file(ev, text)?;
+    let namespace = match variables {
+        None => ev.core.globals.clone(),
+        Some(variables) => {
+            let namespace = ev.core.new_namespace(Some(ev.core.globals.clone()));
+            for (name, value) in variables {
+                drop(namespace.own_cell(name).replace(value));
+            }
+            namespace.set_of_text();
+            namespace
+        }
+    };
+    let is_separate = namespace.is_of_text();
+    let is_expression = reading(ev, |budget| {
+        let (_, parsed) = parse_expression(&file, budget);
+        let is_right = parsed
+            .diagnostics
+            .iter()
+            .all(|finding| finding.severity != Severity::Error);
+        parsed.module.release(budget);
+        Ok(is_right)
+    })?;
+    let code = reading(ev, |budget| {
+        let Tree { module, resolution } = tree(ev, &file, is_expression, budget)?;
+        if is_separate {
+            for name in &resolution.bindings {
+                namespace.own_cell(ev.core.symbols.take(name));
+            }
+        }
+        let core = &ev.core;
+        let code = match &module.body[..] {
+            [
+                Stmt {
+                    kind: StmtKind::Expr(expr),
+                    ..
+                },
+            ] if is_expression => {
+                crate::lower::expression(core, &namespace, &file, expr, &resolution, budget)
+            }
+            _ => crate::lower::module(core, &namespace, &file, &module, &resolution, budget),
+        };
+        release(module, resolution, budget);
+        Ok(code)
+    })?;
+    let scope = TextScope {
+        namespace,
+        is_separate,
+        mapping: None,
+        home: None,
+        before: HashMap::new(),
+    };
+    scope.check(ev, &code)?;
+    let value = scope.run(ev, code)?;
+    let variables = match is_separate {
+        true => scope.namespace.entries(),
+        false => Vec::new(),
+    };
+    Ok(Given {
+        value: is_expression.then_some(value),
+        variables,
+    })
 }
 
 /// Runs `work`, which reads a text of any length: on a deep stack, with pauses in which others have their turn.

@@ -386,7 +386,7 @@ fn sorted(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         None => false,
     };
     ev.sort(&mut items, args[1].given(), reverse)?;
-    Ok(Value::list(items))
+    Ok(items.into_list())
 }
 
 fn sum(ev: &Evaluator<'_>, args: &mut [Value]) -> R {

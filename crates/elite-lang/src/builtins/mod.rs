@@ -2,7 +2,7 @@
 
 mod call;
 pub use call::with_first;
-mod evaluate;
+pub(crate) mod evaluate;
 mod functions;
 mod numbers;
 pub mod quick;

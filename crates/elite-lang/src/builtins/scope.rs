@@ -317,11 +317,11 @@ fn dir(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
     match args.positional.first() {
         None => {
             let here = locals_here(ev, args)?;
-            names = ev.collect(&here)?;
+            names = ev.collect(&here)?.into();
         }
         Some(object) => {
             if let Some(list) = ev.special(object, known::DIR, &mut [])? {
-                names = ev.collect(&list)?;
+                names = ev.collect(&list)?.into();
             } else {
                 match object {
                     Value::Instance(instance) => {

@@ -8,7 +8,7 @@
 use std::ops::Range;
 
 use super::Evaluator;
-use super::bulk::{STRIDE, many};
+use super::bulk::{EACH, PIECE, STRIDE, many};
 use super::pace::VALUE;
 use crate::builtins::types::insertion_place;
 use crate::ops::item::slice::{Bounds, Indices};
@@ -232,8 +232,8 @@ impl Evaluator<'_> {
         let count = bounds.len();
         let first = || {
             let bounds = indices.within(list.len());
-            let last = bounds.start + (bounds.len() as i64 - 1) * bounds.step;
-            (bounds.start.min(last).max(0) as usize, bounds.len())
+            let first = bounds.start.min(bounds.at_last()).max(0);
+            (first as usize, bounds.len())
         };
         let moved = length.saturating_sub(first().0);
         let most = match bounds.step {
@@ -263,30 +263,94 @@ impl Evaluator<'_> {
         Ok(old.map(|old| self.let_go(old)).is_some())
     }
 
-    /// Changes the bytes of a bytearray from number `from` on: `new` is put in the place of the next `gone`. None if it is not so
-    /// long, or others keep changing it.
+    /// Puts `new` in the place of a range of the bytes of a bytearray; whether that is done.
     pub fn long_bytes_are_spliced(
         &self,
         bytes: &ByteArray,
         range: impl Fn(usize) -> Option<Range<usize>>,
         new: &[u8],
     ) -> R<bool> {
-        for _ in 0..TRIES {
-            let before = bytes.snapshot();
+        self.bytes_made_beside(bytes, |before| {
             let Some(range) = range(before.len()) else {
-                return Ok(false);
+                return Ok(None);
             };
             if before.len() - range.start + new.len() <= BYTES_MAX {
-                return Ok(false);
+                return Ok(None);
             }
             let mut data = Vec::new();
             let length = before.len() - range.len() + new.len();
             if self.grow(&mut data, length).is_err() {
-                return Ok(false);
+                return Ok(None);
             }
             self.push_bytes(&mut data, &before[..range.start])?;
             self.push_bytes(&mut data, new)?;
             self.push_bytes(&mut data, &before[range.end..])?;
+            Ok(Some(data))
+        })
+    }
+
+    /// Puts `new` in the places of a long slice with a step, or takes the bytes there out if there is none; whether that is done.
+    /// Another number of bytes is left to be refused.
+    pub fn long_bytes_are_stepped(
+        &self,
+        bytes: &ByteArray,
+        indices: Indices,
+        new: Option<&[u8]>,
+    ) -> R<bool> {
+        self.bytes_made_beside(bytes, |before| {
+            let bounds = indices.within(before.len());
+            let count = bounds.len();
+            let fits = new.is_none_or(|new| new.len() == count);
+            if bounds.step == 1 || count <= TOUCHED_MAX || !fits {
+                return Ok(None);
+            }
+            let mut data = Vec::new();
+            if self.grow(&mut data, before.len()).is_err() {
+                return Ok(None);
+            }
+            let Some(new) = new else {
+                let ends = [bounds.start, bounds.at_last()].map(|place| place.max(0) as usize);
+                let places = ends[0].min(ends[1])..=ends[0].max(ends[1]);
+                let stride = usize::try_from(bounds.step.unsigned_abs()).unwrap_or(usize::MAX);
+                let is_gone = |at: usize| {
+                    places.contains(&at) && (at - places.start()).is_multiple_of(stride)
+                };
+                for (number, piece) in before.chunks(PIECE).enumerate() {
+                    let placed = (number * PIECE..).zip(piece);
+                    data.extend(
+                        placed
+                            .filter(|(at, _)| !is_gone(*at))
+                            .map(|(_, byte)| *byte),
+                    );
+                    self.worked(piece.len() * EACH)?;
+                }
+                return Ok(Some(data));
+            };
+            self.push_bytes(&mut data, before)?;
+            // All of these lie within what was just copied.
+            let mut places = bounds.indices();
+            for piece in new.chunks(PIECE) {
+                for (byte, place) in piece.iter().zip(&mut places) {
+                    data[place] = *byte;
+                }
+                self.worked(piece.len() * EACH)?;
+            }
+            Ok(Some(data))
+        })
+    }
+
+    /// Puts what `make` makes of the bytes that are there in their place; whether that is done. It makes nothing where they are
+    /// not many, or where there is no room.
+    fn bytes_made_beside(
+        &self,
+        bytes: &ByteArray,
+        make: impl Fn(&[u8]) -> R<Option<Vec<u8>>>,
+    ) -> R<bool> {
+        for _ in 0..TRIES {
+            let before = bytes.snapshot();
+            let Some(data) = make(&before)? else {
+                return Ok(false);
+            };
             if bytes.put_copy(&before, data) {
                 return Ok(true);
             }
@@ -296,22 +360,19 @@ impl Evaluator<'_> {
 
     /// Turns the bytes of a bytearray around.
     pub fn reverse_bytes(&self, bytes: &ByteArray) -> R<()> {
-        for _ in 0..TRIES {
-            let before = bytes.snapshot();
-            if before.len() <= BYTES_MAX {
-                break;
-            }
+        let is_done = self.bytes_made_beside(bytes, |before| {
             let mut data = Vec::new();
-            if self.grow(&mut data, before.len()).is_err() {
-                break;
+            if before.len() <= BYTES_MAX || self.grow(&mut data, before.len()).is_err() {
+                return Ok(None);
             }
             for piece in before.rchunks(STRIDE) {
                 data.extend(piece.iter().rev());
                 self.worked(many(piece.len()) * 4)?;
             }
-            if bytes.put_copy(&before, data) {
-                return Ok(());
-            }
+            Ok(Some(data))
+        })?;
+        if is_done {
+            return Ok(());
         }
         self.grow_bytes(bytes, 0)?;
         bytes.change(|data| data.reverse());

@@ -11,6 +11,7 @@ use super::cycles::Cycles;
 use super::generator::LastActs;
 use super::node::Nodes;
 use super::types::Types;
+use crate::debug::Debugger;
 use crate::host::{Host, ThreadId};
 use crate::limits::{Limits, memory};
 use crate::statement::Injected;
@@ -91,6 +92,8 @@ pub struct Core {
     pub injected: RefCell<Injected>,
     /// Executions of the lines of programs, where they are counted.
     pub counters: RefCell<Option<Rc<Counters>>>,
+    /// Who watches statements, where somebody does.
+    pub(crate) debugger: RefCell<Option<Rc<Debugger>>>,
     /// What generators that were given up still have to do.
     pub last_acts: LastActs,
     /// What modules of the library keep.
@@ -152,6 +155,7 @@ impl Core {
             cycles: Cycles::default(),
             injected: RefCell::default(),
             counters: RefCell::default(),
+            debugger: RefCell::default(),
             interrupts: RefCell::default(),
             next_thread: Cell::new(0),
             symbols,
@@ -164,6 +168,21 @@ impl Core {
     pub fn new_thread(&self) -> u64 {
         self.next_thread.set(self.next_thread.get() + 1);
         self.next_thread.get()
+    }
+
+    /// The number of the newest script thread.
+    pub fn newest_thread(&self) -> u64 {
+        self.next_thread.get()
+    }
+
+    /// Gives the numbers of threads that were nobody's but a debugger's back, so that they leave no trace.
+    pub fn forget_threads_after(&self, number: u64) {
+        self.next_thread.set(number);
+    }
+
+    /// Safepoints that the running thread may still pass in its slice.
+    pub fn fuel_in_hand(&self) -> u32 {
+        memory::fuel().saturating_add(self.fuel_left.get())
     }
 
     /// Whether the main program's thread is running.
@@ -330,6 +349,10 @@ impl Core {
 
     /// Breaks the cycles through globals, modules and classes.
     pub fn dismantle(&self) {
+        let debugger = self.debugger.take();
+        if let Some(debugger) = debugger {
+            debugger.dismantle();
+        }
         self.globals.dismantle();
         self.interrupts.take();
         self.break_cycles();

@@ -22,6 +22,7 @@ pub mod steps;
 pub mod stmt;
 pub mod types;
 pub mod walk;
+pub mod watch;
 
 use std::cell::Cell;
 use std::rc::Rc;

@@ -88,6 +88,26 @@ impl Evaluator<'_> {
         Ok(())
     }
 
+    /// Turns values around that nobody else sees.
+    pub fn reverse(&self, values: &mut [Value]) -> R<()> {
+        let length = values.len();
+        let (mut front, middle) = (0, length / 2);
+        while front < middle {
+            let count = COPIED.min(middle - front);
+            let (first, last) = values.split_at_mut(middle);
+            let back = last.len() - front;
+            for (a, b) in first[front..front + count]
+                .iter_mut()
+                .zip(last[..back].iter_mut().rev())
+            {
+                std::mem::swap(a, b);
+            }
+            self.worked(2 * count * VALUE)?;
+            front += count;
+        }
+        Ok(())
+    }
+
     /// These values `count` times over.
     pub fn repeated(&self, items: Vec<Value>, count: usize) -> R<Vec<Value>> {
         if count == 0 {

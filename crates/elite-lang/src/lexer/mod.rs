@@ -394,7 +394,9 @@ impl<'t> Lexer<'t> {
         };
         let mut diagnostic = Diagnostic::error("syntax", Span::new(start, self.at), message);
         if !ascii.is_empty() {
-            diagnostic = diagnostic.with_help(format!("did you mean {ascii}"));
+            diagnostic = diagnostic
+                .with_help(format!("did you mean {ascii}"))
+                .with_fix(Span::new(start, self.at), ascii);
         } else if c == '$' {
             diagnostic = diagnostic.with_help("a directive needs a line of its own");
         }

@@ -77,9 +77,12 @@ impl Made {
 impl Lower<'_> {
     /// The body of a generator function.
     pub(super) fn generator_body(&mut self, body: &[Stmt]) -> Body {
-        if !body
-            .iter()
-            .all(|statement| can_stop(statement, self.budget))
+        // Watched statements are nodes around others, which steps are not.
+        let is_watched = self.debugger.is_some();
+        if is_watched
+            || !body
+                .iter()
+                .all(|statement| can_stop(statement, self.budget))
         {
             return Body::Block(self.block(body));
         }
@@ -267,9 +270,9 @@ impl Lower<'_> {
 
     fn if_steps(&mut self, branches: &[(ast::Expr, Vec<Stmt>)], orelse: &[Stmt], made: &mut Made) {
         let mut ends = Vec::new();
-        for (test, body) in branches {
+        for (index, (test, body)) in branches.iter().enumerate() {
             let line = self.line(test.span);
-            let test = self.branch_test(test);
+            let test = self.branch_test(test, index == 0);
             let unless = made.add(Step::Unless {
                 line,
                 test,

@@ -6,6 +6,7 @@ mod expr;
 mod generator;
 mod stmt;
 mod target;
+mod watch;
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -13,6 +14,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use crate::ast::{self, Constant, NodeMark, NodePlace, ScopeId};
+use crate::debug::{Debugger, Site};
 use crate::eval::Core;
 use crate::eval::code::{Block, Body, Code, CodeKind, Params, Refers, TextNames};
 use crate::eval::coroutine::{LEVEL, RESERVE};
@@ -55,6 +57,7 @@ pub fn program(
 ) -> Rc<Code> {
     let mut lower = Lower::new(core, namespace, file, resolution, budget);
     lower.counters.clone_from(&core.counters.borrow());
+    lower.debugger.clone_from(&core.debugger.borrow());
     lower.whole_module(module)
 }
 
@@ -96,6 +99,12 @@ struct Lower<'l> {
     refers: RefCell<Refers>,
     /// Where the lines are counted, if they are.
     counters: Option<Rc<Counters>>,
+    /// Who is told of statements, if somebody is.
+    debugger: Option<Rc<Debugger>>,
+    /// The next statement is the first of its frame.
+    is_first: bool,
+    /// The statement that is being made, where it is watched.
+    loop_site: Option<Rc<Site>>,
 }
 
 /// What a frame takes and refers to.
@@ -147,6 +156,9 @@ impl<'l> Lower<'l> {
             names: core.names_of_text(),
             refers: RefCell::default(),
             counters: None,
+            debugger: None,
+            is_first: true,
+            loop_site: None,
         }
     }
 
@@ -244,6 +256,7 @@ impl<'l> Lower<'l> {
         let outer_scope = std::mem::replace(&mut self.scope, scope);
         let outer_frame = std::mem::replace(&mut self.frame_scope, scope);
         let outer_prefix = std::mem::replace(&mut self.prefix, prefix);
+        let outer_first = std::mem::replace(&mut self.is_first, true);
         let outer_depth = (
             std::mem::take(&mut self.depth),
             std::mem::take(&mut self.deepest),
@@ -254,6 +267,7 @@ impl<'l> Lower<'l> {
             refers: self.refers.replace(outer_refers),
         };
         (self.depth, self.deepest) = outer_depth;
+        self.is_first = outer_first;
         self.scope = outer_scope;
         self.frame_scope = outer_frame;
         self.prefix = outer_prefix;
@@ -315,7 +329,7 @@ impl<'l> Lower<'l> {
             if let Some(mark) = self.mark(statement, line) {
                 lines.push((line, Box::new(mark)));
             }
-            if let Some(node) = self.statement(statement) {
+            if let Some(node) = self.watched(statement) {
                 lines.push((line, node));
             }
             self.pass(NodePlace::After(start), line, &mut lines);
@@ -341,8 +355,11 @@ impl<'l> Lower<'l> {
     }
 
     /// The condition of a branch of an `if`.
-    fn branch_test(&mut self, test: &ast::Expr) -> Expr {
-        let then = self.expr(test);
+    fn branch_test(&mut self, test: &ast::Expr, is_first: bool) -> Expr {
+        let then = match is_first {
+            true => self.expr(test),
+            false => self.watched_test(test, None),
+        };
         let counters = self.counters.as_ref();
         let then = match counters {
             None => then,

@@ -108,14 +108,14 @@ impl Lower<'_> {
     fn compound(&mut self, statement: &Stmt) -> Node {
         match &statement.kind {
             StmtKind::If { branches, orelse } => {
-                let branch = |(test, body): &(ast::Expr, Vec<Stmt>)| {
+                let branch = |(index, (test, body)): (usize, &(ast::Expr, Vec<Stmt>))| {
                     (
                         self.line(test.span),
-                        self.branch_test(test),
+                        self.branch_test(test, index == 0),
                         self.block(body),
                     )
                 };
-                let branches = branches.iter().map(branch).collect();
+                let branches = branches.iter().enumerate().map(branch).collect();
                 Box::new(If {
                     branches,
                     orelse: self.block(orelse),
@@ -123,7 +123,7 @@ impl Lower<'_> {
             }
             StmtKind::While { test, body, orelse } => Box::new(While {
                 line: self.line(test.span),
-                test: self.expr(test),
+                test: self.loop_test(test),
                 body: self.block(body),
                 orelse: self.block(orelse),
             }),

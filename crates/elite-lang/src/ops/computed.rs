@@ -131,7 +131,7 @@ impl Evaluator<'_> {
             return Err(self.raise(ExceptionKind::AttributeError, "readonly attribute"));
         }
         match name {
-            known::ARGS => state.set_args(Value::tuple(self.collect(new)?)),
+            known::ARGS => state.set_args(self.collect(new)?.into_tuple()),
             known::CAUSE | known::CONTEXT if !self.is_exception_or_none(new) => {
                 let what = if name == known::CAUSE {
                     "cause"

@@ -341,7 +341,7 @@ impl Evaluator<'_> {
                 }
             })?;
             let length = items.len();
-            let Ok([key, value]) = <[Value; 2]>::try_from(items) else {
+            let Ok([key, value]) = <[Value; 2]>::try_from(Vec::from(items)) else {
                 let what = format!(
                     "dictionary update sequence element #{index} has length {length}; 2 is required"
                 );

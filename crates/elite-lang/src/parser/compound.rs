@@ -1,11 +1,11 @@
 //! Statements with blocks: `if`, `while`, `for`, `try`, `with`, `def`, `sec`, `class`, decorators.
 
-use super::{Context, Parse, Parser};
+use super::{Context, Failed, Parse, Parser};
 use crate::ast::{
-    ClassDef, Expr, ExprKind, FunctionDef, Handler, NodePlace, Stmt, StmtKind, WithItem,
+    ClassDef, Constant, Expr, ExprKind, FunctionDef, Handler, NodePlace, Stmt, StmtKind, WithItem,
 };
 use crate::diagnostic::Diagnostic;
-use crate::lexer::TokenKind as T;
+use crate::lexer::{Token, TokenKind as T};
 use crate::lint::visit::blocks;
 use crate::source::Span;
 
@@ -64,7 +64,11 @@ impl Parser<'_> {
     /// at the column of its own lines, which also ends the statement.
     pub(super) fn block(&mut self, header: &str) -> Parse<Vec<Stmt>> {
         if self.eat(T::Colon).is_none() {
-            return self.unexpected(&format!("':' after {header}"));
+            let failed = self.unexpected(&format!("':' after {header}"));
+            // A header that only lacks its colon keeps its block.
+            if self.kind() != T::Newline || self.kind_ahead(1) != T::Indent {
+                return failed;
+            }
         }
         self.nested(|parser| {
             let mut body = Vec::new();
@@ -79,7 +83,9 @@ impl Parser<'_> {
             if parser.eat(T::Indent).is_none() {
                 let span = parser.token().span;
                 let message = format!("expected an indented block after {header}");
-                return Err(parser.report(Diagnostic::error("indentation", span, message)));
+                parser.report(Diagnostic::error("indentation", span, message));
+                // The lines that follow are what they are.
+                return Ok(body);
             }
             parser.depth += 1;
             let read = parser.block_lines(&mut body);
@@ -132,7 +138,10 @@ impl Parser<'_> {
         if self.eat(T::Else).is_none() {
             return Ok(Vec::new());
         }
-        self.block("'else'")
+        let (parsed, span) = (self.block("'else'"), self.token().span);
+        let gap = Expr::new(ExprKind::Constant(Constant::Ellipsis), span);
+        let parsed = parsed.map(|body| (gap, body));
+        Ok(self.clause_or_rest(parsed, span).1)
     }
 
     fn condition(&mut self) -> Parse<Expr> {
@@ -146,12 +155,31 @@ impl Parser<'_> {
         let test = self.condition()?;
         let mut branches = vec![(test, self.block("the 'if' condition")?)];
         while let Some(elif) = self.eat(T::Elif) {
-            let test = self.condition()?;
-            self.claim(elif.span.start, NodePlace::Before(test.span.start));
-            branches.push((test, self.block("the 'elif' condition")?));
+            let parsed = self.elif_clause(elif);
+            branches.push(self.clause_or_rest(parsed, elif.span));
         }
         let orelse = self.else_block()?;
         Ok(StmtKind::If { branches, orelse })
+    }
+
+    fn elif_clause(&mut self, elif: Token) -> Parse<(Expr, Vec<Stmt>)> {
+        let test = self.condition()?;
+        self.claim(elif.span.start, NodePlace::Before(test.span.start));
+        Ok((test, self.block("the 'elif' condition")?))
+    }
+
+    /// A further clause of a statement; of one that did not parse, what its block holds: the clauses before it stand.
+    fn clause_or_rest(
+        &mut self,
+        parsed: Parse<(Expr, Vec<Stmt>)>,
+        span: Span,
+    ) -> (Expr, Vec<Stmt>) {
+        parsed.unwrap_or_else(|Failed| {
+            let mut body = Vec::new();
+            self.skip_line_and_block(&mut body);
+            let gap = Expr::new(ExprKind::Constant(Constant::Ellipsis), span);
+            (gap, body)
+        })
     }
 
     fn while_statement(&mut self) -> Parse<StmtKind> {
@@ -184,7 +212,18 @@ impl Parser<'_> {
         let mut handlers: Vec<Handler> = Vec::new();
         let mut bare: Option<Span> = None;
         while self.kind() == T::Except {
-            let handler = self.handler()?;
+            let start = self.token().span;
+            let handler = self.handler().unwrap_or_else(|Failed| {
+                let mut body = Vec::new();
+                self.skip_line_and_block(&mut body);
+                Handler {
+                    star: false,
+                    exception: None,
+                    name: None,
+                    body,
+                    span: start,
+                }
+            });
             if handlers
                 .first()
                 .is_some_and(|first| first.star != handler.star)
@@ -206,13 +245,15 @@ impl Parser<'_> {
         } else {
             self.else_block()?
         };
-        let finally = if self.eat(T::Finally).is_some() {
+        let has_finally = self.eat(T::Finally).is_some();
+        let finally = if has_finally {
             self.block("'finally'")?
         } else {
             Vec::new()
         };
-        if handlers.is_empty() && finally.is_empty() {
-            return self.fail(start, "'try' needs at least one 'except' or a 'finally'");
+        if handlers.is_empty() && !has_finally {
+            let message = "'try' needs at least one 'except' or a 'finally'";
+            self.report(Diagnostic::error("syntax", start, message));
         }
         Ok(StmtKind::Try {
             body,

@@ -12,6 +12,7 @@ mod expr;
 mod fstring;
 mod literal;
 mod params;
+mod remains;
 mod stmt;
 mod strings;
 mod target;
@@ -292,7 +293,9 @@ impl<'f> Parser<'f> {
             format!("expected {expected}, found {found}"),
         );
         if token.kind == TokenKind::Equal {
-            diagnostic = diagnostic.with_help("'=' assigns; use '==' to compare");
+            diagnostic = diagnostic
+                .with_help("'=' assigns; use '==' to compare")
+                .with_fix(token.span, "==");
         } else if token.kind.is_keyword() {
             let help = format!("'{}' is a keyword and cannot be a name", self.text(token));
             diagnostic = if expected == "a name" {
@@ -302,6 +305,12 @@ impl<'f> Parser<'f> {
             };
         } else if let Some(help) = self.foreign_operator() {
             diagnostic = diagnostic.with_help(help);
+            let word = help
+                .strip_prefix("write '")
+                .and_then(|rest| rest.strip_suffix('\''));
+            if let (Some(word @ ("and" | "or")), Some(before)) = (word, self.at.checked_sub(1)) {
+                diagnostic = diagnostic.with_fix(self.tokens[before].span.to(token.span), word);
+            }
         }
         Err(self.report(diagnostic))
     }

@@ -22,7 +22,7 @@ impl Parser<'_> {
                     .iter()
                     .last()
                     .is_some_and(|last| last.code == "not-supported");
-                self.recover();
+                self.recover(before, body);
                 if unsupported {
                     // What its block holds makes no sense on its own.
                     self.diagnostics.truncate(reported);
@@ -38,22 +38,24 @@ impl Parser<'_> {
         }
     }
 
-    /// Leaves a statement that did not parse: its line, the block below it, and what belongs to that block.
-    fn recover(&mut self) {
-        if !self.skip_line_and_block() {
-            return;
+    /// Leaves a statement that did not parse and began with token `first`: its line, the block below it, and what belongs
+    /// to that block. What can be told of it stays in the tree, for those who read programs while they are written.
+    fn recover(&mut self, first: usize, body: &mut Vec<Stmt>) {
+        let mut below = Vec::new();
+        if self.skip_line_and_block(&mut below) {
+            // The clauses and the `end` of the statement mean nothing without its header; only what they hold is read.
+            while matches!(self.kind(), T::Elif | T::Else | T::Except | T::Finally) {
+                self.skip_line_and_block(&mut below);
+            }
+            if self.eat(T::End).is_some() {
+                self.eat(T::Newline);
+            }
         }
-        // The clauses and the `end` of the statement mean nothing without its header; only what they hold is read.
-        while matches!(self.kind(), T::Elif | T::Else | T::Except | T::Finally) {
-            self.skip_line_and_block();
-        }
-        if self.eat(T::End).is_some() {
-            self.eat(T::Newline);
-        }
+        self.remains(first, below, body);
     }
 
-    /// Skips the rest of the line; whether a block was below it, which has been read for its errors.
-    fn skip_line_and_block(&mut self) -> bool {
+    /// Skips the rest of the line; whether a block was below it, whose statements go into `below`.
+    pub(super) fn skip_line_and_block(&mut self, below: &mut Vec<Stmt>) -> bool {
         while !matches!(
             self.kind(),
             T::Newline | T::EndOfFile | T::Indent | T::Dedent
@@ -64,9 +66,8 @@ impl Parser<'_> {
         if self.eat(T::Indent).is_none() {
             return false;
         }
-        let mut dropped = Vec::new();
         while !matches!(self.kind(), T::Dedent | T::EndOfFile) {
-            self.statement_or_recover(&mut dropped);
+            self.statement_or_recover(below);
         }
         self.eat(T::Dedent);
         true
@@ -78,7 +79,7 @@ impl Parser<'_> {
                 self.bump();
                 Ok(())
             }
-            T::Indent => self.unexpected_indent(),
+            T::Indent => self.unexpected_indent(body),
             T::End => self.misplaced_end(),
             _ => self.ordinary_statement(body),
         }
@@ -100,7 +101,7 @@ impl Parser<'_> {
         }
     }
 
-    fn unexpected_indent(&mut self) -> Parse<()> {
+    fn unexpected_indent(&mut self, body: &mut Vec<Stmt>) -> Parse<()> {
         self.bump();
         let span = self.token().span;
         let failed = self.report(Diagnostic::error(
@@ -109,9 +110,8 @@ impl Parser<'_> {
             "this line is indented, but no block is open",
         ));
         // Read the block as if it were not indented, so that its own errors show too.
-        let mut dropped = Vec::new();
         while !matches!(self.kind(), T::Dedent | T::EndOfFile) {
-            self.statement_or_recover(&mut dropped);
+            self.statement_or_recover(body);
         }
         self.eat(T::Dedent);
         let _ = failed;
@@ -454,6 +454,10 @@ impl Parser<'_> {
                 let meant =
                     || nearest(word, HEADS.iter()).map(|head| format!("did you mean '{head}'"));
                 if let Some(help) = slip(word).map(str::to_owned).or_else(meant) {
+                    let fixed = help.strip_prefix("did you mean '");
+                    if let Some(fixed) = fixed.and_then(|rest| rest.strip_suffix('\'')) {
+                        diagnostic = diagnostic.with_fix(expr.span, fixed);
+                    }
                     diagnostic = diagnostic.with_help(help);
                 }
                 return Err(self.report(diagnostic));

@@ -148,7 +148,9 @@ pub(super) fn report_undefined(
                 None
             };
             if let Some(near) = near {
-                diagnostic = diagnostic.with_help(format!("did you mean '{near}'"));
+                diagnostic = diagnostic
+                    .with_help(format!("did you mean '{near}'"))
+                    .with_fix(*span, near);
             }
             diagnostics.push(diagnostic);
         }

@@ -48,7 +48,7 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
         ("interrupt", "function args /", |ev, args| {
             require(ev, Access::Processes, "signals")?;
             let args_of_call = ev.collect(&args[1])?;
-            ev.core.interrupt_main(args[0].clone(), args_of_call);
+            ev.core.interrupt_main(args[0].clone(), args_of_call.into());
             Ok(Value::None)
         }),
         ("is_main", "", |ev, _| {

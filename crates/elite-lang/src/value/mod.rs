@@ -22,6 +22,7 @@ pub mod string;
 pub mod surrogate;
 pub mod symbol;
 pub mod trash;
+pub mod values;
 pub mod weak;
 
 use std::cell::Cell;
@@ -43,6 +44,7 @@ pub use range::{LongRange, Range, Slice};
 pub use set::Set;
 pub use string::Str;
 pub use symbol::Symbol;
+pub use values::Values;
 
 use crate::builtins::Builtin;
 use crate::eval::code::Code;

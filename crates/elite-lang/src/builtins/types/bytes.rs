@@ -13,7 +13,7 @@ use crate::eval::bulk::{EACH, PIECE};
 use crate::eval::{Core, Evaluator};
 use crate::value::bytes::Data;
 use crate::value::symbol::known;
-use crate::value::{ByteArray, Bytes, Class, R, Value};
+use crate::value::{ByteArray, Bytes, Class, R, Value, Values};
 
 /// White space of bytes, as an argument for `strip`.
 const SPACES: &str = " \t\n\r\x0b\x0c";
@@ -384,8 +384,8 @@ fn to_text(ev: &Evaluator<'_>, value: &Value) -> R {
 }
 
 fn from_text(ev: &Evaluator<'_>, receiver: &Value, value: Value) -> R {
-    let each = |items: &[Value]| -> R<Vec<Value>> {
-        let mut out = ev.room_for(items.len())?;
+    let each = |items: &[Value]| -> R<Values> {
+        let mut out: Values = ev.room_for(items.len())?.into();
         for item in items {
             ev.worked(EACH)?;
             out.push(from_text(ev, receiver, item.clone())?);
@@ -394,8 +394,8 @@ fn from_text(ev: &Evaluator<'_>, receiver: &Value, value: Value) -> R {
     };
     Ok(match &value {
         Value::Str(text) => like(ev, receiver, ev.to_latin1(text.as_str())?),
-        Value::List(_) => Value::list(each(&ev.collect(&value)?)?),
-        Value::Tuple(tuple) => Value::tuple(each(tuple.items())?),
+        Value::List(_) => each(&ev.collect(&value)?)?.into_list(),
+        Value::Tuple(tuple) => each(tuple.items())?.into_tuple(),
         _ => value,
     })
 }
@@ -478,7 +478,7 @@ fn split(ev: &Evaluator<'_>, args: &mut [Value], name: &str) -> R {
     let parts = by_text(ev, &mut on_hidden, name)?;
     let mut rest = 0;
     let parts = ev.collect(&parts)?;
-    let mut restored = ev.room_for(parts.len())?;
+    let mut restored: Values = ev.room_for(parts.len())?.into();
     for part in &parts {
         let length = ev.bytes_like(part).map_or(0, |part| part.len());
         for piece in data[rest..].chunks(PIECE) {
@@ -499,7 +499,7 @@ fn split(ev: &Evaluator<'_>, args: &mut [Value], name: &str) -> R {
         rest += length;
         ev.worked(EACH)?;
     }
-    Ok(Value::list(restored))
+    Ok(restored.into_list())
 }
 
 fn join(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
@@ -584,7 +584,7 @@ fn splitlines(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let keep = args[1].given().map_or(Ok(0), |value| ev.index(value))? != 0;
     let data = receiver(ev, &args[0])?;
     let is_end = |byte: &u8| matches!(byte, b'\n' | b'\r');
-    let mut lines = Vec::new();
+    let mut lines = Values::default();
     let mut rest = &data[..];
     while !rest.is_empty() {
         let mut line = 0;
@@ -600,14 +600,14 @@ fn splitlines(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             true => line + 2,
             false => (line + 1).min(rest.len()),
         };
-        ev.grow(&mut lines, 1)?;
+        ev.grow(&mut *lines, 1)?;
         let part = &rest[..if keep { end } else { line }];
         lines.push(like(ev, &args[0], ev.copied_bytes(part)?));
         ev.check_memory()?;
         ev.worked(EACH)?;
         rest = &rest[end..];
     }
-    Ok(Value::list(lines))
+    Ok(lines.into_list())
 }
 
 fn swap(byte: u8) -> u8 {

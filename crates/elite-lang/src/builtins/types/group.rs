@@ -149,7 +149,7 @@ impl Evaluator<'_> {
         let state = ExceptionState::with_args(Value::tuple(args.to_vec()));
         let group = Group {
             message: Value::Str(text),
-            exceptions: Value::tuple(members),
+            exceptions: members.into_tuple(),
         };
         // The state is new, so its group is not set yet.
         let _ = state.group.set(group);
@@ -234,7 +234,7 @@ impl Evaluator<'_> {
         if let Some(notes) = self.attribute_or_none(&value, known::NOTES)?
             && matches!(self.plain(&notes), Value::List(_))
         {
-            let copy = Value::list(self.collect(&notes)?);
+            let copy = self.collect(&notes)?.into_list();
             self.set_attribute(&Value::Instance(part.clone()), known::NOTES, copy)?;
         }
         Ok(Some(part))

@@ -7,21 +7,21 @@ use crate::errors::ExceptionKind;
 use crate::eval::pace::VALUE;
 use crate::eval::{Core, Evaluator};
 use crate::value::symbol::known;
-use crate::value::{Iter, List, R, Value};
+use crate::value::{Iter, List, R, Value, Values};
 
 pub(super) fn install(core: &Rc<Core>) {
     let types = &core.types;
     constructor(core, &types.list, "iterable? /", |ev, args| {
         match args[0].given() {
             None => Ok(Value::list(Vec::new())),
-            Some(iterable) => ev.collect(iterable).map(Value::list),
+            Some(iterable) => ev.collect(iterable).map(Values::into_list),
         }
     });
     constructor(core, &types.tuple, "iterable? /", |ev, args| {
         match args[0].given() {
             None => Ok(Value::tuple(Vec::new())),
             Some(tuple @ Value::Tuple(_)) => Ok(tuple.clone()),
-            Some(iterable) => ev.collect(iterable).map(Value::tuple),
+            Some(iterable) => ev.collect(iterable).map(Values::into_tuple),
         }
     });
     methods(
@@ -36,7 +36,7 @@ pub(super) fn install(core: &Rc<Core>) {
             ("clear", "", clear),
             ("copy", "", |ev, args| {
                 let list = receiver(ev, &args[0])?;
-                ev.collect(&Value::List(list)).map(Value::list)
+                ev.collect(&Value::List(list)).map(Values::into_list)
             }),
             ("count", "value /", |ev, args| count(ev, &args[0], &args[1])),
             ("index", "value start? stop? /", index),
@@ -129,7 +129,7 @@ impl Evaluator<'_> {
             true => self.collect(&Value::List(list.clone()))?,
             false => self.collect(iterable)?,
         };
-        self.list_append_all(list, items)
+        self.list_append_all(list, items.into())
     }
 }
 

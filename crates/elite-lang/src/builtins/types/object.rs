@@ -10,7 +10,7 @@ use crate::eval::{Core, Evaluator};
 use crate::ops::hash::address_hash;
 use crate::value::instance::Payload;
 use crate::value::symbol::{Passing, known};
-use crate::value::{Instance, Module, R, Value};
+use crate::value::{Instance, Module, R, Value, Values};
 
 pub(super) fn install(core: &Rc<Core>) {
     let types = &core.types;
@@ -42,7 +42,7 @@ pub(super) fn install(core: &Rc<Core>) {
         &[
             ("mro", "", |ev, args| {
                 let order = ev.attribute(&args[0], known::MRO)?;
-                ev.collect(&order).map(Value::list)
+                ev.collect(&order).map(Values::into_list)
             }),
             ("__subclasses__", "", |ev, args| match &args[0] {
                 Value::Class(class) => Ok(Value::list(

@@ -269,7 +269,7 @@ impl Evaluator<'_> {
             has_hash |= name == known::HASH;
             if name == known::SLOTS && takes_slots(base) {
                 let names = match &value {
-                    Value::Str(_) => vec![value.clone()],
+                    Value::Str(_) => vec![value.clone()].into(),
                     other => self.collect(other)?,
                 };
                 let mut slots = Vec::new();

@@ -8,7 +8,7 @@ use crate::eval::{Evaluator, Flow, Frame, Located, Statement, attempt};
 use crate::source::Span;
 use crate::value::symbol::known;
 use crate::value::trash::Nodes;
-use crate::value::{CellVar, R, Raised, Symbol, Value};
+use crate::value::{CellVar, R, Raised, Symbol, Value, Values};
 
 /// `import name as target`
 pub struct Import {
@@ -139,7 +139,7 @@ fn star_names(ev: &Evaluator<'_>, module: &Value) -> R<Vec<Symbol>> {
         Some(names) => (ev.collect(&names)?, true),
         None => match ev.attribute_or_none(module, known::DICT)? {
             Some(names) => (ev.collect(&names)?, false),
-            None => (Vec::new(), false),
+            None => (Values::default(), false),
         },
     };
     let names = names.iter().filter_map(Value::as_str);

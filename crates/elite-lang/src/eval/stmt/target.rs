@@ -416,7 +416,7 @@ impl Unpack {
             }
             return Ok(items);
         };
-        let mut items = ev.drain(&iterator)?;
+        let mut items = Vec::from(ev.drain(&iterator)?);
         if items.len() + 1 < wanted {
             return Err(self.too_few(ev, items.len()));
         }

@@ -4,7 +4,7 @@ use super::slice::{Bounds, Indices};
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::value::symbol::known;
-use crate::value::{List, R, Raised, Slice, Value};
+use crate::value::{ByteArray, List, R, Raised, Slice, Value};
 
 impl Evaluator<'_> {
     /// `value[index] = item`
@@ -66,7 +66,13 @@ impl Evaluator<'_> {
                         None => self.collect_bytes(&item)?,
                     };
                     let indices = self.slice_indices(slice)?;
-                    if self.long_bytes_are_spliced(bytes, |length| plain(indices, length), &new)? {
+                    if new.is_empty() {
+                        // With a step as well: CPython takes the bytes out.
+                        return self.delete_bytes(bytes, indices);
+                    }
+                    if self.long_bytes_are_spliced(bytes, |length| plain(indices, length), &new)?
+                        || self.long_bytes_are_stepped(bytes, indices, Some(&new))?
+                    {
                         return Ok(());
                     }
                     self.grow_bytes(bytes, new.len())?;
@@ -179,7 +185,6 @@ impl Evaluator<'_> {
             raised
         })?;
         if self.long_slice_is_set(list, indices, before, &new)? {
-            self.let_go(new);
             return Ok(());
         }
         self.grow_list(list, new.len())?;
@@ -188,7 +193,7 @@ impl Evaluator<'_> {
                 1 => before.clamped(items.len()),
                 _ => indices.within(items.len()),
             };
-            replace_slice(items, bounds, new)
+            replace_slice(items, bounds, new.into())
         });
         match done {
             Ok(old) => {
@@ -235,13 +240,7 @@ impl Evaluator<'_> {
             }
             Value::ByteArray(bytes) => {
                 if let Value::Slice(slice) = index {
-                    let indices = self.slice_indices(slice)?;
-                    if self.long_bytes_are_spliced(bytes, |length| plain(indices, length), &[])? {
-                        return Ok(());
-                    }
-                    self.grow_bytes(bytes, 0)?;
-                    bytes.change(|data| remove_slice(data, indices.within(data.len())));
-                    return Ok(());
+                    return self.delete_bytes(bytes, self.slice_indices(slice)?);
                 }
                 let at = self.sequence_index(index, "bytearray")?;
                 let place = |length| self.place(at, length).map(|place| place..place + 1);
@@ -267,6 +266,18 @@ impl Evaluator<'_> {
             },
             _ => Err(self.no_item_assignment(value, Some(index))),
         }
+    }
+
+    /// Takes the bytes of a slice out.
+    fn delete_bytes(&self, bytes: &ByteArray, indices: Indices) -> R<()> {
+        if self.long_bytes_are_spliced(bytes, |length| plain(indices, length), &[])?
+            || self.long_bytes_are_stepped(bytes, indices, None)?
+        {
+            return Ok(());
+        }
+        self.grow_bytes(bytes, 0)?;
+        bytes.change(|data| remove_slice(data, indices.within(data.len())));
+        Ok(())
     }
 }
 

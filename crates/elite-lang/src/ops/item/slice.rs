@@ -45,6 +45,11 @@ impl Bounds {
         (self.start + number as i64 * self.step) as usize
     }
 
+    /// The index of the last place; before the first one if there is none.
+    pub fn at_last(self) -> i64 {
+        self.start + (self.len() as i64 - 1) * self.step
+    }
+
     /// The same places in order, some at a time: few enough, and near enough to each other, for one safepoint after each.
     fn parts(self, size: usize) -> impl Iterator<Item = Bounds> {
         let step = usize::try_from(self.step.unsigned_abs()).unwrap_or(usize::MAX);

@@ -12,7 +12,7 @@ use crate::eval::generator::{Stepped, ToGenerator};
 use crate::eval::pace::VALUE;
 use crate::value::dict::{SOME, ViewKind};
 use crate::value::symbol::known;
-use crate::value::{Held, Iter, R, Raised, Value};
+use crate::value::{Held, Iter, R, Raised, Value, Values};
 
 impl Evaluator<'_> {
     /// Python's `iter(value)`.
@@ -332,20 +332,20 @@ impl Evaluator<'_> {
     }
 
     /// All items of an iterable.
-    pub fn collect(&self, iterable: &Value) -> R<Vec<Value>> {
+    pub fn collect(&self, iterable: &Value) -> R<Values> {
         match iterable {
             Value::List(list) => {
-                let mut items = self.room_for(list.len())?;
+                let mut items = Values::from(self.room_for(list.len())?);
                 self.copy_list(list, &mut items)?;
                 return Ok(items);
             }
             Value::Tuple(tuple) => {
-                let mut items = self.room_for(tuple.items().len())?;
+                let mut items = Values::from(self.room_for(tuple.items().len())?);
                 self.copy_values(tuple.items(), &mut items)?;
                 return Ok(items);
             }
             Value::Dict(dict) => {
-                let mut keys = self.room_for(dict.len())?;
+                let mut keys = Values::from(self.room_for(dict.len())?);
                 let (mut from, mut some) = (Some(0), Vec::new());
                 while let Some(place) = from {
                     from = dict.entries_from(place, SOME, &mut some);
@@ -356,7 +356,9 @@ impl Evaluator<'_> {
             }
             Value::Range(range) => {
                 let length = range.len();
-                let mut items = self.room_for(usize::try_from(length).unwrap_or(usize::MAX))?;
+                let mut items: Values = self
+                    .room_for(usize::try_from(length).unwrap_or(usize::MAX))?
+                    .into();
                 for index in 0..length {
                     self.worked(VALUE / 2)?;
                     items.push(Value::Int(range.at(index)));
@@ -370,11 +372,11 @@ impl Evaluator<'_> {
     }
 
     /// All remaining values of an iterator.
-    pub fn drain(&self, iterator: &Value) -> R<Vec<Value>> {
-        let mut items = Vec::new();
+    pub fn drain(&self, iterator: &Value) -> R<Values> {
+        let mut items = Values::default();
         while let Some(value) = self.step(iterator)? {
             if items.len() == items.capacity() {
-                self.grow(&mut items, 1)?;
+                self.grow(&mut *items, 1)?;
             }
             self.check_memory()?;
             items.push(value);

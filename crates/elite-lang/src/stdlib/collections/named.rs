@@ -13,7 +13,7 @@ use crate::stdlib::define::Builder;
 use crate::value::function::Property;
 use crate::value::instance::Payload;
 use crate::value::symbol::known;
-use crate::value::{Class, Dict, Held, Instance, R, Symbol, Value};
+use crate::value::{Class, Dict, Held, Instance, R, Symbol, Value, Values};
 
 pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
     module.functions(&[(
@@ -84,7 +84,7 @@ impl Shape {
         }
         let defaults = match args[3].given().filter(|given| !given.is_none()) {
             Some(given) => ev.collect(given)?,
-            None => Vec::new(),
+            None => Values::default(),
         };
         let Some(required) = fields.len().checked_sub(defaults.len()) else {
             return Err(ev.type_error("Got more default values than field names"));
@@ -96,7 +96,7 @@ impl Shape {
             fields,
             required,
         };
-        Ok((shape, defaults))
+        Ok((shape, defaults.into()))
     }
 
     /// The class.
@@ -250,7 +250,7 @@ impl Shape {
                 let got = values.len();
                 return Err(ev.type_error(format!("Expected {count} arguments, got {got}")));
             }
-            Ok(instance(&class, values))
+            Ok(instance(&class, values.into()))
         })
     }
 
@@ -277,7 +277,7 @@ impl Shape {
                 return Err(ev.value_error(format!("Got unexpected field names: {names}")));
             }
             let make = ev.attribute(&receiver, ev.core.symbols.intern("_make"))?;
-            ev.call1(&make, Value::list(values))
+            ev.call1(&make, values.into_list())
         })
     }
 

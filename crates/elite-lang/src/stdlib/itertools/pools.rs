@@ -6,7 +6,7 @@ use super::{Steps, lazy};
 use crate::builtins::Args;
 use crate::eval::Evaluator;
 use crate::stdlib::define::Entry;
-use crate::value::{R, Value};
+use crate::value::{R, Value, Values};
 
 pub(super) const CLASSES: &[Entry] = &[
     ("combinations", "iterable r", |ev, args| {
@@ -51,7 +51,7 @@ pub(super) const CLASSES: &[Entry] = &[
         lazy(
             ev,
             "itertools.permutations",
-            vec![Value::tuple(pool)],
+            vec![pool.into_tuple()],
             state,
             permute,
         )
@@ -59,7 +59,7 @@ pub(super) const CLASSES: &[Entry] = &[
 ];
 
 /// The pool and the number of values to choose.
-fn pool(ev: &Evaluator<'_>, args: &[Value]) -> R<(Vec<Value>, usize)> {
+fn pool(ev: &Evaluator<'_>, args: &[Value]) -> R<(Values, usize)> {
     let pool = ev.collect(&args[0])?;
     match usize::try_from(ev.index(&args[1])?) {
         Ok(r) => Ok((pool, r)),
@@ -77,13 +77,13 @@ struct Choice {
 fn choose(
     ev: &Evaluator<'_>,
     name: &str,
-    pool: Vec<Value>,
+    pool: Values,
     start: Option<Vec<usize>>,
     advance: fn(&mut [usize], usize) -> Option<()>,
 ) -> R {
     let indices = RefCell::new(start);
     let choice = Choice { indices, advance };
-    lazy(ev, name, vec![Value::tuple(pool)], choice, |_, own| {
+    lazy(ev, name, vec![pool.into_tuple()], choice, |_, own| {
         let Value::Tuple(pool) = own.get(0) else {
             return Ok(None);
         };
@@ -154,7 +154,7 @@ pub(super) fn product(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
     let pools: R<Vec<Value>> = args
         .positional
         .iter()
-        .map(|iterable| ev.collect(iterable).map(Value::tuple))
+        .map(|iterable| ev.collect(iterable).map(Values::into_tuple))
         .collect();
     let pools = pools?;
     let count = pools.len().saturating_mul(repeat);

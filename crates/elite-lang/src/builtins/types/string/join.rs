@@ -63,7 +63,7 @@ pub(super) fn join(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
                     false => raised,
                 }
             })?;
-            Value::tuple(ev.drain(&iterator)?)
+            ev.drain(&iterator)?.into_tuple()
         }
     };
     join_many(ev, &collected, &separator)

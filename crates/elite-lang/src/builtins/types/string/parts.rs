@@ -8,7 +8,7 @@ use super::{receiver, text_argument};
 use crate::eval::Evaluator;
 use crate::eval::bulk::{EACH, STRIDE, many, pieces};
 use crate::ops::search::Occurrences;
-use crate::value::{R, Str, Value};
+use crate::value::{R, Str, Value, Values};
 
 pub(super) fn strip(ev: &Evaluator<'_>, args: &[Value], left: bool, right: bool) -> R {
     let text = receiver(ev, &args[0])?;
@@ -92,26 +92,26 @@ pub(super) fn split(ev: &Evaluator<'_>, args: &[Value], from_right: bool) -> R {
         Some(separator) => parts.between(separator.as_str(), most)?,
     }
     if from_right {
-        parts.list.reverse();
+        ev.reverse(&mut parts.list)?;
     }
-    Ok(Value::list(parts.list))
+    Ok(parts.list.into_list())
 }
 
 /// The parts of a text, as they are found.
 struct Parts<'p, 'y> {
     ev: &'p Evaluator<'y>,
     whole: &'p Str,
-    list: Vec<Value>,
+    list: Values,
 }
 
 impl<'p, 'y> Parts<'p, 'y> {
     fn new(ev: &'p Evaluator<'y>, whole: &'p Str) -> Self {
-        let list = Vec::new();
+        let list = Values::default();
         Parts { ev, whole, list }
     }
 
     fn push(&mut self, part: &str) -> R<()> {
-        self.ev.grow(&mut self.list, 1)?;
+        self.ev.grow(&mut *self.list, 1)?;
         self.list.push(part_of(self.ev, self.whole, part)?);
         // So that what a text is taken apart into never goes far beyond the limit.
         match self.list.len().is_multiple_of(1024) {
@@ -206,7 +206,7 @@ pub(super) fn splitlines(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         ev.worked(EACH)?;
         rest = &rest[end..];
     }
-    Ok(Value::list(lines.list))
+    Ok(lines.list.into_list())
 }
 
 pub(super) fn partition(ev: &Evaluator<'_>, args: &[Value], from_right: bool) -> R {

@@ -1,0 +1,344 @@
+//! Programs that somebody watches statement by statement: where they are, what their variables hold, and a place at which
+//! the embedder can hold them.
+//!
+//! Costs nothing where nobody watches: what stands before a statement is a node of its own ([`crate::eval::watch`]), made
+//! only for programs that are spawned after [`Interpreter::debug`](crate::Interpreter::debug). Owns the calls that are under
+//! way in each script thread and the count of statements. Decides nothing: whether to hold is the [`Watcher`]'s business.
+//!
+//! The count of statements is the same in every run of a program whose surroundings are the same, so that it names a place
+//! in a run.
+
+mod evaluate;
+mod halt;
+mod places;
+mod show;
+
+use std::cell::{Cell, RefCell};
+use std::rc::{Rc, Weak};
+
+pub use evaluate::{Aside, Evaluated, Pending};
+use halt::Top;
+pub use halt::{Call, Halt, NotSet};
+pub(crate) use places::is_place;
+pub use places::{Place, places};
+pub use show::{Child, Children, Shown};
+
+use crate::eval::coroutine::{Request, Stopping};
+use crate::eval::{Evaluator, Frame};
+use crate::host::ThreadId;
+use crate::source::{SourceFile, Span};
+use crate::value::{Function, Held, Instance, R, Raised, Value};
+
+/// Calls within calls of which variables are kept; those between the outermost and the innermost ones have none.
+const LEVELS_MAX: usize = 4096;
+
+/// Hears of every statement before it is executed, on the thread that runs the interpreter. It may take its time.
+pub trait Watcher {
+    /// A thread is about to execute a statement.
+    fn reached(&self, halt: &Halt<'_>, at: &Reached<'_>) -> Onward;
+
+    /// A statement raises an exception that has not been seen before; the thread stands in it.
+    fn raised(&self, halt: &Halt<'_>, at: &Reached<'_>, exception: &Value) -> Onward;
+}
+
+/// What becomes of a thread that was held.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Onward {
+    /// It goes on.
+    Continue,
+    /// It gives way until the next moment of simulated time, and the watcher is asked again.
+    Later,
+    /// Nothing of the program runs any more.
+    End,
+}
+
+/// The place of a statement in its text.
+#[derive(Debug)]
+pub struct Site {
+    /// The text.
+    pub file: std::sync::Arc<SourceFile>,
+    /// Where in the text.
+    pub span: Span,
+    /// Line, from 1.
+    pub line: u32,
+    /// Column, from 1.
+    pub column: u32,
+    /// The first statement of a function, a class body or a program.
+    pub is_first: bool,
+}
+
+/// What the watcher learns of a statement without asking.
+pub struct Reached<'r> {
+    /// The statement.
+    pub site: &'r Rc<Site>,
+    /// The thread.
+    pub thread: ThreadId,
+    /// Calls within calls.
+    pub depth: u32,
+    /// Statements so far, this one included.
+    pub tick: u64,
+    /// What it is in.
+    function: &'r Rc<Function>,
+}
+
+impl Reached<'_> {
+    /// The name of the function it is in.
+    pub fn name(&self) -> &str {
+        &self.function.code.name
+    }
+
+    /// The same with the classes and functions around it.
+    pub fn qualname(&self) -> Rc<str> {
+        self.function.qualname()
+    }
+}
+
+/// A call under way.
+struct Level {
+    function: Rc<Function>,
+    depth: u32,
+    site: Rc<Site>,
+    tick: u64,
+    /// Its first statement, as far as that is known.
+    first: u64,
+    /// The statement of the same call before this one, 0 if there was none.
+    before: u64,
+    /// The variables when the statement began; empty where it calls nothing.
+    values: Vec<Value>,
+}
+
+/// The calls of one thread, outermost first.
+struct Trace {
+    thread: u64,
+    levels: Vec<Level>,
+    /// Calls within calls, as of when the thread was suspended.
+    depth: u32,
+}
+
+/// The state of watching in one interpreter.
+pub(crate) struct Debugger {
+    watcher: Rc<dyn Watcher>,
+    traces: RefCell<Vec<Trace>>,
+    ticks: Cell<u64>,
+    /// Something is evaluated for the watcher.
+    is_silent: Cell<bool>,
+    is_over: Cell<bool>,
+    last_raised: Held<Weak<Instance>>,
+}
+
+impl Debugger {
+    pub(crate) fn new(watcher: Rc<dyn Watcher>) -> Self {
+        Debugger {
+            watcher,
+            traces: RefCell::default(),
+            ticks: Cell::new(0),
+            is_silent: Cell::new(false),
+            is_over: Cell::new(false),
+            last_raised: Held::default(),
+        }
+    }
+
+    /// Takes apart what refers to code.
+    pub(crate) fn dismantle(&self) {
+        drop(self.traces.take());
+    }
+
+    /// The running thread is about to execute a statement; `keeps` says that its call may be looked at from within.
+    pub(crate) fn reach(
+        &self,
+        ev: &Evaluator<'_>,
+        f: &mut Frame<'_>,
+        site: &Rc<Site>,
+        keeps: bool,
+    ) -> R<()> {
+        let core = &ev.core;
+        if self.is_over.get() {
+            core.stopping.set(Stopping::Abandoned);
+            return Err(Raised::Stop);
+        }
+        if self.is_silent.get() || core.stopping.get() != Stopping::No {
+            return Ok(());
+        }
+        let tick = self.ticks.get() + 1;
+        self.ticks.set(tick);
+        let depth = core.depth.get();
+        // Dropped after nothing is borrowed any more: values may run script code when they go.
+        drop(self.note(core.thread.get(), depth, f, site, tick, keeps));
+        self.hold(ev, f, site, tick, |watcher, halt, at| {
+            watcher.reached(halt, at)
+        })
+    }
+
+    /// The statement raises an exception.
+    #[cold]
+    pub(crate) fn raise(
+        &self,
+        ev: &Evaluator<'_>,
+        f: &mut Frame<'_>,
+        site: &Rc<Site>,
+        exception: &Rc<Instance>,
+    ) -> R<()> {
+        let is_known = self.last_raised.borrow().as_ptr() == Rc::as_ptr(exception);
+        if is_known || self.is_silent.get() || self.is_over.get() {
+            return Ok(());
+        }
+        self.last_raised.put(Rc::downgrade(exception));
+        let value = Value::Instance(exception.clone());
+        self.hold(ev, f, site, self.ticks.get(), |watcher, halt, at| {
+            watcher.raised(halt, at, &value)
+        })
+    }
+
+    /// A statement that is no block is over: its variables are no longer kept twice.
+    pub(crate) fn leave(&self, ev: &Evaluator<'_>) {
+        let thread = ev.core.thread.get();
+        let depth = ev.core.depth.get();
+        let values = {
+            let mut traces = self.traces.borrow_mut();
+            let trace = traces.iter_mut().find(|trace| trace.thread == thread);
+            let level = trace.and_then(|trace| {
+                let mut levels = trace.levels.iter_mut().rev();
+                levels.find(|level| level.depth == depth)
+            });
+            level.map(|level| std::mem::take(&mut level.values))
+        };
+        drop(values);
+    }
+
+    fn hold(
+        &self,
+        ev: &Evaluator<'_>,
+        f: &mut Frame<'_>,
+        site: &Rc<Site>,
+        tick: u64,
+        ask: impl Fn(&dyn Watcher, &Halt<'_>, &Reached<'_>) -> Onward,
+    ) -> R<()> {
+        let core = &ev.core;
+        loop {
+            let at = Reached {
+                site,
+                thread: ThreadId(core.thread.get()),
+                depth: core.depth.get(),
+                tick,
+                function: f.function,
+            };
+            let halt = Halt {
+                core,
+                debugger: self,
+                top: Some(Top {
+                    thread: at.thread,
+                    depth: at.depth,
+                    slots: Held::new(&mut *f.slots),
+                }),
+            };
+            match ask(&*self.watcher, &halt, &at) {
+                Onward::Continue => return Ok(()),
+                Onward::Later => {
+                    let now = core.host.monotonic();
+                    ev.suspend(Request::Park { until: Some(now) })?;
+                }
+                Onward::End => {
+                    self.is_over.set(true);
+                    core.stopping.set(Stopping::Abandoned);
+                    return Err(Raised::Stop);
+                }
+            }
+        }
+    }
+
+    /// Notes where a thread is; gives back what is dropped.
+    fn note(
+        &self,
+        thread: u64,
+        depth: u32,
+        f: &Frame<'_>,
+        site: &Rc<Site>,
+        tick: u64,
+        keeps: bool,
+    ) -> (Vec<Level>, Vec<Value>) {
+        let mut traces = self.traces.borrow_mut();
+        let index = match traces.iter().position(|trace| trace.thread == thread) {
+            Some(index) => index,
+            None => {
+                traces.push(Trace {
+                    thread,
+                    levels: Vec::new(),
+                    depth,
+                });
+                traces.len() - 1
+            }
+        };
+        let levels = &mut traces[index].levels;
+        let kept = levels
+            .iter()
+            .rposition(|level| {
+                let is_same = level.depth == depth
+                    && !site.is_first
+                    && Rc::ptr_eq(&level.function, f.function);
+                level.depth < depth || is_same
+            })
+            .map_or(0, |last| last + 1);
+        let left: Vec<Level> = match kept < levels.len() {
+            true => levels.drain(kept..).collect(),
+            false => Vec::new(),
+        };
+        let keeps = keeps && levels.len() < LEVELS_MAX;
+        let values = match keeps {
+            true => f.slots.to_vec(),
+            false => Vec::new(),
+        };
+        match levels.last_mut().filter(|level| level.depth == depth) {
+            Some(level) => {
+                level.before = level.tick;
+                level.tick = tick;
+                if !Rc::ptr_eq(&level.site, site) {
+                    level.site = site.clone();
+                }
+                (left, std::mem::replace(&mut level.values, values))
+            }
+            None => {
+                levels.push(Level {
+                    function: f.function.clone(),
+                    depth,
+                    site: site.clone(),
+                    tick,
+                    first: tick,
+                    before: 0,
+                    values,
+                });
+                (left, Vec::new())
+            }
+        }
+    }
+
+    /// Whether the innermost call of the running thread stands where this statement began.
+    pub(crate) fn stands_at(&self, ev: &Evaluator<'_>, site: &Rc<Site>) -> bool {
+        let thread = ev.core.thread.get();
+        let traces = self.traces.borrow();
+        let trace = traces.iter().find(|trace| trace.thread == thread);
+        let depth = ev.core.depth.get();
+        trace.is_some_and(|trace| {
+            let mut levels = trace.levels.iter().rev();
+            let own = levels.find(|level| level.depth == depth);
+            own.is_some_and(|level| Rc::ptr_eq(&level.site, site))
+        })
+    }
+
+    /// A thread is suspended with so many calls within calls.
+    pub(crate) fn suspended(&self, thread: u64, depth: u32) {
+        let mut traces = self.traces.borrow_mut();
+        if let Some(trace) = traces.iter_mut().find(|trace| trace.thread == thread) {
+            trace.depth = depth;
+        }
+    }
+
+    /// A thread has ended.
+    pub(crate) fn ended(&self, thread: u64) {
+        let left = {
+            let mut traces = self.traces.borrow_mut();
+            let index = traces.iter().position(|trace| trace.thread == thread);
+            index.map(|index| traces.remove(index))
+        };
+        drop(left);
+    }
+}

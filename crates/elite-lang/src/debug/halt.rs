@@ -1,0 +1,248 @@
+//! A program that stands still: its calls, their variables, and what can be changed in them.
+
+use std::rc::Rc;
+
+use super::{Debugger, Level, Site};
+use crate::eval::Core;
+use crate::host::ThreadId;
+use crate::value::{Function, Held, Value};
+
+/// The thread that stands in a statement.
+pub(super) struct Top<'h> {
+    pub(super) thread: ThreadId,
+    pub(super) depth: u32,
+    pub(super) slots: Held<&'h mut [Value]>,
+}
+
+/// A program that stands still, for as long as this is there.
+pub struct Halt<'h> {
+    pub(super) core: &'h Rc<Core>,
+    pub(super) debugger: &'h Debugger,
+    pub(super) top: Option<Top<'h>>,
+}
+
+/// A call under way, as people see it.
+#[derive(Clone, Debug)]
+pub struct Call {
+    /// The function, `<module>` for the program itself.
+    pub function: Rc<str>,
+    /// The statement it stands in.
+    pub site: Rc<Site>,
+    /// The count of that statement.
+    pub tick: u64,
+    /// The count of the statement of this call before it, 0 if there was none.
+    pub before: u64,
+    /// The count of its first statement.
+    pub first: u64,
+    /// Calls within calls.
+    pub depth: u32,
+}
+
+/// Why a variable was not set.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum NotSet {
+    /// There is none.
+    Unknown(String),
+    /// The call waits for another one.
+    OfCaller(String),
+}
+
+impl std::fmt::Display for NotSet {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Unknown(name) => write!(f, "there is no variable {name}"),
+            Self::OfCaller(name) => write!(
+                f,
+                "{name} is a local variable of a call that waits for another one: it can be set once the program is back in that call"
+            ),
+        }
+    }
+}
+
+impl std::error::Error for NotSet {}
+
+impl<'h> Halt<'h> {
+    /// A program of which no thread runs.
+    pub(crate) fn between(core: &'h Rc<Core>, debugger: &'h Debugger) -> Self {
+        Halt {
+            core,
+            debugger,
+            top: None,
+        }
+    }
+
+    /// Statements so far.
+    pub fn ticks(&self) -> u64 {
+        self.debugger.ticks.get()
+    }
+
+    /// Simulated time, s, as the program sees it.
+    pub fn time(&self) -> f64 {
+        self.core.host.monotonic()
+    }
+
+    /// The number of the latest node of the pendant's task that the running thread has passed.
+    pub fn node(&self) -> Option<crate::eval::node::TaskNode> {
+        self.core.nodes.passed()
+    }
+
+    /// The calls of a thread, innermost first.
+    pub fn calls(&self, thread: ThreadId) -> Vec<Call> {
+        let call = |level: &Level| Call {
+            function: level.function.qualname(),
+            site: level.site.clone(),
+            tick: level.tick,
+            before: level.before,
+            first: level.first,
+            depth: level.depth,
+        };
+        self.with_levels(thread, |levels| levels.iter().rev().map(call).collect())
+    }
+
+    /// Runs `look` on the calls of a thread that are still under way.
+    fn with_levels<T>(&self, thread: ThreadId, look: impl FnOnce(&[Level]) -> T) -> T {
+        let traces = self.debugger.traces.borrow();
+        let Some(trace) = traces.iter().find(|trace| trace.thread == thread.0) else {
+            return look(&[]);
+        };
+        let depth = match &self.top {
+            Some(top) if top.thread == thread => top.depth,
+            _ => trace.depth,
+        };
+        let count = trace.levels.partition_point(|level| level.depth <= depth);
+        look(&trace.levels[..count])
+    }
+
+    /// Whether a call is the one that is about to execute a statement, whose variables lie open.
+    fn is_top(&self, thread: ThreadId, index: usize) -> bool {
+        index == 0 && self.top.as_ref().is_some_and(|top| top.thread == thread)
+    }
+
+    /// The function of a call and its variables as they lie in its slots; `index` counts from the innermost call.
+    pub(super) fn frame(
+        &self,
+        thread: ThreadId,
+        index: usize,
+    ) -> Option<(Rc<Function>, Vec<Value>)> {
+        let (function, values) = self.with_levels(thread, |levels| {
+            let level = levels.iter().rev().nth(index)?;
+            Some((level.function.clone(), level.values.clone()))
+        })?;
+        match &self.top {
+            Some(top) if self.is_top(thread, index) => {
+                Some((function, top.slots.borrow().to_vec()))
+            }
+            _ => Some((function, values)),
+        }
+    }
+
+    /// Whether a call is the program itself, whose variables are the globals.
+    pub(super) fn is_module(function: &Function) -> bool {
+        &*function.code.name == "<module>"
+    }
+
+    /// The local variables of a call, by name, innermost call first.
+    pub fn locals(&self, thread: ThreadId, index: usize) -> Vec<(String, Value)> {
+        let Some((function, mut slots)) = self.frame(thread, index) else {
+            return Vec::new();
+        };
+        if Self::is_module(&function) {
+            return self.globals();
+        }
+        self.variables(&function, &mut slots)
+            .into_iter()
+            .map(|(name, value)| (self.core.symbols.name(name).to_string(), value))
+            .collect()
+    }
+
+    pub(super) fn variables(
+        &self,
+        function: &Rc<Function>,
+        slots: &mut [Value],
+    ) -> Vec<(crate::value::Symbol, Value)> {
+        let code = &function.code;
+        let own = code.slot_names.iter().copied().zip(slots.iter().cloned());
+        let free = code.free_names.iter().copied().zip(&function.closure);
+        let free = free.map(|(name, cell)| (name, cell.value.borrow().clone()));
+        let opened = |(name, value): (_, Value)| match value {
+            Value::Cell(cell) => (name, cell.value.borrow().clone()),
+            other => (name, other),
+        };
+        own.map(opened)
+            .chain(free)
+            .filter(|(_, value)| !value.is_unbound())
+            .collect()
+    }
+
+    /// The global variables of the program.
+    pub fn globals(&self) -> Vec<(String, Value)> {
+        let entries = self.core.globals.entries().into_iter();
+        let named = entries.map(|(name, value)| (self.core.symbols.name(name).to_string(), value));
+        let is_own = |name: &str| !(name.starts_with("__") && name.ends_with("__"));
+        named.filter(|(name, _)| is_own(name)).collect()
+    }
+
+    /// Whether the local variables of a call are the globals.
+    pub fn has_globals_only(&self, thread: ThreadId, index: usize) -> bool {
+        self.with_levels(thread, |levels| {
+            let level = levels.iter().rev().nth(index);
+            level.is_none_or(|level| Self::is_module(&level.function))
+        })
+    }
+
+    /// Sets a global variable.
+    ///
+    /// # Errors
+    /// There is none of this name.
+    pub fn set_global(&self, name: &str, value: Value) -> Result<(), NotSet> {
+        let core = self.core;
+        let symbol = core.symbols.find(name);
+        let known = symbol.filter(|symbol| core.globals.get(*symbol).is_some());
+        let symbol = known.ok_or_else(|| NotSet::Unknown(name.to_owned()))?;
+        core.globals.set(symbol, value);
+        Ok(())
+    }
+
+    /// Sets a variable of a call.
+    ///
+    /// # Errors
+    /// [`NotSet`]
+    pub fn set_local(
+        &self,
+        thread: ThreadId,
+        index: usize,
+        name: &str,
+        value: Value,
+    ) -> Result<(), NotSet> {
+        let unknown = || NotSet::Unknown(name.to_owned());
+        let (function, slots) = self.frame(thread, index).ok_or_else(unknown)?;
+        if Self::is_module(&function) {
+            return self.set_global(name, value);
+        }
+        let symbol = self.core.symbols.find(name).ok_or_else(unknown)?;
+        let code = &function.code;
+        if let Some(place) = code.free_names.iter().position(|free| *free == symbol) {
+            let cell = function.closure.get(place).ok_or_else(unknown)?;
+            drop(cell.replace(value));
+            return Ok(());
+        }
+        let slot = code.slot_names.iter().position(|own| *own == symbol);
+        let slot = slot.ok_or_else(unknown)?;
+        if let Some(Value::Cell(cell)) = slots.get(slot) {
+            drop(cell.replace(value));
+            return Ok(());
+        }
+        match &self.top {
+            Some(top) if self.is_top(thread, index) => {
+                let left = top.slots.change(|own| match own.get_mut(slot) {
+                    Some(place) => Ok(std::mem::replace(place, value)),
+                    None => Err(value),
+                });
+                drop(slots);
+                left.map(drop).map_err(|_| unknown())
+            }
+            _ => Err(NotSet::OfCaller(name.to_owned())),
+        }
+    }
+}

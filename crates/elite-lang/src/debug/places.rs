@@ -1,0 +1,63 @@
+//! Where in a text breakpoints can be: the beginnings of statements, before anything runs.
+
+use std::sync::Arc;
+
+use crate::ast::{ExprKind, Stmt, StmtKind};
+use crate::lint::visit;
+use crate::parser::parse;
+use crate::source::SourceFile;
+use crate::stack::with_deep_stack;
+
+/// The beginning of a statement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Place {
+    /// Line, from 1.
+    pub line: u32,
+    /// Column, from 1.
+    pub column: u32,
+}
+
+/// All of them, in the order of the text. What cannot be read has none.
+pub fn places(file: &Arc<SourceFile>) -> Vec<Place> {
+    with_deep_stack(|| {
+        let parsed = parse(file);
+        let mut places = Vec::new();
+        collect(file, &parsed.module.body, &mut places);
+        places.sort_unstable();
+        places.dedup();
+        places
+    })
+}
+
+/// Whether a statement is something that is executed, so that a program can stand before it.
+pub(crate) fn is_place(statement: &Stmt) -> bool {
+    match &statement.kind {
+        StmtKind::Global(_) | StmtKind::Nonlocal(_) => false,
+        StmtKind::Expr(expr) => !matches!(expr.kind, ExprKind::Constant(_)),
+        _ => true,
+    }
+}
+
+fn collect(file: &SourceFile, body: &[Stmt], places: &mut Vec<Place>) {
+    for statement in body {
+        let mut add = |offset: u32| {
+            let position = file.position(offset);
+            places.push(Place {
+                line: position.line,
+                column: position.column,
+            });
+        };
+        if is_place(statement) {
+            add(statement.span.start);
+        }
+        if let StmtKind::If { branches, .. } = &statement.kind {
+            branches
+                .iter()
+                .skip(1)
+                .for_each(|(test, _)| add(test.span.start));
+        }
+        for block in visit::blocks(statement) {
+            collect(file, block, places);
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! The nodes that tell the debugger of statements. Made only for programs that are watched; see [`crate::debug`].
+
+use std::rc::Rc;
+
+use super::{Evaluator, Expr, Expression, Flow, Frame, Statement};
+use crate::debug::{Debugger, Site};
+use crate::value::{R, Raised};
+
+/// A statement that is watched.
+pub struct Watched {
+    /// Who is told.
+    pub debugger: Rc<Debugger>,
+    /// Where it stands.
+    pub site: Rc<Site>,
+    /// The statement; None for one that does nothing.
+    pub inner: Option<Box<dyn Statement>>,
+    /// It has no statements in it.
+    pub is_simple: bool,
+    /// Something in it may call, so that its variables may be looked at meanwhile.
+    pub keeps: bool,
+}
+
+impl Statement for Watched {
+    fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        let debugger = &self.debugger;
+        if let Err(raised) = debugger.reach(ev, f, &self.site, self.keeps) {
+            return Flow::Raise(raised);
+        }
+        let Some(inner) = &self.inner else {
+            return Flow::Next;
+        };
+        let flow = inner.exec(ev, f);
+        if let Flow::Raise(Raised::Exception(exception)) = &flow
+            && let Err(raised) = debugger.raise(ev, f, &self.site, exception)
+        {
+            return Flow::Raise(raised);
+        }
+        if self.is_simple && self.keeps {
+            debugger.leave(ev);
+        }
+        flow
+    }
+}
+
+/// The condition of an `elif`, or that of a `while` when it is met again: a place to stop at.
+pub struct WatchedTest {
+    /// Who is told.
+    pub debugger: Rc<Debugger>,
+    /// Where it stands.
+    pub site: Rc<Site>,
+    /// The statement whose condition it is, if its beginning counts for the first time.
+    pub begun_at: Option<Rc<Site>>,
+    /// The condition.
+    pub then: Expr,
+}
+
+impl Expression for WatchedTest {
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        let debugger = &self.debugger;
+        let is_told = match &self.begun_at {
+            Some(site) => debugger.stands_at(ev, site),
+            None => false,
+        };
+        if !is_told {
+            debugger.reach(ev, f, &self.site, true)?;
+        }
+        let result = self.then.eval(ev, f);
+        if let Err(Raised::Exception(exception)) = &result {
+            debugger.raise(ev, f, &self.site, exception)?;
+        }
+        result
+    }
+}

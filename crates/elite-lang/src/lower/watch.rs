@@ -1,0 +1,96 @@
+//! Statements of programs that somebody watches: each gets a node around it that tells of it.
+
+use std::rc::Rc;
+
+use super::Lower;
+use crate::ast::{self, ExprKind, Stmt, StmtKind};
+use crate::debug::{Site, is_place};
+use crate::eval::watch::{Watched, WatchedTest};
+use crate::eval::{Expr, Statement};
+use crate::lint::visit;
+use crate::source::Span;
+
+impl Lower<'_> {
+    /// The node of a statement, watched where the program is.
+    pub(super) fn watched(&mut self, statement: &Stmt) -> Option<Box<dyn Statement>> {
+        let Some(debugger) = self.debugger.clone().filter(|_| is_place(statement)) else {
+            return self.statement(statement);
+        };
+        let site = self.site(statement.span);
+        let inner = self.deeper(|lower| lower.statement_at(statement, &site));
+        Some(Box::new(Watched {
+            debugger,
+            site,
+            inner,
+            is_simple: visit::blocks(statement).is_empty(),
+            keeps: may_call(statement),
+        }))
+    }
+
+    fn statement_at(&mut self, statement: &Stmt, site: &Rc<Site>) -> Option<Box<dyn Statement>> {
+        let outer = self.loop_site.replace(site.clone());
+        let node = self.statement(statement);
+        self.loop_site = outer;
+        node
+    }
+
+    /// The condition of a `while`. It is told of from the second time on: the first one belongs to the statement.
+    pub(super) fn loop_test(&mut self, test: &ast::Expr) -> Expr {
+        let begun_at = self.loop_site.clone();
+        self.watched_test(test, begun_at)
+    }
+
+    /// A condition that is a place to stop at.
+    pub(super) fn watched_test(&mut self, test: &ast::Expr, begun_at: Option<Rc<Site>>) -> Expr {
+        let Some(debugger) = self.debugger.clone() else {
+            return self.expr(test);
+        };
+        let site = match &begun_at {
+            // Breakpoints of the statement hold here, too.
+            Some(begun) => Rc::new(Site {
+                file: begun.file.clone(),
+                is_first: false,
+                ..**begun
+            }),
+            None => self.site(test.span),
+        };
+        let then = self.deeper(|lower| lower.expr(test));
+        Box::new(WatchedTest {
+            debugger,
+            site,
+            begun_at,
+            then,
+        })
+    }
+
+    fn site(&mut self, span: Span) -> Rc<Site> {
+        let position = self.file.position(span.start);
+        Rc::new(Site {
+            file: self.file.clone(),
+            span,
+            line: position.line,
+            column: position.column,
+            is_first: std::mem::take(&mut self.is_first),
+        })
+    }
+}
+
+/// Whether something in the statement itself may call a function. What only adds to a variable is taken not to: its variable
+/// would be copied each time.
+fn may_call(statement: &Stmt) -> bool {
+    if !matches!(statement.kind, StmtKind::AugAssign { .. }) {
+        return true;
+    }
+    let mut calls = false;
+    visit::own_expressions(statement, &mut |expr| calls = calls || has_call(expr));
+    calls
+}
+
+fn has_call(expr: &ast::Expr) -> bool {
+    let mut calls = matches!(
+        expr.kind,
+        ExprKind::Call { .. } | ExprKind::Yield(_) | ExprKind::YieldFrom(_)
+    );
+    visit::parts(expr, &mut |part| calls = calls || has_call(part));
+    calls
+}

@@ -1,0 +1,224 @@
+//! What Python's own types, functions and modules have, asked of an interpreter: so it is what programs find.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use crate::builtins::Builtin;
+use crate::eval::Evaluator;
+use crate::eval::coroutine::Resume;
+use crate::host::{Host, ThreadId};
+use crate::interpreter::{Interpreter, ScriptThread, Step};
+use crate::limits::Limits;
+use crate::native::NativeFunction;
+use crate::value::{Class, Function, Value};
+
+/// What a name of a type or a module stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum MemberKind {
+    /// A function or a method.
+    Function,
+    /// A class.
+    Class,
+    /// A module.
+    Module,
+    /// Any other value.
+    Value,
+}
+
+/// A name that a type or a module has.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Member {
+    /// The name.
+    pub name: String,
+    /// What it stands for.
+    pub kind: MemberKind,
+    /// How it is called, where that is known: `split(sep=…, maxsplit=…)`.
+    pub signature: Option<String>,
+}
+
+/// Nothing is printed, reached or waited for.
+struct Nowhere;
+
+impl Host for Nowhere {
+    fn print(&self, _thread: ThreadId, _text: &str) {}
+
+    fn unix_time(&self) -> f64 {
+        0.0
+    }
+
+    fn monotonic(&self) -> f64 {
+        0.0
+    }
+
+    fn random_u64(&self) -> u64 {
+        0
+    }
+
+    fn wake(&self, _thread: ThreadId) {}
+}
+
+/// Safepoints that loading a module may pass: the largest takes a small part of it.
+const FUEL: u32 = 2_000_000;
+
+/// The functions, types and exceptions that every program finds, in the order of their names.
+pub fn builtins() -> Vec<Member> {
+    let interpreter = Interpreter::new(
+        Rc::new(Nowhere),
+        Vec::<NativeFunction>::new(),
+        Limits::default(),
+    );
+    let names = crate::builtins::builtin_names();
+    let core = interpreter.core();
+    let found = names.filter_map(|name| {
+        let value = core.builtins.get(core.symbols.find(name)?)?;
+        Some((name.to_owned(), value))
+    });
+    let found: Vec<_> = found.collect();
+    asked(&interpreter, move |ev| members(ev, &found))
+}
+
+/// What values of each builtin type have, by the name of the type.
+pub fn type_members() -> Vec<(String, Vec<Member>)> {
+    let interpreter = Interpreter::new(
+        Rc::new(Nowhere),
+        Vec::<NativeFunction>::new(),
+        Limits::default(),
+    );
+    asked(&interpreter, |ev| {
+        let types = &ev.core.types;
+        let exception = types.exception(crate::errors::ExceptionKind::Exception);
+        let all = types.all().into_iter().chain([exception]);
+        all.map(|class| (class.name().to_string(), of_class(ev, class)))
+            .collect()
+    })
+}
+
+/// What a module has that programs can import; None if there is none of this name.
+pub fn module_members(name: &str) -> Option<Vec<Member>> {
+    crate::stdlib::module_names().find(|known| *known == name)?;
+    let interpreter = Interpreter::new(
+        Rc::new(Nowhere),
+        Vec::<NativeFunction>::new(),
+        Limits::default(),
+    );
+    let name = name.to_owned();
+    asked(&interpreter, move |ev| {
+        // Of a dotted name the last module is asked.
+        ev.import(&name).ok()?;
+        let modules = ev.core.modules.borrow();
+        let module = modules.iter().find(|module| *module.name == *name)?.clone();
+        drop(modules);
+        let entries = module.namespace.entries().into_iter();
+        let entries: Vec<(String, Value)> = entries
+            .map(|(symbol, value)| (ev.core.symbols.name(symbol).to_string(), value))
+            .filter(|(name, _)| !name.starts_with('_'))
+            .collect();
+        Some(members(ev, &entries))
+    })
+}
+
+/// Runs a question on a thread of the interpreter and gives back its answer.
+fn asked<T: Default + 'static>(
+    interpreter: &Interpreter,
+    question: impl FnOnce(&Evaluator<'_>) -> T + 'static,
+) -> T {
+    let answer = Rc::new(RefCell::new(T::default()));
+    let put = answer.clone();
+    let mut thread = ScriptThread::new(interpreter.core(), move |ev| {
+        let found = question(ev);
+        *put.borrow_mut() = found;
+        Ok(Value::None)
+    });
+    let mut fuel = FUEL;
+    while let Step::OutOfFuel = thread.resume(Resume::Continue, FUEL / 100) {
+        fuel = fuel.saturating_sub(FUEL / 100);
+        if fuel == 0 {
+            break;
+        }
+    }
+    drop(thread);
+    answer.take()
+}
+
+fn of_class(ev: &Evaluator<'_>, class: &Rc<Class>) -> Vec<Member> {
+    let mut found: Vec<(String, Value)> = Vec::new();
+    for ancestor in class.line() {
+        let attrs = ancestor.own_attrs();
+        for (name, value) in attrs.iter() {
+            let name = ev.core.symbols.name(name).to_string();
+            if !name.starts_with('_') && !found.iter().any(|(known, _)| *known == name) {
+                found.push((name, value.clone()));
+            }
+        }
+    }
+    members(ev, &found)
+}
+
+fn members(ev: &Evaluator<'_>, entries: &[(String, Value)]) -> Vec<Member> {
+    let mut all: Vec<Member> = entries
+        .iter()
+        .map(|(name, value)| member(ev, name, value))
+        .collect();
+    all.sort();
+    all
+}
+
+fn member(ev: &Evaluator<'_>, name: &str, value: &Value) -> Member {
+    let (kind, signature) = match value {
+        Value::Builtin(builtin) => (MemberKind::Function, of_builtin(ev, name, builtin)),
+        Value::Function(function) => (MemberKind::Function, Some(of_function(ev, name, function))),
+        Value::BoundMethod(_) => (MemberKind::Function, None),
+        Value::Class(_) => (MemberKind::Class, None),
+        Value::Module(_) => (MemberKind::Module, None),
+        _ => (MemberKind::Value, None),
+    };
+    Member {
+        name: name.to_owned(),
+        kind,
+        signature,
+    }
+}
+
+/// Functions that look at their arguments themselves have no signature.
+fn of_builtin(ev: &Evaluator<'_>, name: &str, builtin: &Builtin) -> Option<String> {
+    if matches!(
+        builtin.body,
+        crate::builtins::BuiltinBody::Raw(_) | crate::builtins::BuiltinBody::Closure { .. }
+    ) {
+        return None;
+    }
+    let shown = builtin.signature.shown(name, &ev.core.symbols);
+    Some(without_receiver(&shown))
+}
+
+fn of_function(ev: &Evaluator<'_>, name: &str, function: &Function) -> String {
+    let (code, params) = (&function.code, &function.code.params);
+    let symbol = |index: usize| ev.core.symbols.name(params.names[index]);
+    let defaults = function.defaults.get().len().min(params.positional);
+    let mut parts: Vec<String> = Vec::new();
+    for index in 0..params.positional {
+        let is_optional = index + defaults >= params.positional;
+        parts.push(format!(
+            "{}{}",
+            symbol(index),
+            if is_optional { "=…" } else { "" }
+        ));
+    }
+    if let Some(slot) = params.star {
+        parts.push(format!("*{}", ev.core.symbols.name(code.slot_names[slot])));
+    }
+    for index in params.positional..params.names.len() {
+        parts.push(format!("{}=…", symbol(index)));
+    }
+    if let Some(slot) = params.double_star {
+        parts.push(format!("**{}", ev.core.symbols.name(code.slot_names[slot])));
+    }
+    without_receiver(&format!("{name}({})", parts.join(", ")))
+}
+
+/// What callers write: without the `self` that they do not.
+fn without_receiver(shown: &str) -> String {
+    shown
+        .replacen("(self, ", "(", 1)
+        .replacen("(self)", "()", 1)
+}
