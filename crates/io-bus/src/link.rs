@@ -23,6 +23,9 @@ pub trait StandIns: Send + Sync {
     /// # Errors
     /// The system gave no connection.
     fn connect(&self, host: &str, port: u16) -> Option<io::Result<LocalStream>>;
+
+    /// Answers what has been sent so far, as far as that needs nobody else.
+    fn serve(&self);
 }
 
 /// A stream to a peer.

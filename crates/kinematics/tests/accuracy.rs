@@ -3,14 +3,14 @@
 //! Half of them are anywhere inside the joint ranges, half close to a singularity (straight or folded elbow, parallel
 //! wrist axes, wrist over the shoulder) at a distance of 1e-6 to 1e-2, rad or m. The long run, with its figures:
 //!
-//!     CONFIGURATIONS=1000000 cargo test --release -p kinematics --test accuracy -- --nocapture
+//!     CONFIGURATIONS=1000000 cargo test --release -p kinematics --test all accuracy:: -- --nocapture
 
 #![allow(
     clippy::unwrap_used,
     reason = "the built-in arms exist, and a test that finds nothing fails"
 )]
 
-mod common;
+use crate::common;
 
 use common::random::Random;
 use kinematics::rotation::wrap_angle;

@@ -2,14 +2,14 @@
 //!
 //! Random calibrations of every built-in arm at random configurations, half of them close to a singularity. The long run:
 //!
-//!     CONFIGURATIONS=100000 cargo test --release -p kinematics --test calibrated -- --nocapture
+//!     CONFIGURATIONS=100000 cargo test --release -p kinematics --test all calibrated:: -- --nocapture
 
 #![allow(
     clippy::unwrap_used,
     reason = "the built-in arms exist, and a test that finds nothing fails"
 )]
 
-mod common;
+use crate::common;
 
 use common::random::Random;
 use kinematics::rotation::{rotvec_from_rotation, wrap_angle};

@@ -4,7 +4,7 @@
     reason = "a test that cannot read its input fails"
 )]
 
-mod common;
+use crate::common;
 
 use common::{assert_close, cases, get, q, vectors};
 use kinematics::{IkMethod, JointPositions, ModelError, Pose, RobotModel, RpyPose};

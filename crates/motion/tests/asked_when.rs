@@ -9,7 +9,7 @@
     reason = "joint angles and speeds as people type them"
 )]
 
-mod common;
+use crate::common;
 
 use common::{Bench, ideal, moved, movej, movel, tcp_speed};
 use core::f64::consts::TAU;

@@ -5,7 +5,7 @@
     reason = "a test that cannot go on should say where"
 )]
 
-mod common;
+use crate::common;
 
 use common::{Bench, MODELS, ideal, moved, movej, tcp_speed, turning_points};
 use kinematics::JointPositions;

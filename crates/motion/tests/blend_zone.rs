@@ -7,9 +7,8 @@
     reason = "a test that cannot go on should say where"
 )]
 
-mod common;
-#[path = "random_programs/way.rs"]
-mod way;
+use crate::common;
+use crate::way;
 
 use common::draw::{Draw, fold};
 use common::{Bench, MODELS, ideal};

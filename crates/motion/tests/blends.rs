@@ -9,7 +9,7 @@
     reason = "joint angles and speeds as people type them"
 )]
 
-mod common;
+use crate::common;
 
 use common::{Bench, MODELS, ideal, moved, movej, tcp_speed};
 use kinematics::{JointPositions, Pose, RobotModel, RpyPose};

@@ -9,7 +9,7 @@
     reason = "joint angles and speeds as people type them"
 )]
 
-mod common;
+use crate::common;
 
 use std::sync::Arc;
 use std::thread;

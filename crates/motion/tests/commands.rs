@@ -9,7 +9,7 @@
     reason = "joint angles and speeds as people type them"
 )]
 
-mod common;
+use crate::common;
 
 use common::{Bench, ideal, movej};
 use kinematics::{JointPositions, JointSpeeds, Payload, RpyPose};

@@ -5,7 +5,7 @@
     reason = "a test that cannot go on should say where"
 )]
 
-mod common;
+use crate::common;
 
 use core::f64::consts::FRAC_PI_2;
 

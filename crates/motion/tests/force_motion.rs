@@ -11,7 +11,7 @@
     reason = "joint angles and speeds as people type them"
 )]
 
-mod common;
+use crate::common;
 
 use common::force::*;
 use common::{Bench, ideal, movel};

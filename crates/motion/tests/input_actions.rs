@@ -1,7 +1,7 @@
 //! Inputs that set something off (manual 5.27 to 5.30).
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
-mod common;
+use crate::common;
 
 use common::{Bench, ideal};
 use motion_api::{CommandKind, DigitalBank, InputAction, IoChange, MotionMode};

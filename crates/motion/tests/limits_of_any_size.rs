@@ -5,7 +5,7 @@
     reason = "a test that cannot go on should say where"
 )]
 
-mod common;
+use crate::common;
 
 use common::draw::Draw;
 use common::{Bench, MODELS, ideal, moved, movej, movel};

@@ -9,7 +9,7 @@
     reason = "joint angles and speeds as people type them"
 )]
 
-mod common;
+use crate::common;
 
 use common::{Bench, MODELS, ideal, movej, movej_in, unwatched};
 use kinematics::{JointAccelerations, JointJerks, JointPositions, JointSpeeds};

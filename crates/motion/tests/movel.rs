@@ -9,7 +9,7 @@
     reason = "joint angles and speeds as people type them"
 )]
 
-mod common;
+use crate::common;
 
 use common::{Bench, MODELS, ideal, movej, movel};
 use kinematics::{JointPositions, JointSpeeds, Pose, RpyPose};

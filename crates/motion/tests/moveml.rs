@@ -5,7 +5,7 @@
     reason = "a test that cannot go on should say where"
 )]
 
-mod common;
+use crate::common;
 
 use common::{Bench, MODELS, ideal};
 use kinematics::rotation::{rotation_from_rotvec, rotvec_from_rotation};

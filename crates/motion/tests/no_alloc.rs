@@ -9,7 +9,7 @@
     reason = "joint angles and speeds as people type them"
 )]
 
-mod common;
+use crate::common;
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc, violation_count};
 use common::{ideal, movej, movel};

@@ -10,7 +10,7 @@
     reason = "joint angles and speeds as people type them"
 )]
 
-mod common;
+use crate::common;
 
 use common::{Bench, MODELS, ideal, movej, tcp_speed, turning_points};
 use kinematics::{JointPositions, Pose, RpyPose};

@@ -8,10 +8,8 @@
     reason = "a test that cannot go on should say where"
 )]
 
-mod common;
-#[path = "random_programs/way.rs"]
-#[allow(dead_code, reason = "judges of random programs use the rest")]
-mod way;
+use crate::common;
+use crate::way;
 
 use common::draw::{Draw, fold};
 use common::{Bench, MODELS, ideal};

@@ -9,7 +9,7 @@
     reason = "joint angles and speeds as people type them"
 )]
 
-mod common;
+use crate::common;
 
 use common::draw::Draw;
 use common::{Bench, MODELS, ideal, movej};

@@ -8,7 +8,7 @@
     reason = "a test that cannot go on should say where"
 )]
 
-mod common;
+use crate::common;
 
 use common::{Bench, MODELS, ideal, moved, movej, tcp_speed};
 use kinematics::{JointPositions, RpyPose};

@@ -10,7 +10,7 @@
     reason = "joint angles and speeds as people type them"
 )]
 
-mod common;
+use crate::common;
 
 use common::{Bench, MODELS, movej};
 use kinematics::{JointPositions, JointTorques, Payload, Pose, RobotModel, RpyPose, Wrench};

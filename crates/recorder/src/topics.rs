@@ -401,7 +401,8 @@ pub enum LogLevel {
 }
 
 impl LogLevel {
-    pub(crate) fn number(self) -> i32 {
+    /// The number of the published schema: 1 debug, 2 information, 3 warning, 4 error, 5 fatal.
+    pub fn number(self) -> i32 {
         use foxglove::messages::log::Level;
         match self {
             Self::Debug => Level::Debug,

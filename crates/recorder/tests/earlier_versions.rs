@@ -1,7 +1,7 @@
 //! Recordings of earlier versions, which knew less, and of later ones, which say so.
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
-mod support;
+use crate::support;
 
 use std::collections::BTreeMap;
 use std::io::Cursor;

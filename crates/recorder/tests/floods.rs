@@ -2,7 +2,7 @@
 //! nobody waits for ever.
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
-mod support;
+use crate::support;
 
 use std::io::{self, Write};
 use std::sync::atomic::{AtomicBool, Ordering};

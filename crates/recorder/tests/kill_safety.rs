@@ -1,7 +1,7 @@
 //! What is left after the writer was killed, the disk filled up, or the bytes went bad.
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
-mod support;
+use crate::support;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};

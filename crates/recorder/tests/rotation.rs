@@ -1,7 +1,7 @@
 //! Recordings in several files: nothing lost between them, each readable alone, old ones removed.
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
-mod support;
+use crate::support;
 
 use std::path::PathBuf;
 

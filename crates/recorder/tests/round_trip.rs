@@ -1,7 +1,7 @@
 //! What is recorded is what is read.
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
-mod support;
+use crate::support;
 
 use motion_api::{Record, RobotState};
 use proptest::prelude::*;

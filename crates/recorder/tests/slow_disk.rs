@@ -1,7 +1,7 @@
 //! A disk that is slow and stands still now and then loses nothing and costs the motion thread nothing.
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
-mod support;
+use crate::support;
 
 use std::time::Duration;
 

@@ -1,7 +1,7 @@
 //! Every topic carries its schema, and what the schema says is what is in the messages.
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
-mod support;
+use crate::support;
 
 use std::collections::HashMap;
 use std::sync::OnceLock;

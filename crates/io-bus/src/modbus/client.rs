@@ -13,6 +13,7 @@ use tokio::time::{Instant, timeout_at};
 
 use super::device;
 use super::pdu::Request;
+use super::played::Played;
 use super::signal::{DeviceAddress, Signal, SignalKind, SignalSpec};
 use super::state::{Custom, Shared, State};
 use crate::driver::Driver;
@@ -98,6 +99,7 @@ pub enum ModbusError {
 pub struct ModbusClient {
     shared: Arc<Shared>,
     driver: OnceLock<Driver>,
+    played: Played,
     faults: Faults,
 }
 
@@ -127,15 +129,23 @@ impl ModbusClient {
             return Err(ModbusError::TooManySignals);
         }
         state.last_order += 1;
-        let signal = Signal::new(spec, state.last_order);
-        let address = signal.spec.device.clone();
+        let address = spec.device.clone();
+        self.meet(&mut state, &address);
+        let signal = Signal::new(spec, state.last_order, state.now_of(&address));
         state.signals.insert(name.to_owned(), signal);
         self.open(state, address)
     }
 
-    /// True while there are signals, so that time in the outside world matters.
-    pub fn has_signals(&self) -> bool {
-        !self.shared.state().signals.is_empty()
+    /// True while there are signals of devices that nobody plays, so that time in the outside world matters.
+    pub fn waits_for_the_world(&self) -> bool {
+        let state = self.shared.state();
+        let mut devices = state.signals.values().map(|signal| &signal.spec.device);
+        devices.any(|device| state.devices.get(device).is_none_or(|it| !it.is_played))
+    }
+
+    /// Before a cycle that begins at `time` of the simulated clock: devices that a test plays are asked what is due.
+    pub fn pass(&self, time: Duration) {
+        self.played.pass(&self.shared, time);
     }
 
     /// Removes a signal.
@@ -168,10 +178,18 @@ impl ModbusClient {
                 if !signal.values.is_empty() {
                     return Ok((signal.values.clone(), signal.spec.table().is_bits()));
                 }
-                signal.added + signal.watchdog + Duration::from_millis(1)
+                let is_played = state
+                    .devices
+                    .get(&signal.spec.device)
+                    .is_some_and(|device| device.is_played);
+                // Of a device that is played every cycle brings news.
+                (!is_played).then(|| signal.added + signal.watchdog + Duration::from_millis(1))
             };
             // The sender lives as long as this client; whether time is over is decided above.
-            let _ = timeout_at(give_up, updates.changed()).await;
+            let _ = match give_up {
+                Some(time) => timeout_at(time, updates.changed()).await.unwrap_or(Ok(())),
+                None => updates.changed().await,
+            };
         }
     }
 
@@ -220,10 +238,10 @@ impl ModbusClient {
             let given = values.len();
             return Err(ModbusError::Length { name, given, most });
         }
-        signal.set(values);
-        let signal = &state.signals[&name];
-        state.check_valid(&name, signal)?;
         let device = signal.spec.device.clone();
+        let now = state.now_of(&device);
+        state.signal(&name)?.set(values, now);
+        state.check_valid(&name, &state.signals[&name])?;
         state.wake(&device);
         Ok(())
     }
@@ -241,8 +259,9 @@ impl ModbusClient {
             return Err(ModbusError::WrongKind { name, needed });
         }
         signal.run_state = choice;
-        signal.force_run_state(running);
         let device = signal.spec.device.clone();
+        let now = state.now_of(&device);
+        state.signal(name)?.force_run_state(running, now);
         state.wake(&device);
         Ok(())
     }
@@ -251,10 +270,15 @@ impl ModbusClient {
     pub fn program_running(&self, running: bool) {
         let mut state = self.shared.state();
         state.program_running = running;
+        let devices: Vec<DeviceAddress> = state.devices.keys().cloned().collect();
         let mut changed = Vec::new();
-        for signal in state.signals.values_mut() {
-            if signal.force_run_state(running) {
-                changed.push(signal.spec.device.clone());
+        for device in devices {
+            let now = state.now_of(&device);
+            let signals = state.signals.values_mut();
+            for signal in signals.filter(|signal| signal.spec.device == device) {
+                if signal.force_run_state(running, now) {
+                    changed.push(device.clone());
+                }
             }
         }
         changed.iter().for_each(|device| state.wake(device));
@@ -268,8 +292,9 @@ impl ModbusClient {
         let mut state = self.shared.state();
         let signal = state.signal(name)?;
         signal.period = (hertz > 0).then(|| Duration::from_secs(1) / hertz.max(1));
-        signal.due = Instant::now();
         let device = signal.spec.device.clone();
+        let now = state.now_of(&device);
+        state.signal(name)?.due = now;
         state.wake(&device);
         Ok(())
     }
@@ -323,6 +348,8 @@ impl ModbusClient {
         repeats: bool,
     ) -> Result<(), ModbusError> {
         let mut state = self.shared.state();
+        self.meet(&mut state, &device);
+        let now = state.now_of(&device);
         let waiting = &mut state.device(&device).custom;
         if waiting.len() >= CUSTOM_WAITING_MAX {
             let DeviceAddress { host, port } = device;
@@ -332,7 +359,7 @@ impl ModbusClient {
             slave,
             request,
             repeats,
-            due: Instant::now(),
+            due: now,
         });
         self.open(state, device)
     }
@@ -370,12 +397,27 @@ impl ModbusClient {
         Ok(())
     }
 
-    /// Makes sure that the device has a task, and wakes it.
+    /// Makes the device when it is new; a test plays it, or it is a real one.
+    fn meet(&self, state: &mut State, address: &DeviceAddress) {
+        let is_new = !state.devices.contains_key(address);
+        let device = state.device(address);
+        if is_new && let Some(stand_ins) = &self.shared.stand_ins {
+            device.is_played = stand_ins.knows(&address.host, address.port);
+            device.is_connecting = device.is_played;
+        }
+    }
+
+    /// Makes sure that the device has a task, and wakes it. One that is played is asked when a cycle passes.
     fn open(
         &self,
         mut state: MutexGuard<'_, State>,
         address: DeviceAddress,
     ) -> Result<(), ModbusError> {
+        let device = state.device(&address);
+        if device.is_played {
+            device.has_news = true;
+            return Ok(());
+        }
         let driver = match self.driver.get() {
             Some(driver) => driver,
             None => {

@@ -31,6 +31,8 @@ const PAUSE_MAX: Duration = Duration::from_secs(2);
 /// Requests under way at most. Devices that take several take up to 16 (same guide); half of that is enough for thousands
 /// of requests a second.
 const UNDER_WAY_MAX: usize = 8;
+/// Transaction, protocol, length, unit.
+pub(super) const HEADER_BYTES: usize = 7;
 /// errno values of Linux for failures that carry none: ETIMEDOUT, ECONNRESET, EPROTO, EIO.
 const TIMED_OUT: i32 = 110;
 const CONNECTION_RESET: i32 = 104;
@@ -50,14 +52,14 @@ pub(super) async fn run(shared: Arc<Shared>, address: DeviceAddress) {
     let mut pause = PAUSE_MIN;
     // Kept over connections: a device that does not answer several requests at once never will.
     let mut one_by_one = false;
-    while let Some(wake) = begin_connecting(&shared, &address) {
+    while let Some(wake) = begin_connecting(&shared, &address, false) {
         injection::point("modbus");
-        let stand_ins = shared.stand_ins.as_ref();
-        let connecting = Link::open(&address.host, address.port, stand_ins);
+        // Who stands in for a device is asked by `played`.
+        let connecting = Link::open(&address.host, address.port, None);
         let connected = timeout(CONNECT_TIME, connecting).await;
         let failure = match connected {
             Ok(Ok(stream)) => {
-                note_connection(&shared, &address, true, 0);
+                note_connection(&shared, &address, false, true, 0);
                 pause = PAUSE_MIN;
                 let mut connection = Connection::new(stream, one_by_one);
                 let used = connection.serve(&shared, &address).await;
@@ -65,7 +67,7 @@ pub(super) async fn run(shared: Arc<Shared>, address: DeviceAddress) {
                 match used {
                     Ok(Used::Left) => return,
                     Ok(Used::Reset) => {
-                        note_connection(&shared, &address, false, 0);
+                        note_connection(&shared, &address, false, false, 0);
                         continue;
                     }
                     Err(error) => error,
@@ -74,13 +76,13 @@ pub(super) async fn run(shared: Arc<Shared>, address: DeviceAddress) {
             Ok(Err(error)) => error,
             Err(_elapsed) => io::ErrorKind::TimedOut.into(),
         };
-        note_connection(&shared, &address, false, errno(&failure));
+        note_connection(&shared, &address, false, false, errno(&failure));
         // A reset or a new signal ends the pause only if it has been asked for; other wakes are for open connections.
         let until = Instant::now() + pause;
         while timeout_at(until, wake.notified()).await.is_ok() {
             let state = shared.state();
             let device = state.devices.get(&address);
-            if device.is_none_or(|device| device.wants_reset) {
+            if device.is_none_or(|device| device.wants_reset || device.is_played) {
                 break;
             }
         }
@@ -88,9 +90,16 @@ pub(super) async fn run(shared: Arc<Shared>, address: DeviceAddress) {
     }
 }
 
-/// Marks the device as connecting. `None`, and the device is forgotten, when nobody uses it.
-fn begin_connecting(shared: &Shared, address: &DeviceAddress) -> Option<Arc<tokio::sync::Notify>> {
+/// Marks the device as connecting. `None` when somebody else keeps it, or when nobody uses it; then it is forgotten.
+pub(super) fn begin_connecting(
+    shared: &Shared,
+    address: &DeviceAddress,
+    is_played: bool,
+) -> Option<Arc<tokio::sync::Notify>> {
     let mut state = shared.state();
+    if state.devices.get(address)?.is_played != is_played {
+        return None;
+    }
     if !is_used(&state, address) {
         state.devices.remove(address);
         return None;
@@ -109,8 +118,18 @@ fn is_used(state: &State, address: &DeviceAddress) -> bool {
         || state.signals.values().any(|s| s.spec.device == *address)
 }
 
-fn note_connection(shared: &Shared, address: &DeviceAddress, connected: bool, errno: i32) {
+pub(super) fn note_connection(
+    shared: &Shared,
+    address: &DeviceAddress,
+    is_played: bool,
+    connected: bool,
+    errno: i32,
+) {
     let mut state = shared.state();
+    let device = state.devices.get(address);
+    if device.is_none_or(|device| device.is_played != is_played) {
+        return;
+    }
     if let Some(device) = state.devices.get_mut(address) {
         device.is_connected = connected;
         device.is_connecting = false;
@@ -127,7 +146,7 @@ fn note_connection(shared: &Shared, address: &DeviceAddress, connected: bool, er
     shared.updates.send_modify(|count| *count += 1);
 }
 
-fn errno(error: &io::Error) -> i32 {
+pub(super) fn errno(error: &io::Error) -> i32 {
     error.raw_os_error().unwrap_or(match error.kind() {
         io::ErrorKind::TimedOut => TIMED_OUT,
         io::ErrorKind::UnexpectedEof => CONNECTION_RESET,
@@ -178,10 +197,10 @@ impl Connection {
                 _ => Instant::now(),
             };
             if let Some(oldest) = self.under_way.front() {
-                let answered = timeout_at(oldest.give_up, self.take_answer(shared)).await;
+                let answered = timeout_at(oldest.give_up, self.take_answer(shared, address)).await;
                 match answered {
                     Ok(answered) => answered?,
-                    Err(_elapsed) => self.give_up(shared)?,
+                    Err(_elapsed) => self.give_up(shared, address)?,
                 }
                 continue;
             }
@@ -237,35 +256,35 @@ impl Connection {
     }
 
     /// Takes one answer; one to a request that nobody made is passed over.
-    async fn take_answer(&mut self, shared: &Shared) -> io::Result<()> {
+    async fn take_answer(&mut self, shared: &Shared, address: &DeviceAddress) -> io::Result<()> {
         // Header and answer are read in one go: when the time is over in between, the connection is given up.
-        let mut header = [0; 7];
+        let mut header = [0; HEADER_BYTES];
         self.stream.read_exact(&mut header).await?;
-        let [t1, t0, p1, p0, l1, l0, _unit] = header;
-        let length = usize::from(u16::from_be_bytes([l1, l0]));
-        if [p1, p0] != [0, 0] || !(2..=254).contains(&length) {
-            return Err(io::ErrorKind::InvalidData.into());
-        }
-        let mut reply = vec![0; length - 1];
+        let (transaction, length) = read_header(header)?;
+        let mut reply = vec![0; length];
         self.stream.read_exact(&mut reply).await?;
-        let transaction = u16::from_be_bytes([t1, t0]);
         let place = self
             .under_way
             .iter()
             .position(|u| u.transaction == transaction);
         if let Some(found) = place.and_then(|place| self.under_way.remove(place)) {
             let reply = found.asked.request.decode(&reply);
-            note_reply(&mut shared.state(), &found.asked, &reply);
+            note_reply(&mut shared.state(), address, &found.asked, &reply);
             shared.updates.send_modify(|count| *count += 1);
         }
         Ok(())
     }
 
     /// The oldest request has no answer in time: for a broadcast that is how it should be.
-    fn give_up(&mut self, shared: &Shared) -> io::Result<()> {
+    fn give_up(&mut self, shared: &Shared, address: &DeviceAddress) -> io::Result<()> {
         match self.under_way.front() {
             Some(oldest) if oldest.slave == 0 => {
-                note_reply(&mut shared.state(), &oldest.asked, &Ok(Reply::Done));
+                note_reply(
+                    &mut shared.state(),
+                    address,
+                    &oldest.asked,
+                    &Ok(Reply::Done),
+                );
                 self.under_way.pop_front();
                 shared.updates.send_modify(|count| *count += 1);
                 Ok(())
@@ -275,8 +294,18 @@ impl Connection {
     }
 }
 
+/// The transaction that a header names, and the length of the reply behind it.
+pub(super) fn read_header(header: [u8; HEADER_BYTES]) -> io::Result<(u16, usize)> {
+    let [t1, t0, p1, p0, l1, l0, _unit] = header;
+    let length = usize::from(u16::from_be_bytes([l1, l0]));
+    if [p1, p0] != [0, 0] || !(2..=254).contains(&length) {
+        return Err(io::ErrorKind::InvalidData.into());
+    }
+    Ok((u16::from_be_bytes([t1, t0]), length - 1))
+}
+
 /// A request with its header (same guide, 3.1.3).
-fn message(transaction: u16, slave: u8, asked: &Asked) -> io::Result<Vec<u8>> {
+pub(super) fn message(transaction: u16, slave: u8, asked: &Asked) -> io::Result<Vec<u8>> {
     let pdu = asked.request.encode();
     let length = u16::try_from(1 + pdu.len()).map_err(|_| io::ErrorKind::InvalidInput)?;
     let mut message = Vec::with_capacity(7 + pdu.len());

@@ -64,17 +64,31 @@ pub(super) struct Schedule {
     /// When the first signal that is not in the round is due.
     due_later: Option<Instant>,
     idle_since: Option<Instant>,
+    /// Of a device that a test plays.
+    is_played: bool,
     /// Signals come late by more than half their period.
     pub(super) is_behind: bool,
 }
 
 impl Schedule {
+    /// For a device that a test plays.
+    pub(super) fn of_played() -> Self {
+        Self {
+            is_played: true,
+            ..Self::default()
+        }
+    }
+
     /// What is to be done now: commands of scripts first, then what is due.
     pub(super) fn next(&mut self, state: &mut State, address: &DeviceAddress) -> Next {
-        let now = Instant::now();
+        let now = state.now_of(address);
         let Some(device) = state.devices.get_mut(address) else {
             return Next::Leave;
         };
+        if device.is_played != self.is_played {
+            // Somebody else has taken the device over.
+            return Next::Leave;
+        }
         if device.wants_reset {
             return Next::Reset;
         }
@@ -268,9 +282,15 @@ fn read(run: &[(&String, &Signal)]) -> Job {
 }
 
 /// Puts an answer into the signals it is for.
-pub(super) fn note_reply(state: &mut State, asked: &Asked, reply: &Result<Reply, PduError>) {
+pub(super) fn note_reply(
+    state: &mut State,
+    address: &DeviceAddress,
+    asked: &Asked,
+    reply: &Result<Reply, PduError>,
+) {
+    let now = state.now_of(address);
     let is_shared = asked.members.len() > 1;
-    let mut has_news = None;
+    let mut has_news = false;
     for member in &asked.members {
         let Some(signal) = member.of(state) else {
             continue;
@@ -285,23 +305,23 @@ pub(super) fn note_reply(state: &mut State, asked: &Asked, reply: &Result<Reply,
                     let values = values.iter().skip(member.place).take(count);
                     signal.values = values.copied().collect();
                 }
-                signal.last_good = Some(Instant::now());
+                signal.last_good = Some(now);
                 signal.device_error = 0;
                 signal.is_unheard = false;
             }
             Err(PduError::Exception(_)) if is_shared => {
                 // Perhaps the device does not give both at once: each is asked for alone from now on.
                 signal.alone = true;
-                signal.due = Instant::now();
-                has_news = Some(signal.spec.device.clone());
+                signal.due = now;
+                has_news = true;
             }
             Err(PduError::Exception(code)) => signal.device_error = i32::from(*code),
             // Not defined (table 6-2).
             Err(PduError::Malformed) => signal.device_error = 9,
         }
     }
-    if let Some(device) = has_news {
-        state.wake(&device);
+    if has_news {
+        state.wake(address);
     }
 }
 
@@ -333,7 +353,7 @@ mod tests {
         let mut state = State::default();
         state.device(&address());
         for (order, spec) in (1..).zip(specs) {
-            let signal = Signal::new(spec, order);
+            let signal = Signal::new(spec, order, Instant::now());
             state.signals.insert(format!("s{order}"), signal);
         }
         state
@@ -401,7 +421,7 @@ mod tests {
         assert!(matches!(first, Next::Ask(255, _)), "{first:?}");
         // In the middle of the round.
         if let Some(signal) = state.signals.get_mut("s5") {
-            signal.set(&[7]);
+            signal.set(&[7], Instant::now());
         }
         state.device(&address()).custom.push(Custom {
             slave: 3,
@@ -424,7 +444,7 @@ mod tests {
         let Next::Ask(_, asked) = schedule.next(&mut state, &address()) else {
             panic!("nothing is due");
         };
-        note_reply(&mut state, &asked, &Err(PduError::Exception(2)));
+        note_reply(&mut state, &address(), &asked, &Err(PduError::Exception(2)));
         let asked = round(&mut schedule, &mut state);
         assert_eq!(asked, [(255, 0, 1), (255, 1, 1)]);
     }
@@ -446,7 +466,7 @@ mod tests {
         assert_eq!(asked.request, wanted);
         state.signals.clear();
         state.wake(&address());
-        note_reply(&mut state, &asked, &Ok(Reply::Values(vec![1])));
+        note_reply(&mut state, &address(), &asked, &Ok(Reply::Values(vec![1])));
         assert!(matches!(
             schedule.next(&mut state, &address()),
             Next::Sleep(_)

@@ -94,9 +94,8 @@ pub(super) struct Signal {
 }
 
 impl Signal {
-    /// A signal that is due at once.
-    pub(super) fn new(spec: SignalSpec, order: u64) -> Self {
-        let now = Instant::now();
+    /// A signal that is due at once; times of a signal are those of its device.
+    pub(super) fn new(spec: SignalSpec, order: u64, now: Instant) -> Self {
         Self {
             values: Vec::new(),
             output: Vec::new(),
@@ -116,7 +115,7 @@ impl Signal {
     }
 
     /// Takes what a script or the run state sets.
-    pub(super) fn set(&mut self, values: &[u16]) {
+    pub(super) fn set(&mut self, values: &[u16], now: Instant) {
         if self.output.len() < values.len() {
             // What lies between was never set, so it is not written.
             self.output.resize(values.len(), 0);
@@ -126,15 +125,16 @@ impl Signal {
             self.values.resize(usize::from(self.spec.count), 0);
             self.values[..values.len()].copy_from_slice(values);
         }
-        self.due = Instant::now();
+        self.due = now;
     }
 
     /// True when the output is forced.
-    pub(super) fn force_run_state(&mut self, running: bool) -> bool {
+    pub(super) fn force_run_state(&mut self, running: bool, now: Instant) -> bool {
         let Some(level) = self.run_state.level(running) else {
             return false;
         };
-        self.set(&vec![u16::from(level); usize::from(self.spec.count)]);
+        let levels = vec![u16::from(level); usize::from(self.spec.count)];
+        self.set(&levels, now);
         true
     }
 

@@ -32,6 +32,8 @@ pub(super) struct State {
     pub(super) devices: BTreeMap<DeviceAddress, Device>,
     pub(super) last_order: u64,
     pub(super) program_running: bool,
+    /// The time of devices that a test plays: simulated.
+    pub(super) played_time: Option<Instant>,
 }
 
 /// One connection.
@@ -41,6 +43,8 @@ pub(super) struct Device {
     pub(super) has_news: bool,
     pub(super) custom: Vec<Custom>,
     pub(super) has_task: bool,
+    /// A test plays it: it has no task, and simulated time.
+    pub(super) is_played: bool,
     pub(super) is_connected: bool,
     pub(super) is_connecting: bool,
     pub(super) errno: i32,
@@ -79,6 +83,13 @@ impl State {
             .ok_or_else(|| ModbusError::UnknownSignal(name.to_owned()))
     }
 
+    /// What time it is for a device.
+    pub(super) fn now_of(&self, address: &DeviceAddress) -> Instant {
+        let is_played = self.devices.get(address).is_some_and(|it| it.is_played);
+        let played = self.played_time.filter(|_| is_played);
+        played.unwrap_or_else(Instant::now)
+    }
+
     /// Tells the device's task that something has changed.
     pub(super) fn wake(&mut self, address: &DeviceAddress) {
         if let Some(device) = self.devices.get_mut(address) {
@@ -106,7 +117,10 @@ impl State {
     pub(super) fn invalid_for(&self, signal: &Signal) -> Duration {
         match (self.errors(signal), signal.last_good) {
             ([0, _], Some(_)) if !signal.is_unheard => Duration::ZERO,
-            (_, since) => since.unwrap_or(signal.added).elapsed(),
+            (_, since) => {
+                let now = self.now_of(&signal.spec.device);
+                now.saturating_duration_since(since.unwrap_or(signal.added))
+            }
         }
     }
 
@@ -143,6 +157,7 @@ impl State {
                 has_news: false,
                 custom: Vec::new(),
                 has_task: false,
+                is_played: false,
                 is_connected: false,
                 is_connecting: false,
                 errno: 0,

@@ -1,4 +1,5 @@
 //! Reading of the shared vectors in `tests/vectors/`, and comparisons.
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
 #![allow(dead_code, reason = "every test binary uses its own part")]
 
 pub mod random;

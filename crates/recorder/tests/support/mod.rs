@@ -1,5 +1,6 @@
 //! Makes recordings for tests: states, outputs that can be looked at or that fail, and the way through the real thread.
 #![allow(dead_code, reason = "every test file uses its own part")]
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
 use std::io::{self, Write};
 use std::sync::{Arc, Mutex};

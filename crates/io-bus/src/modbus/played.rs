@@ -1,0 +1,176 @@
+//! Devices that a test plays: asked on the thread that passes a cycle, before it, so that signals keep simulated time and
+//! a test is the same on every machine. Owns the connections to those who play; what is asked is the schedule's.
+
+use std::collections::BTreeMap;
+use std::io::{self, ErrorKind, Read, Write};
+use std::os::unix::net::UnixStream;
+use std::sync::{Mutex, OnceLock, PoisonError};
+use std::time::Duration;
+
+use tokio::time::Instant;
+
+use super::device::{HEADER_BYTES, begin_connecting, errno, message, note_connection, read_header};
+use super::pdu::Reply;
+use super::schedule::{Asked, Next, Schedule, note_reply};
+use super::signal::DeviceAddress;
+use super::state::Shared;
+use crate::link::StandIns;
+
+/// Pause after a failure before the device is connected again.
+const PAUSE: Duration = Duration::from_millis(100);
+/// Replies that are passed over in search of the one that belongs to a request.
+const STRAY_REPLIES_MAX: usize = 16;
+
+/// The devices, and the time.
+#[derive(Default)]
+pub(super) struct Played {
+    lines: Mutex<BTreeMap<DeviceAddress, Line>>,
+    /// When simulated time began.
+    began: OnceLock<Instant>,
+}
+
+/// The connection to one device.
+#[derive(Default)]
+struct Line {
+    stream: Option<UnixStream>,
+    schedule: Schedule,
+    transaction: u16,
+    /// Not connected again before then.
+    paused_until: Option<Instant>,
+}
+
+impl Played {
+    /// Asks what is due before the cycle that begins at `time`.
+    pub(super) fn pass(&self, shared: &Shared, time: Duration) {
+        let Some(stand_ins) = &shared.stand_ins else {
+            return;
+        };
+        let now = *self.began.get_or_init(Instant::now) + time;
+        let addresses: Vec<DeviceAddress> = {
+            let mut state = shared.state();
+            state.played_time = Some(now);
+            for (address, device) in &mut state.devices {
+                // Signals of the cell are there before the test that plays their device.
+                if !device.is_played
+                    && !device.is_connected
+                    && stand_ins.knows(&address.host, address.port)
+                {
+                    device.is_played = true;
+                    device.is_connecting = true;
+                    device.has_task = false;
+                    device.wake.notify_one();
+                }
+            }
+            let played = state.devices.iter().filter(|(_, device)| device.is_played);
+            played.map(|(address, _)| address.clone()).collect()
+        };
+        if addresses.is_empty() {
+            return;
+        }
+        let mut lines = self.lines.lock().unwrap_or_else(PoisonError::into_inner);
+        lines.retain(|address, _| addresses.contains(address));
+        for address in &addresses {
+            let line = lines.entry(address.clone()).or_insert_with(|| Line {
+                schedule: Schedule::of_played(),
+                ..Line::default()
+            });
+            line.ask_what_is_due(shared, address, stand_ins.as_ref(), now);
+        }
+        shared.updates.send_modify(|count| *count += 1);
+    }
+}
+
+impl Line {
+    fn ask_what_is_due(
+        &mut self,
+        shared: &Shared,
+        address: &DeviceAddress,
+        stand_ins: &dyn StandIns,
+        now: Instant,
+    ) {
+        if self.paused_until.is_some_and(|until| now < until) {
+            return;
+        }
+        loop {
+            if self.stream.is_none() {
+                if begin_connecting(shared, address, true).is_none() {
+                    return;
+                }
+                match self.connect(address, stand_ins) {
+                    Ok(()) => note_connection(shared, address, true, true, 0),
+                    Err(error) => return self.fail(shared, address, now, &error),
+                }
+            }
+            let next = self.schedule.next(&mut shared.state(), address);
+            match next {
+                Next::Ask(slave, asked) => match self.exchange(stand_ins, slave, &asked) {
+                    Ok(reply) => {
+                        let reply = match reply {
+                            Some(reply) => asked.request.decode(&reply),
+                            None => Ok(Reply::Done),
+                        };
+                        note_reply(&mut shared.state(), address, &asked, &reply);
+                    }
+                    Err(error) => return self.fail(shared, address, now, &error),
+                },
+                Next::Reset => {
+                    self.stream = None;
+                    note_connection(shared, address, true, false, 0);
+                }
+                Next::Sleep(_) | Next::Leave => return,
+            }
+        }
+    }
+
+    fn connect(&mut self, address: &DeviceAddress, stand_ins: &dyn StandIns) -> io::Result<()> {
+        let connected = stand_ins.connect(&address.host, address.port);
+        let stream = connected.unwrap_or_else(|| Err(ErrorKind::ConnectionRefused.into()))?;
+        stream.set_nonblocking(true)?;
+        self.stream = Some(stream);
+        Ok(())
+    }
+
+    fn fail(&mut self, shared: &Shared, address: &DeviceAddress, now: Instant, error: &io::Error) {
+        self.stream = None;
+        self.paused_until = Some(now + PAUSE);
+        note_connection(shared, address, true, false, errno(error));
+    }
+
+    /// One request and its reply; a broadcast has none.
+    fn exchange(
+        &mut self,
+        stand_ins: &dyn StandIns,
+        slave: u8,
+        asked: &Asked,
+    ) -> io::Result<Option<Vec<u8>>> {
+        self.transaction = self.transaction.wrapping_add(1);
+        let message = message(self.transaction, slave, asked)?;
+        let stream = self.stream.as_mut().ok_or(ErrorKind::NotConnected)?;
+        stream.write_all(&message)?;
+        stand_ins.serve();
+        for _ in 0..STRAY_REPLIES_MAX {
+            let mut header = [0; HEADER_BYTES];
+            match read_exact(stream, &mut header) {
+                Err(error) if error.kind() == ErrorKind::TimedOut && slave == 0 => return Ok(None),
+                read => read?,
+            }
+            let (transaction, length) = read_header(header)?;
+            let mut reply = vec![0; length];
+            read_exact(stream, &mut reply)?;
+            if transaction == self.transaction {
+                return Ok((slave != 0).then_some(reply));
+            }
+        }
+        Err(ErrorKind::InvalidData.into())
+    }
+}
+
+/// What is not there now never comes: who plays the device has answered all it will.
+fn read_exact(stream: &mut UnixStream, buffer: &mut [u8]) -> io::Result<()> {
+    stream
+        .read_exact(buffer)
+        .map_err(|error| match error.kind() {
+            ErrorKind::WouldBlock => ErrorKind::TimedOut.into(),
+            _ => error,
+        })
+}

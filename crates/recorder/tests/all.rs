@@ -1,0 +1,12 @@
+//! Tests of recordings as their readers see them, in one binary: a file each.
+
+mod support;
+
+mod earlier_versions;
+mod faults;
+mod floods;
+mod kill_safety;
+mod rotation;
+mod round_trip;
+mod slow_disk;
+mod topics;
