@@ -4,7 +4,7 @@
     python3 crates/pybind/test.py [--debug] [--quick] [pytest arguments]
 
 --debug builds without optimisation. --quick leaves out what fetches more packages: the type stubs held against the
-binary (mypy), the pictures of examples/python (matplotlib), sweeps on a Ray cluster of this machine (ray).
+binary (mypy), the pictures of examples/python (matplotlib), sweeps on clusters of this machine (ray, distributed).
 """
 
 import sys
@@ -13,7 +13,7 @@ import wheel
 
 #: What the tests of sweeps and environments need, and what a quick run leaves out.
 TOOLS = ["pytest==9.2.0", "gymnasium==1.4.0", "pyarrow==26.0.1", "fsspec==2026.9.0"]
-MORE = ["mypy==2.4.1", "matplotlib==3.11.2", "ray==2.60.0"]
+MORE = ["mypy==2.4.1", "matplotlib==3.11.2", "ray==2.60.0", "distributed==2026.8.0"]
 
 
 def test():

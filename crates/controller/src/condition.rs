@@ -16,6 +16,8 @@ use motion_api::{MotionMode, RobotMode, SafetyMode};
 use recorder::{Cycle, FieldValue};
 use thiserror::Error;
 
+pub use crate::doing::Doing;
+
 /// Safepoints that one evaluation may pass: a condition is looked at for every cycle, it cannot be a program.
 const FUEL: u32 = 10_000;
 /// Numbers of modes that are looked for.
@@ -41,17 +43,6 @@ pub enum ConditionError {
     /// It is a program.
     #[error("the condition takes too long for one cycle")]
     Endless,
-}
-
-/// What a script was doing in a cycle.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Doing {
-    /// Name of the program, empty without one.
-    pub program: String,
-    /// Line of its main thread, 0 without one.
-    pub line: u32,
-    /// Name of the running command, empty without one.
-    pub command: String,
 }
 
 /// A compiled condition.
@@ -83,9 +74,11 @@ impl Host for Nowhere {
 }
 
 impl Condition {
+    /// `place` is what the text is called in messages: the option or the argument that it was given as.
+    ///
     /// # Errors
     /// [`ConditionError::Text`].
-    pub fn new(text: &str) -> Result<Self, ConditionError> {
+    pub fn new(place: &str, text: &str) -> Result<Self, ConditionError> {
         let words = mode_words();
         let cycle = Cycle::default();
         let fields = cycle.fields().map(|(name, _)| name.to_owned());
@@ -102,7 +95,7 @@ impl Condition {
         if text.trim().is_empty() {
             return Err(ConditionError::Text("it is empty".to_owned()));
         }
-        let file = SourceFile::new("--find", format!("{text}\n"));
+        let file = SourceFile::new(place, format!("{text}\n"));
         let findings: Vec<String> = check(file.clone(), &known)
             .iter()
             .filter(|finding| {
@@ -118,7 +111,7 @@ impl Condition {
             interpreter.set_global(word, Value::from(word.as_str()));
         }
         // On a line of its own, so that a report shows the text as it was given.
-        let file = SourceFile::new("--find", format!("holds = lambda: bool((\n{text}\n))\n"));
+        let file = SourceFile::new(place, format!("holds = lambda: bool((\n{text}\n))\n"));
         let program = compile(file.clone(), &known).map_err(|findings| {
             let texts: Vec<String> = findings
                 .iter()
@@ -268,7 +261,7 @@ mod tests {
             ("time", true),
             ("command in ('movej',)", false),
         ] {
-            let condition = Condition::new(text).unwrap();
+            let condition = Condition::new("--find", text).unwrap();
             assert_eq!(condition.holds(&cycle(), &doing).unwrap(), holds, "{text}");
         }
     }
@@ -282,14 +275,17 @@ mod tests {
             ("import os", "^"),
             (" ", "empty"),
         ] {
-            let error = Condition::new(text).map(drop).unwrap_err().to_string();
+            let error = Condition::new("--find", text)
+                .map(drop)
+                .unwrap_err()
+                .to_string();
             assert!(error.contains(said), "{text}: {error}");
         }
-        let condition = Condition::new("tcp_force[9] > 1").unwrap();
+        let condition = Condition::new("condition", "tcp_force[9] > 1").unwrap();
         let error = condition.holds(&cycle(), &Doing::default()).unwrap_err();
         assert!(error.to_string().contains("IndexError"), "{error}");
         assert!(error.to_string().contains("1.500 s"), "{error}");
-        let endless = Condition::new("[1 for i in range(10**9)]").unwrap();
+        let endless = Condition::new("condition", "[1 for i in range(10**9)]").unwrap();
         let error = endless.holds(&cycle(), &Doing::default()).unwrap_err();
         assert!(matches!(error, ConditionError::Endless), "{error}");
     }

@@ -15,6 +15,7 @@ use elite_runtime::message::{
 use elite_runtime::panel::VariableValue;
 use motion_api::{Frame, ProgramId, StopReason, ThreadNumber};
 
+use crate::doing::Follower;
 use crate::peaks::Peaks;
 
 /// Most that is kept of what one program prints, bytes; the rest is counted.
@@ -101,6 +102,7 @@ pub struct ProgramResult {
 /// Notes what the newest program says, and the peaks of every cycle since then; passes everything on.
 pub struct Collector {
     noted: Mutex<Noted>,
+    follower: Arc<Follower>,
     next: Arc<dyn Observer>,
 }
 
@@ -121,6 +123,7 @@ impl Collector {
     pub fn new(next: Arc<dyn Observer>) -> Self {
         Self {
             noted: Mutex::default(),
+            follower: Arc::default(),
             next,
         }
     }
@@ -128,6 +131,11 @@ impl Collector {
     /// Forgets what it noted: a program is about to start.
     pub fn begin(&self) {
         *self.noted() = Noted::default();
+    }
+
+    /// What the program does, for conditions.
+    pub const fn follower(&self) -> &Arc<Follower> {
+        &self.follower
     }
 
     /// Lines that were printed so far. A last line without its end is one, too.
@@ -231,6 +239,7 @@ impl Observer for Collector {
     }
 
     fn program_started(&self, program: ProgramId, name: &str, text: &str) {
+        self.follower.program_started(name);
         self.next.program_started(program, name, text);
     }
 
@@ -248,10 +257,12 @@ impl Observer for Collector {
         if thread == ThreadNumber(0) {
             self.noted().line = line;
         }
+        self.follower.line_changed(thread, line);
         self.next.line_changed(program, thread, line, node);
     }
 
     fn program_ended(&self, program: ProgramId) {
+        self.follower.program_ended();
         self.next.program_ended(program);
     }
 
@@ -265,6 +276,7 @@ impl Observer for Collector {
 
     fn cycle_ended(&self, frame: &Frame) {
         self.noted().peaks.take(&frame.state);
+        self.follower.cycle_ended(&frame.state);
         self.next.cycle_ended(frame);
     }
 

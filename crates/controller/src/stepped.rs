@@ -126,6 +126,7 @@ impl SteppedController {
         // The closure is called once, or the start has failed.
         let gate = gate.ok_or_else(|| io::Error::other("the clock was not started"))?;
         herald.connect(&gate);
+        collector.follower().connect(controller.robot());
         Ok(Self {
             controller,
             gate,

@@ -12,6 +12,7 @@
 pub mod attendant;
 pub mod builtins;
 mod compile_pool;
+pub mod debug;
 mod foresight;
 pub mod interpreter;
 pub mod interpreter_queue;

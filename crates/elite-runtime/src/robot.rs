@@ -247,6 +247,12 @@ impl Robot {
         Some(outcome)
     }
 
+    /// What a command is called that has not been forgotten yet.
+    pub fn command_name(&self, id: CommandId) -> Option<&'static str> {
+        let awaited = self.awaited();
+        awaited.open.get(&id).map(|entry| entry.command.kind.name())
+    }
+
     /// True once a requested command has ended.
     pub fn has_ended(&self, id: CommandId) -> bool {
         self.awaited()

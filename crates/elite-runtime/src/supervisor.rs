@@ -176,6 +176,7 @@ impl Supervisor {
             attendant: Some(attendant),
             stand_ins: settings.extras.stand_ins.clone(),
             line_counts: None,
+            debug: None,
         };
         Self::new(TaskSettings {
             observer,

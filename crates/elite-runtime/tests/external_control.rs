@@ -10,7 +10,7 @@
     reason = "a test that cannot set itself up should stop"
 )]
 
-mod common;
+use crate::common;
 
 use std::io::{Read, Write};
 use std::net::TcpListener;

@@ -9,7 +9,7 @@
     reason = "a test that cannot read its input fails"
 )]
 
-mod common;
+use crate::common;
 
 use std::fmt::Write as _;
 

@@ -5,7 +5,7 @@
     reason = "a test that cannot set itself up should stop"
 )]
 
-mod common;
+use crate::common;
 
 use std::os::unix::fs::symlink;
 use std::path::Path;

@@ -8,7 +8,7 @@
     reason = "a test that cannot read its input fails"
 )]
 
-mod common;
+use crate::common;
 
 use common::{Standing, run};
 use elite_runtime::TaskEnd;

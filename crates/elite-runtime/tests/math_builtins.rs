@@ -5,7 +5,7 @@
     reason = "a test that cannot make its robot fails"
 )]
 
-mod common;
+use crate::common;
 
 use common::{Standing, run};
 use elite_runtime::TaskEnd;

@@ -1,6 +1,6 @@
 //! The memory account of a task does not drift: whatever a program calls again and again, it holds the same afterwards.
 
-mod common;
+use crate::common;
 
 use common::{Standing, run};
 use elite_runtime::builtins::all;

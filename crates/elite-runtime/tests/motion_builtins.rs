@@ -1,6 +1,6 @@
 //! The motions of manual 3.1: which command each call becomes.
 
-mod common;
+use crate::common;
 
 use common::{Standing, run};
 use elite_runtime::TaskEnd;

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-mod common;
+use crate::common;
 
 use common::{Standing, run};
 use elite_runtime::builtins::{all, declare::FROM_OUTPUT, known_names};

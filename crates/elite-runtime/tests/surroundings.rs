@@ -8,7 +8,7 @@
     reason = "a test that cannot set itself up should stop"
 )]
 
-mod common;
+use crate::common;
 
 use std::path::PathBuf;
 use std::process::Command;

@@ -4,7 +4,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test helper fails by panicking")]
 
-mod common;
+use crate::common;
 
 use std::collections::BTreeSet;
 

@@ -117,7 +117,7 @@ end
 """
 
 
-def sweeps(units=80):
+def sweeps(units=320):
     grid = {"angle": np.linspace(-1, 1, units)}
 
     def timed(**how):

@@ -8,7 +8,6 @@ mod arguments;
 mod command;
 mod fleet;
 mod functions;
-mod io;
 mod live;
 mod recording;
 mod results;

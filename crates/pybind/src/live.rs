@@ -9,7 +9,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use controller::cell::point::Point;
-use controller::condition::{Condition, ConditionError, Doing};
+use controller::condition::{Condition, ConditionError};
+use controller::points::{PointChange, PointValue, Reading};
 use controller::{
     Outcome, Patience, ProgramResult, RobotConfig, StartError, SteppedController, SteppedError,
 };
@@ -22,7 +23,6 @@ use pyo3::prelude::*;
 use recorder::Cycle;
 
 use crate::ControllerClosed;
-use crate::io::{self, Level};
 use crate::row::Row;
 use crate::settings;
 use crate::trace::Trace;
@@ -54,6 +54,21 @@ fn parts(result: ProgramResult) -> ResultParts {
 
 /// A wrench that is set acts so long, s: until the next one.
 const FOR_GOOD: f64 = 1e9;
+
+/// A value from Python, numpy's included.
+fn point_value(value: &Bound<'_, PyAny>) -> PointValue {
+    if let Ok(level) = value.extract() {
+        return PointValue::Level(level);
+    }
+    if let Ok(whole) = value.extract() {
+        return PointValue::Whole(whole);
+    }
+    if let Ok(number) = value.extract() {
+        return PointValue::Number(number);
+    }
+    let shown = value.repr().map(|text| text.to_string());
+    PointValue::Other(shown.unwrap_or_else(|_| "something else".to_owned()))
+}
 
 /// What a settings error is in Python: of the arguments, but for what the machine refuses.
 pub(crate) fn start_error(error: &StartError) -> PyErr {
@@ -268,16 +283,17 @@ impl NativeController {
     ) -> PyResult<bool> {
         let simulated = seconds("timeout", timeout)?;
         let answer = self.passing(py, wall_timeout, |inner, patience| {
-            let condition = Condition::new(&condition).map_err(Unanswered::Condition)?;
+            let condition =
+                Condition::new("condition", &condition).map_err(Unanswered::Condition)?;
             let mut cycle = Cycle::default();
-            let mut doing = Doing::default();
             inner.until(
                 |state| {
                     cycle.set(state);
-                    doing.line = inner.collector().line();
-                    condition
-                        .holds(&cycle, &doing)
-                        .map_err(Unanswered::Condition)
+                    let held = inner
+                        .collector()
+                        .follower()
+                        .with(|doing| condition.holds(&cycle, doing));
+                    held.map_err(Unanswered::Condition)
                 },
                 simulated,
                 patience,
@@ -351,34 +367,31 @@ impl NativeController {
 
     fn io_get<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         let point: Point = name.parse().map_err(PyValueError::new_err)?;
-        match io::get(self.open()?.controller().robot(), point) {
-            Level::Digital(level) => level.into_bound_py_any(py),
-            Level::Number(value) => value.into_bound_py_any(py),
-            Level::Whole(value) => value.into_bound_py_any(py),
+        let inner = self.open()?;
+        let robot = inner.controller().robot();
+        match Reading::new(point, &robot.io(), robot.registers()) {
+            Reading::Level(level) => level.into_bound_py_any(py),
+            Reading::Whole(value) => value.into_bound_py_any(py),
+            Reading::Number(value) => value.into_bound_py_any(py),
         }
     }
 
     fn io_set(&self, name: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
         let point: Point = name.parse().map_err(PyValueError::new_err)?;
-        let level = match point.group {
-            group if group.is_digital() => value.extract().map(Level::Digital),
-            controller::cell::point::Group::IntegerRegister => value.extract().map(Level::Whole),
-            _ => value.extract().map(Level::Number),
-        };
-        let level = level.map_err(|_| {
-            let needed = match point.group {
-                group if group.is_digital() => "True or False",
-                controller::cell::point::Group::IntegerRegister => {
-                    "a whole number from -2147483648 to 2147483647"
-                }
-                _ => "a number",
-            };
-            let given = value
-                .repr()
-                .map_or_else(|_| "something else".to_owned(), |r| r.to_string());
-            PyValueError::new_err(format!("{point} must be {needed}, got {given}"))
-        })?;
-        io::set(self.open()?.controller().robot(), point, level).map_err(PyValueError::new_err)
+        let inner = self.open()?;
+        let robot = inner.controller().robot();
+        let change = PointChange::new(point, &point_value(value), &robot.state().io_config);
+        match change.map_err(|error| PyValueError::new_err(error.to_string()))? {
+            PointChange::Register(direction, value) => {
+                value.write(direction, robot.registers());
+                Ok(())
+            }
+            PointChange::Io(change) => {
+                let sent = robot.send(Origin::default(), CommandKind::SetIo(change));
+                sent.map(drop)
+                    .map_err(|full| PyRuntimeError::new_err(full.to_string()))
+            }
+        }
     }
 
     /// A wrench on the tool from now on, about the TCP, N and Nm: in base or tool axes.

@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 import elitescript
+import numpy as np
 
 COMMAND = Path(sys.executable).with_name("eliteserver")
 
@@ -43,3 +44,21 @@ def test_an_interrupt_ends_a_run_as_in_the_binary(tmp_path):
     _, err = process.communicate(timeout=20)
     assert process.returncode == 1 and b"Traceback" not in err, err
     assert len(elitescript.open_recording(recording)["/cycle"]) > 0
+
+
+def test_by_run_by_test_and_in_python_it_is_the_same_run(tmp_path):
+    (tmp_path / "it.script").write_text(
+        "import random\nmovej([0.3, -1.2, 1.4, -1.5, -1.5, random.random()], a=3, v=1.5)\nset_standard_digital_out(2, True)\n"
+    )
+    (tmp_path / "test_it.script").write_text('def test_it():\n    test.run("it.script")\n    assert False\nend\n')
+    (tmp_path / "test.toml").write_text('plant = "ideal"\n')
+    options = ["--seed", "5", "--plant", "ideal", "--record", "run.mcap"]
+    assert call("run", "it.script", *options, cwd=tmp_path).returncode == 0
+    assert call("test", ".", "--seed", "5", "--record-failed", "failed", cwd=tmp_path).returncode == 1
+    with elitescript.Controller(plant="ideal", seed=5) as c:
+        assert c.run(tmp_path / "it.script").ok
+        cycles = c.trace
+    by_run = elitescript.open_recording(tmp_path / "run.mcap")["/cycle"]
+    by_test = elitescript.open_recording(*(tmp_path / "failed").iterdir())["/cycle"]
+    np.testing.assert_array_equal(by_run, cycles)
+    np.testing.assert_array_equal(by_test[: len(cycles)], cycles)

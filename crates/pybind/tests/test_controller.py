@@ -77,7 +77,7 @@ def test_run_until_takes_functions_and_conditions(c):
     c.start(MOVE)
     assert c.run_until(lambda state: state.actual_q[0] > 0.1)
     assert 0.1 < c.state.actual_q[0] < 0.15
-    assert c.run_until("actual_q[0] > 0.2 and mode == movej")
+    assert c.run_until("actual_q[0] > 0.2 and mode == movej and command == 'movej'")
     before = c.state.time
     assert not c.run_until("actual_q[0] > 9", timeout=0.5)
     assert c.state.time == pytest.approx(before + 0.5)

@@ -26,6 +26,9 @@ GRID = {"angle": [0.1, 0.2, 0.3], "speed": [0.5, 1.0]}
 #: A worker that meets this dies, once or always.
 DEADLY = """
 import os, subprocess
+while not os.path.exists(after):
+    sleep(0.1)
+end
 if not os.path.exists(mark) or always:
     open(mark, 'w').close()
     subprocess.call(['sh', '-c', 'kill -9 $PPID'])
@@ -60,10 +63,11 @@ def test_processes_give_the_same_table(table):
     assert sweep(PROGRAM, GRID, options={"plant": "ideal"}, seed=5, executor="processes", workers=2).equals(table)
 
 
-def test_ray_gives_the_same_table_and_the_same_cycles(table, tmp_path):
-    pytest.importorskip("ray")
+@pytest.mark.parametrize("executor, package", [("ray", "ray"), ("dask", "distributed")])
+def test_clusters_give_the_same_table_and_the_same_cycles(table, tmp_path, executor, package):
+    pytest.importorskip(package)
     call = dict(options={"plant": "ideal"}, seed=5, folder=tmp_path, record="all")
-    assert sweep(PROGRAM, GRID, executor="ray", workers=2, **call).drop("command").equals(table.drop("command"))
+    assert sweep(PROGRAM, GRID, executor=executor, workers=2, **call).drop("command").equals(table.drop("command"))
     with elitescript.Controller(plant="ideal", seed=5) as c:
         c.run(PROGRAM, globals={"angle": 0.2, "speed": 0.5})
         recording = elitescript.open_recording(tmp_path / "recordings" / "000002.mcap")
@@ -105,12 +109,17 @@ def test_samples_come_from_an_iterator_and_options_from_the_parameters():
     assert "--model=cs63" in table["command"][1].as_py() and "--seed=1" in table["command"][1].as_py()
 
 
-def test_a_killed_worker_is_repeated_once_and_then_said(tmp_path):
-    samples = [{"mark": str(tmp_path / str(k)), "always": k == 2} for k in range(4)]
+@pytest.mark.parametrize("executor, package", [("processes", None), ("dask", "distributed")])
+def test_a_killed_worker_is_repeated_once_and_then_said(tmp_path, executor, package):
+    if package:
+        pytest.importorskip(package)
+    # The third dies after the second, so that the second is not taken along before it has died by itself.
+    samples = [{"mark": str(tmp_path / str(k)), "always": k == 2, "after": str(tmp_path)} for k in range(4)]
+    samples[2]["after"] = samples[1]["mark"]
     for k in (0, 3):
         Path(samples[k]["mark"]).touch()
     options = {"plant": "ideal", "allow": ["fs", "process"]}
-    table = sweep(DEADLY, samples, options=options, executor="processes", workers=2)
+    table = sweep(DEADLY, samples, options=options, executor=executor, workers=2)
     assert table["outcome"].to_pylist() == ["ended", "ended", "failed", "ended"], table["error"].to_pylist()
     assert "worker process died twice" in table["error"][2].as_py() and table["time"][2].as_py() is None
 

@@ -12,10 +12,11 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-use controller::inputs::InputChange;
 use controller::outcome::Collector;
+use controller::points::PointChange;
 use controller::{Outcome, ProgramResult};
 use elite_runtime::{ProgramText, Robot, Supervisor, TaskState};
+use io_bus::{Fieldbus, StandIns};
 use motion_api::{CommandKind, Origin, Seconds};
 use tokio::sync::mpsc::UnboundedSender;
 
@@ -65,7 +66,7 @@ pub(crate) enum Verdict {
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Act {
     /// An input gets a value.
-    Input(InputChange),
+    Set(PointChange),
     /// The robot gets a command.
     Command(CommandKind),
 }
@@ -110,6 +111,7 @@ impl Deref for Bench {
 /// The parts of a bench that are made elsewhere.
 pub(crate) struct Parts {
     pub robot: Arc<Robot>,
+    pub fieldbus: Arc<Fieldbus>,
     pub programs: Supervisor,
     pub said: Arc<Collector>,
     pub turns: Arc<Turns>,
@@ -243,8 +245,11 @@ impl Bench {
     /// Does what is due before the cycle with this number.
     pub(crate) fn before_cycle(&self, cycle: u64) {
         self.peers.serve();
+        let step = self.robot.state().step_time;
+        self.fieldbus
+            .modbus
+            .pass(Duration::from_secs_f64(cycle as f64 * step));
         if cycle > self.last_cycle && self.given_up().is_none() {
-            let step = self.robot.state().step_time;
             let time = self.last_cycle as f64 * step;
             self.give_up(format!(
                 "the test had not ended after {time:.3} s of simulated time (--timeout)"
@@ -270,11 +275,11 @@ impl Bench {
     /// The motion thread takes nothing.
     pub(crate) fn act(&self, act: Act) -> Result<(), String> {
         let command = match act {
-            Act::Input(InputChange::Register(value)) => {
-                value.write(&self.robot.registers().input);
+            Act::Set(PointChange::Register(direction, value)) => {
+                value.write(direction, self.robot.registers());
                 return Ok(());
             }
-            Act::Input(InputChange::Point(change)) => CommandKind::SetIo(change),
+            Act::Set(PointChange::Io(change)) => CommandKind::SetIo(change),
             Act::Command(command) => command,
         };
         let sent = self.robot.send(Origin::default(), command);

@@ -36,6 +36,6 @@ pub const OBJECT: &str = "test";
 
 pub use discover::{DiscoverError, TestCase, TestFile, discover, is_test_file};
 pub use golden::Goldens;
-pub use object::function_names;
+pub use object::{function_names, function_parameters};
 pub use pool::{Options, run};
 pub use single::{Status, TestResult};

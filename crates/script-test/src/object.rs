@@ -8,11 +8,12 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use controller::ProgramResult;
-use controller::cell::point::{Direction, Point};
-use controller::inputs::{InputChange, InputValue};
+use controller::cell::point::Point;
+use controller::points::{PointChange, PointValue, Reading};
 use elite_lang::{ExceptionKind, NativeCall, NativeFunction, Param, Raised, Value};
 use elite_runtime::{Attendance, ProgramText};
-use motion_api::{CommandKind, IoPoint, RobotMode, SafetyMode, Seconds};
+use io_bus::StandIns;
+use motion_api::{CommandKind, RobotMode, SafetyMode, Seconds};
 use recorder::{Cycle, FieldValue};
 
 use crate::bench::{Act, Bench};
@@ -78,6 +79,13 @@ const FUNCTIONS: &[(&str, &[&str], Body)] = &[
 /// The names of all functions, for `check`.
 pub fn function_names() -> impl Iterator<Item = &'static str> {
     FUNCTIONS.iter().map(|(name, _, _)| *name)
+}
+
+/// Every function with its parameters, `?` after those that may be left out, for editors.
+pub fn function_parameters() -> impl Iterator<Item = (&'static str, &'static [&'static str])> {
+    FUNCTIONS
+        .iter()
+        .map(|(name, parameters, _)| (*name, *parameters))
 }
 
 /// The functions for one test.
@@ -362,16 +370,16 @@ fn set(site: &Site, call: &mut NativeCall<'_>) -> R {
     let name = text(call, 0, "name")?;
     let given = call.arg(1).cloned().unwrap_or_default();
     let value = match given {
-        Value::Bool(level) => InputValue::Level(level),
-        Value::Int(whole) => InputValue::Whole(whole),
-        Value::Float(number) => InputValue::Number(number),
-        _ => InputValue::Other(call.repr(&given)?),
+        Value::Bool(level) => PointValue::Level(level),
+        Value::Int(whole) => PointValue::Whole(whole),
+        Value::Float(number) => PointValue::Number(number),
+        _ => PointValue::Other(call.repr(&given)?),
     };
     let after = seconds(call, 2, "after", Some(0.0))?;
     let config = site.bench.robot.state().io_config;
-    let change = InputChange::new(&name, &value, &config);
+    let change = PointChange::of_input(&name, &value, &config);
     let change = change.map_err(|error| wrong(call, error.to_string()))?;
-    act(site, call, after, Act::Input(change))
+    act(site, call, after, Act::Set(change))
 }
 
 fn get(site: &Site, call: &mut NativeCall<'_>) -> R {
@@ -397,32 +405,10 @@ fn get(site: &Site, call: &mut NativeCall<'_>) -> R {
             };
         }
     };
-    let (io, registers) = (robot.io(), robot.registers());
-    let is_input = point.direction == Direction::In;
-    let bank = match is_input {
-        true => &registers.input,
-        false => &registers.output,
-    };
-    Ok(match point.io_point() {
-        IoPoint::Digital(bit) => {
-            let levels = if is_input {
-                io.digital_in
-            } else {
-                io.digital_out
-            };
-            Value::Bool(levels >> bit & 1 == 1)
-        }
-        IoPoint::Analog(port) => {
-            let values = if is_input {
-                io.analog_in
-            } else {
-                io.analog_out()
-            };
-            Value::Float(values[usize::from(port)])
-        }
-        IoPoint::BooleanRegister(n) => Value::Bool(bank.boolean(n)),
-        IoPoint::IntegerRegister(n) => Value::Int(bank.integer(n).into()),
-        IoPoint::FloatRegister(n) => Value::Float(bank.float(n)),
+    Ok(match Reading::new(point, &robot.io(), robot.registers()) {
+        Reading::Level(level) => Value::Bool(level),
+        Reading::Whole(value) => Value::Int(value.into()),
+        Reading::Number(value) => Value::Float(value),
     })
 }
 

@@ -159,13 +159,6 @@ impl Peers {
         }
     }
 
-    /// Reads what has come and answers what can be answered here.
-    pub(crate) fn serve(&self) {
-        for (number, server) in self.servers().iter_mut().enumerate() {
-            server.serve(number);
-        }
-    }
-
     /// Whole at every moment, so a poisoned lock is as good as any.
     fn servers(&self) -> MutexGuard<'_, Vec<Server>> {
         self.servers.lock().unwrap_or_else(PoisonError::into_inner)
@@ -173,6 +166,12 @@ impl Peers {
 }
 
 impl StandIns for Peers {
+    fn serve(&self) {
+        for (number, server) in self.servers().iter_mut().enumerate() {
+            server.serve(number);
+        }
+    }
+
     fn knows(&self, _host: &str, port: u16) -> bool {
         self.servers().iter().any(|server| server.port == port)
     }

@@ -6,7 +6,8 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use controller::condition::{Condition, Doing};
+use controller::condition::Condition;
+use controller::doing::Follower;
 use controller::options::{ClockChoice, RecordTarget};
 use controller::outcome::Collector;
 use controller::{Controller, Manner, Outcome, Prepared, RobotConfig};
@@ -140,11 +141,16 @@ fn try_run(case: &TestCase, plan: &Plan, result: &mut TestResult) -> Result<(), 
         config.record = RecordTarget::File(path.clone());
     }
     let (trace, peers) = (Arc::new(Trace::default()), Arc::new(Peers::default()));
-    let said = Arc::new(Collector::new(Arc::new(Watcher(trace.clone()))));
+    let follower = Arc::new(Follower::default());
+    let said = Arc::new(Collector::new(Arc::new(Watcher {
+        trace: trace.clone(),
+        follower: follower.clone(),
+    })));
     let extras = Extras {
         attendant: None,
         stand_ins: Some(peers.clone()),
         line_counts: plan.counts.clone(),
+        debug: None,
     };
     let prepared = Prepared::new(&config, Manner::alone()).map_err(|error| error.to_string())?;
     let mut turns = None;
@@ -152,12 +158,14 @@ fn try_run(case: &TestCase, plan: &Plan, result: &mut TestResult) -> Result<(), 
         turns.insert(Arc::new(Turns::new(inner))).clone()
     });
     let controller = controller.map_err(|error| error.to_string())?;
+    follower.connect(controller.robot());
     // The closure was called, or the start has failed.
     let turns = turns.ok_or_else(|| "the clock was not started".to_owned())?;
     let (requests, inbox) = unbounded_channel();
     let folder = case.file.path.parent().unwrap_or(Path::new(""));
     let bench = Arc::new(Bench::new(Parts {
         robot: controller.robot().clone(),
+        fieldbus: controller.fieldbus().clone(),
         programs: controller.supervisor().clone(),
         said,
         turns: turns.clone(),
@@ -385,7 +393,7 @@ impl Runner<'_> {
     }
 
     fn watch(&mut self, watched: Watched) -> Verdict {
-        let condition = match Condition::new(&watched.text) {
+        let condition = match Condition::new("condition", &watched.text) {
             Ok(condition) => condition,
             Err(error) => return Verdict::NoCondition(error.to_string()),
         };
@@ -431,9 +439,9 @@ fn judge(
             return Ok(None);
         }
         for state in &states {
-            *judged += 1;
             let cycle = Cycle::from(state);
-            let holds = condition.holds(&cycle, &Doing::default());
+            let holds = condition.holds(&cycle, &trace.doing(*judged));
+            *judged += 1;
             if holds.map_err(|error| error.to_string())? != watched.always {
                 return Ok(Some(broken(watched, state, &cycle)));
             }

@@ -3,6 +3,7 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use controller::Peaks;
+use controller::doing::{Doing, Follower};
 use elite_lang::TaskNode;
 use elite_runtime::message::{InterpreterEvent, Message, Observer};
 use elite_runtime::panel::VariableValue;
@@ -27,6 +28,8 @@ pub(crate) struct Trace(Mutex<Kept>);
 #[derive(Default)]
 struct Kept {
     states: Vec<RobotState>,
+    /// What the program did, from which of the states on.
+    doings: Vec<(usize, Doing)>,
     missed: usize,
     peaks: Peaks,
 }
@@ -44,6 +47,16 @@ impl Trace {
         (states.copied().collect(), kept.missed)
     }
 
+    /// What the program did in the cycle with this number.
+    pub(crate) fn doing(&self, cycle: usize) -> Doing {
+        let kept = self.kept();
+        let after = kept.doings.partition_point(|(from, _)| *from <= cycle);
+        let before = after
+            .checked_sub(1)
+            .and_then(|place| kept.doings.get(place));
+        before.map(|(_, doing)| doing.clone()).unwrap_or_default()
+    }
+
     /// Where the TCP has been.
     pub(crate) fn places(&self) -> Vec<Place> {
         let kept = self.kept();
@@ -59,9 +72,13 @@ impl Trace {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn take(&self, state: &RobotState) {
+    fn take(&self, state: &RobotState, doing: &Doing) {
         let mut kept = self.kept();
         kept.peaks.take(state);
+        let from = kept.states.len();
+        if from < CYCLES_MAX && kept.doings.last().is_none_or(|(_, last)| last != doing) {
+            kept.doings.push((from, doing.clone()));
+        }
         match kept.states.len() < CYCLES_MAX {
             true => kept.states.push(*state),
             false => kept.missed += 1,
@@ -69,19 +86,31 @@ impl Trace {
     }
 }
 
-/// Shows every cycle to a trace.
-pub(crate) struct Watcher(pub Arc<Trace>);
+/// Shows every cycle to a trace, with what the program beside the test does in it.
+#[derive(Default)]
+pub(crate) struct Watcher {
+    pub trace: Arc<Trace>,
+    pub follower: Arc<Follower>,
+}
 
 impl Observer for Watcher {
     fn message(&self, _: &Message) {}
-    fn program_started(&self, _: ProgramId, _: &str, _: &str) {}
+    fn program_started(&self, _: ProgramId, name: &str, _: &str) {
+        self.follower.program_started(name);
+    }
     fn program_runs(&self, _: ProgramId, _: &str) {}
-    fn line_changed(&self, _: ProgramId, _: ThreadNumber, _: u32, _: Option<&TaskNode>) {}
-    fn program_ended(&self, _: ProgramId) {}
+    fn line_changed(&self, _: ProgramId, thread: ThreadNumber, line: u32, _: Option<&TaskNode>) {
+        self.follower.line_changed(thread, line);
+    }
+    fn program_ended(&self, _: ProgramId) {
+        self.follower.program_ended();
+    }
     fn variable_changed(&self, _: ProgramId, _: &str, _: &VariableValue) {}
     fn interpreter(&self, _: &InterpreterEvent<'_>) {}
     fn cycle_ended(&self, frame: &Frame) {
-        self.0.take(&frame.state);
+        self.follower.cycle_ended(&frame.state);
+        self.follower
+            .with(|doing| self.trace.take(&frame.state, doing));
     }
     fn hurry(&self) {}
 }

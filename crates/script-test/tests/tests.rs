@@ -192,6 +192,14 @@ def test_loads():
     test.near(get_tcp_force(True)[2], 0, 0.5)
     assert test.peak("tcp_force") > 9.5
 
+def test_conditions_know_what_the_program_does():
+    test.never("line == 2 and abs(actual_qd[0]) > 0.01")
+    test.never("command == 'movej' and line != 3 and abs(target_qd[0]) > 0.01")
+    test.never("program == '' and abs(target_qd[0]) > 0.01")
+    test.run("x = 1\nsleep(0.3)\nmovej([0.3, -1.5, 1.5, -1.5, -1.5, 0], a=3, v=2)\n")
+    for condition in ("line == 2", "line == 3 and command == 'movej'", "len(program) > 0 and command == ''"):
+        test.raises("AssertionError", lambda: test.never(condition))
+
 def test_the_test_moves_the_arm_itself():
     movej([0.3, -1.5, 1.5, -1.5, -1.5, 0], a=3, v=2)
     test.near(get_actual_joint_positions(), [0.3, -1.5, 1.5, -1.5, -1.5, 0], 1e-3)
@@ -346,6 +354,47 @@ sleep(0.5)
 """)
     assert r.outcome == "ended", r.error
     assert (16, 100, [9]) in device.received or (6, 100, [9]) in device.received, device.received
+
+def test_modbus_keeps_simulated_time():
+    device = test.modbus_device(5502, registers=[3, 4], coils=[True])
+    r = test.run("""
+modbus_add_signal("10.0.0.5", 1, 0, 2, "fast", False, 1, 5502)
+modbus_set_signal_update_frequency("fast", 50)
+modbus_add_signal("10.0.0.5", 1, 0, 1, "lamp", False, 1, 5502)
+modbus_set_signal_update_frequency("lamp", 0)
+print(modbus_get_signal_status("fast"), modbus_get_error("fast"))
+modbus_set_output_signal("lamp", False)
+sleep(10)
+modbus_add_signal("10.0.0.5", 1, 9, 3, "none", False, 1, 5502)
+modbus_set_signal_watchdog("none", 2)
+try:
+    modbus_get_signal_status("none")
+except RuntimeError as e:
+    print(modbus_get_error("none", 1))
+end
+modbus_delete_signal("none")
+modbus_send_custom_command("10.0.0.5", 1, 6, [0, 1, 0, 77], True, 5502)
+modbus_reset_connection("10.0.0.5", True, 5502)
+modbus_add_signal("10.0.0.5", 1, 1, 3, "word", False, 1, 5502)
+print(modbus_get_signal_status("word"), modbus_get_time_since_signal_invalid("word"))
+""")
+    assert r.outcome == "ended", r.error
+    assert r.prints == ["3 [0, 0]", "[2]", "4 0.0"], r.prints
+    reads = [what for what in device.received if what == (4, 0, [1])]
+    test.near(len(reads), 12 * 50, 5)
+    assert 12 < r.time < 12.1, r.time
+
+def test_modbus_is_the_same_every_time():
+    device = test.modbus_device(5502, registers=[3, 4])
+    r = test.run("""
+modbus_add_signal("10.0.0.5", 1, 0, 2, "a", False, 1, 5502)
+for i in range(20):
+    modbus_get_signal_status("a")
+    modbus_add_signal("10.0.0.5", 1, i % 2, 2, "a", False, 1, 5502)
+end
+""")
+    assert r.outcome == "ended" and r.time < 0.2, r.time
+    assert len(device.received) == 21, device.received
 
 def test_what_cannot_be_played():
     test.raises("ValueError", lambda: test.socket_server(70000))

@@ -30,4 +30,27 @@ impl Cell {
             })
             .collect()
     }
+
+    /// Every obstacle with its stiffness, N/m, where it has one.
+    pub fn stiffness(&self) -> Vec<(String, Option<f64>)> {
+        let obstacles = self.tables().obstacle.iter();
+        obstacles
+            .map(|obstacle| (obstacle.name.clone(), obstacle.stiffness))
+            .collect()
+    }
+
+    /// `[[safety_plane]]`: name, point, normal, and when it counts.
+    pub fn planes(&self) -> Vec<(String, [f64; 3], [f64; 3], &'static str)> {
+        let planes = self.tables().safety_plane.iter();
+        planes
+            .map(|plane| {
+                (
+                    plane.name.clone(),
+                    plane.point,
+                    plane.normal,
+                    plane.mode.word(),
+                )
+            })
+            .collect()
+    }
 }

@@ -50,6 +50,22 @@ pub struct Point {
 }
 
 impl Point {
+    /// Every input and output there is.
+    pub fn all() -> impl Iterator<Item = Self> {
+        let points = |group: Group| (0..group.points()).map(move |index| (group, index));
+        let directions = [Direction::In, Direction::Out];
+        directions.into_iter().flat_map(move |direction| {
+            Group::ALL
+                .into_iter()
+                .flat_map(points)
+                .map(move |(group, index)| Self {
+                    group,
+                    direction,
+                    index,
+                })
+        })
+    }
+
     /// The point as the cycle knows it.
     pub const fn io_point(self) -> IoPoint {
         let index = self.index;

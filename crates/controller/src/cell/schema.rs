@@ -140,6 +140,18 @@ pub enum PlaneMode {
     Off,
 }
 
+impl PlaneMode {
+    /// The word of the cell file.
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Normal => "normal",
+            Self::Reduced => "reduced",
+            Self::Both => "both",
+            Self::Off => "off",
+        }
+    }
+}
+
 /// `[[safety_plane]]`
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]

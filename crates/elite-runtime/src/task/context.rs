@@ -12,6 +12,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
+use elite_lang::debug::Aside;
 use elite_lang::{NodeState, Value, WaitToken};
 use io_bus::{Fieldbus, ScriptSocket};
 use motion_api::{CommandId, Origin, ProgramId, ThreadNumber};
@@ -64,6 +65,7 @@ pub(crate) struct TaskContext {
     requests: RefCell<Vec<TaskRequest>>,
     waits: RefCell<WaitTable>,
     threads: RefCell<Threads>,
+    adopted: RefCell<Vec<Aside>>,
     running: Cell<Running>,
     end: Cell<Option<TaskEnd>>,
     warned: RefCell<BTreeSet<String>>,
@@ -140,6 +142,7 @@ impl TaskContext {
             requests: RefCell::default(),
             waits: RefCell::default(),
             threads: RefCell::default(),
+            adopted: RefCell::default(),
             running: Cell::default(),
             end: Cell::default(),
             warned: RefCell::default(),
@@ -333,6 +336,33 @@ impl TaskContext {
     /// Said by the scheduler before it resumes a thread.
     pub fn enter(&self, number: ThreadNumber, secondary: bool) {
         self.running.set(Running { number, secondary });
+    }
+
+    /// The number of the thread that runs.
+    pub fn running_thread(&self) -> ThreadNumber {
+        self.running.get().number
+    }
+
+    /// Runs `work` under the bounds of a secondary program.
+    pub fn as_secondary<T>(&self, work: impl FnOnce() -> T) -> T {
+        let running = self.running.get();
+        self.running.set(Running {
+            secondary: true,
+            ..running
+        });
+        let done = work();
+        self.running.set(running);
+        done
+    }
+
+    /// Drives an evaluation of a debugger from now on.
+    pub fn adopt(&self, aside: Aside) {
+        self.adopted.borrow_mut().push(aside);
+    }
+
+    /// Evaluations that are to be driven.
+    pub fn take_adopted(&self) -> Vec<Aside> {
+        self.adopted.take()
     }
 
     /// The task ends after the current slice.

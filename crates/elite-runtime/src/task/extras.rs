@@ -1,5 +1,5 @@
-//! What a task is given only where programs are tested: somebody beside it, stand-ins for machines on the network, lines that
-//! are counted.
+//! What a task is given only where programs are tested or debugged: somebody beside it, stand-ins for machines on the network,
+//! lines that are counted, a debugger.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
@@ -8,6 +8,7 @@ use elite_lang::LineCounts;
 use io_bus::StandIns;
 
 use crate::attendant::Attendant;
+use crate::debug::DebugLink;
 
 /// Executions by text and line.
 pub type LineCountsOfTexts = BTreeMap<String, LineCounts>;
@@ -19,6 +20,8 @@ pub struct Extras {
     pub attendant: Option<Attendant>,
     /// Consulted before the network is.
     pub stand_ins: Option<Arc<dyn StandIns>>,
+    /// Who debugs the programs.
+    pub debug: Option<Arc<dyn DebugLink>>,
     /// Where the counts of executed lines are added when a task ends.
     pub line_counts: Option<Arc<Mutex<LineCountsOfTexts>>>,
 }

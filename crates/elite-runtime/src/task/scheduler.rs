@@ -28,6 +28,7 @@ use super::host::{Permissions, TaskHost};
 use super::report::Told;
 use crate::attendant::Attendance;
 use crate::builtins;
+use crate::debug::{Attached, Debuggee};
 use crate::interpreter::Interpreter as StatementPort;
 use crate::message::{Aside, Message, Observer};
 use crate::panel::{Panel, Variables};
@@ -158,6 +159,8 @@ pub(crate) struct Task {
     pub(super) variables_due: u64,
     /// When the next cycle is due while a virtual clock keeps wall pace.
     pub(super) next_tick: Option<Instant>,
+    /// Who debugs it.
+    pub(super) attached: Option<Rc<dyn Attached>>,
     /// What the robot has to be told as soon as there is room for it.
     pub(super) untold: VecDeque<CommandKind>,
 }
@@ -233,6 +236,8 @@ impl Task {
         if extras.line_counts.is_some() {
             interpreter.count_lines();
         }
+        let debug = settings.extras.debug.as_ref();
+        let attached = debug.map(|link| link.attach(Debuggee(context.clone())));
         let stops_at_start = settings.robot.protective_stops().0;
         memory::outside(|| settings.panel.with_variables(Variables::clear));
         Self {
@@ -259,6 +264,7 @@ impl Task {
             looked_at: u64::MAX,
             variables_due: 0,
             next_tick: None,
+            attached,
             untold: VecDeque::new(),
         }
     }
@@ -274,6 +280,10 @@ impl Task {
         let _driving = Driving::begin(self.settings.robot.clone());
         let ran = Contained::new(self.run_program(program)).await;
         let mut end = ran.unwrap_or_else(|panicked| self.met_fault(panicked));
+        if let Some(attached) = self.attached.clone().filter(|_| !self.is_broken) {
+            self.interpreter
+                .halted(|halt| attached.before_end(halt, &end));
+        }
         if !self.is_broken {
             let ended = catch(|| {
                 self.publish_variables(true);
@@ -315,6 +325,9 @@ impl Task {
                     && let Err(end) = self.set_presets()
                 {
                     return end;
+                }
+                if let Some(attached) = self.attached.clone() {
+                    self.interpreter.debug(attached);
                 }
                 self.start_program(ThreadNumber(0), &program);
                 let text = program.file().text();
@@ -474,6 +487,9 @@ impl Task {
             }
             while let Some(control) = self.controls.try_next() {
                 self.take(control);
+            }
+            if let Some(end) = self.follow_debugger() {
+                return end;
             }
             self.look_around();
             self.make_way();

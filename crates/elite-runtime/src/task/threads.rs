@@ -6,6 +6,7 @@ use motion_api::{CommandKind, ThreadNumber};
 use super::report::line_in_program;
 use super::scheduler::{Task, TaskEnd, Waiting};
 use super::wait::Wait;
+use crate::debug::CONSOLE_THREAD;
 
 /// Safepoints for the `finally` and `with` blocks of a thread that is being stopped.
 const FUEL_FOR_UNWINDING: u32 = 200_000;
@@ -68,7 +69,28 @@ impl Task {
         }
     }
 
+    /// Takes over what a debugger evaluates beside the program; the end of the task, if it wants that.
+    pub(super) fn follow_debugger(&mut self) -> Option<TaskEnd> {
+        let attached = self.attached.as_ref()?;
+        if attached.is_over() {
+            return Some(TaskEnd::Stopped);
+        }
+        for aside in self.context.take_adopted() {
+            let waiting = match aside.token {
+                Some(token) => Waiting::Token(token),
+                None => Waiting::Parked { until: aside.until },
+            };
+            self.add_thread(CONSOLE_THREAD, aside.thread, None);
+            self.ready.retain(|number| *number != CONSOLE_THREAD);
+            self.suspend(CONSOLE_THREAD, waiting);
+        }
+        None
+    }
+
     pub(super) fn thread_ended(&mut self, number: ThreadNumber) {
+        if let Some(attached) = &self.attached {
+            attached.thread_ended(number);
+        }
         self.tell_last_line(number, None);
         self.moved.retain(|moved| *moved != number);
         self.threads.remove(&number);

@@ -92,10 +92,10 @@ impl Task {
     }
 
     fn waits_for_the_outside(&self) -> bool {
-        // Rates and watchdogs of Modbus signals count the same seconds as the program.
+        // Rates and watchdogs of Modbus signals count the same seconds as the program, unless a test plays the device.
         if self.host.sockets().outside().is_awaited()
             || self.context.outside().is_open()
-            || self.settings.fieldbus.modbus.has_signals()
+            || self.settings.fieldbus.modbus.waits_for_the_world()
         {
             return true;
         }
@@ -145,6 +145,12 @@ impl Task {
         if self.settings.extras.attendant.is_some() {
             robot.timeline().rests_until(self.first_due());
         }
+        if let Some(attached) = &self.attached {
+            self.interpreter.halted(|halt| attached.before_cycle(halt));
+            if attached.is_over() {
+                return;
+            }
+        }
         // The arm's memory is not the task's, even while the task's thread moves it.
         memory::outside(|| {
             if robot.timeline().advance() {
@@ -191,6 +197,14 @@ impl Task {
     /// stop before is let come to rest: whoever stops a program and starts the next one may count on that.
     pub(super) async fn settle(&mut self, end: &TaskEnd) -> Option<Braking> {
         let is_stopped = *end == TaskEnd::Stopped;
+        // A run that is only given up has nobody who sees the arm come to rest.
+        if self
+            .attached
+            .as_ref()
+            .is_some_and(|attached| attached.is_over())
+        {
+            return None;
+        }
         if self.successor.is_some() && !is_stopped {
             return self.hand_over().await;
         }

@@ -1,16 +1,17 @@
-"""Who runs the units of a sweep: threads, processes, or Ray. Each that fails is repeated once.
+"""Who runs the units of a sweep: threads, processes, Ray or Dask. Each that fails is repeated once.
 
-The executors are those of ``concurrent.futures`` and Ray; here is only what a sweep asks of all of them.
+The executors are those of ``concurrent.futures``, Ray and Dask; here is only what a sweep asks of all of them.
 """
 
 from __future__ import annotations
 
 import concurrent.futures as futures
 import importlib
+import logging
 import os
 from typing import Any, Callable, Dict, Iterator, List, Optional, Tuple
 
-from ._units import Live, Row, Unit, gave_up, run_unit
+from ._units import Live, Row, Unit, gave_up, run_unit, worker_died
 
 #: Units that wait at each worker, so that none is idle and an endless iterator is not read ahead.
 _AHEAD = 2
@@ -78,9 +79,11 @@ class _Pool:
                     failed.append(unit)
                     trouble = error
             if trouble is not None:
-                if isinstance(trouble, futures.BrokenExecutor):
-                    # All that waited at the pool are gone with it.
+                if worker_died(trouble):
+                    # What waited at the pool may be gone with it, or take others along: repeats are made when all is quiet.
                     for future, unit in list(waiting.items()):
+                        while not futures.wait([future], _LOOK_EVERY).done:
+                            pass
                         if future.exception() is None:
                             yield unit, future.result()
                         else:
@@ -172,4 +175,44 @@ class _Ray(_Pool):
             self._ray.shutdown()
 
 
-EXECUTORS: Dict[str, Callable[[Optional[int]], Any]] = {"threads": _Threads, "processes": _Processes, "ray": _Ray}
+class _Dask(_Pool):
+    """The cluster of the current ``distributed.Client``, or a local one for this sweep."""
+
+    def __enter__(self) -> "_Dask":
+        try:
+            distributed = importlib.import_module("distributed")
+            dask = importlib.import_module("dask")
+        except ImportError:
+            raise ImportError('this executor needs Dask: pip install "elitescript[dask]"') from None
+        self._began: List[Any] = []
+        try:
+            self._client = distributed.Client.current()
+        except ValueError:
+            # Repeats are counted here, so a worker that dies takes its unit along at once.
+            with dask.config.set({"distributed.scheduler.allowed-failures": 0}):
+                cluster = distributed.LocalCluster(
+                    n_workers=self.workers, threads_per_worker=1, dashboard_address=None, silence_logs=logging.CRITICAL
+                )
+            self._client = distributed.Client(cluster, set_as_default=False)
+            self._began = [self._client, cluster]
+        else:
+            self.workers = max(1, sum(self._client.nthreads().values()))
+        self._pool = self._client.get_executor(pure=False, retries=0)
+        return self
+
+    def submit(self, unit: Unit) -> "futures.Future[Row]":
+        future: "futures.Future[Row]" = self._pool.submit(run_unit, unit)
+        return future
+
+    def __exit__(self, kind: Any, *_: Any) -> None:
+        self._pool.shutdown(wait=kind is None)
+        for own in self._began:
+            own.close()
+
+
+EXECUTORS: Dict[str, Callable[[Optional[int]], Any]] = {
+    "threads": _Threads,
+    "processes": _Processes,
+    "ray": _Ray,
+    "dask": _Dask,
+}

@@ -1,7 +1,7 @@
-"""One program with many parameters, on every core: threads, processes or a Ray cluster, with the same table from each.
+"""One program with many parameters, on every core: threads, processes, a Ray or a Dask cluster, with the same table from each.
 
 A unit of work is a pure function of its description, so whoever runs it, and however often, the row is the same. Owns no
-queue, scheduler or protocol: the executors are those of ``concurrent.futures`` and Ray.
+queue, scheduler or protocol: the executors are those of ``concurrent.futures``, Ray and Dask.
 """
 
 from __future__ import annotations
@@ -62,8 +62,8 @@ def sweep(
     parameters: a grid, ``{"speed": [0.1, 0.2], "force": [5, 10]}`` (every combination, the last name changes fastest), or
         samples: dicts, all with the same names, from a list or any iterator. A parameter called ``seed`` is the seed of its
         row and no global.
-    executor: "threads", "processes" or "ray". The rows do not depend on it.
-    workers: how many at once; default: the cores (Ray: those of the cluster).
+    executor: "threads", "processes", "ray" or "dask". The rows do not depend on it.
+    workers: how many at once; default: the cores (Ray, Dask: those of the cluster).
     options: options of ``Controller`` for all, or a function of the parameters that gives them.
     seed: the seed of every row, unless there is a parameter of that name.
     timeout, wall_timeout: as in ``Controller``.
@@ -78,8 +78,8 @@ def sweep(
     repeated once; then its row says so (outcome "failed").
     """
     pyarrow = _pyarrow()
-    if executor not in ("threads", "processes", "ray"):
-        raise ValueError(f'executor must be "threads", "processes" or "ray", got {executor!r}')
+    if executor not in EXECUTORS:
+        raise ValueError(f"executor must be one of {', '.join(map(repr, EXECUTORS))}, got {executor!r}")
     if record not in ("none", "failed", "all"):
         raise ValueError(f'record must be "none", "failed" or "all", got {record!r}')
     if record != "none" and folder is None:

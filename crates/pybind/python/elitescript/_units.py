@@ -102,9 +102,14 @@ def _row(
     return row
 
 
+def worker_died(error: BaseException) -> bool:
+    """Whether the process that ran a unit has died, in the words of all executors."""
+    return isinstance(error, futures.BrokenExecutor) or type(error).__name__ in ("WorkerCrashedError", "KilledWorker")
+
+
 def gave_up(unit: Unit, error: BaseException) -> Row:
     """The row of a unit that has failed twice for another reason than its program."""
-    dead = isinstance(error, futures.BrokenExecutor) or "WorkerCrashed" in type(error).__name__
+    dead = worker_died(error)
     text = "WorkerDied: the worker process died twice at this unit" if dead else f"{type(error).__name__}: {error}"
     return _row(unit, "failed", text.splitlines()[0][:2000], None, None, (None, None, None))
 
