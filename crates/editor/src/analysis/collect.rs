@@ -1,0 +1,690 @@
+//! Walks the tree of a program and notes its scopes, names and what they are bound to.
+//!
+//! Two steps: the walk notes what happens to names in which scope; then, when it is known what each scope binds, every
+//! place of a name gets its symbol.
+
+use std::collections::{HashMap, HashSet};
+
+use elite_lang::Span;
+use elite_lang::syntax::{
+    Arg, ClassDef, Comprehension, ComprehensionKind, DictItem, Expr, ExprKind, FStringPart,
+    FunctionDef, Ident, ImportAlias, Module, Parameters, Stmt, StmtKind, blocks,
+};
+
+use super::scopes::{
+    AttributeInfo, AttributeUse, ClassInfo, FunctionInfo, KeywordUse, Names, Occurrence,
+    ParameterInfo, Role, Scope, ScopeId, ScopeKind, Symbol, SymbolId, SymbolKind,
+};
+use super::shape::{docstring, shape_of};
+use super::types::Shape;
+
+/// Longest text of a default or annotation that is shown, in bytes.
+const WRITTEN_MAX: usize = 60;
+
+/// Something that happens to a name.
+struct Event {
+    name: Box<str>,
+    occurrence: Occurrence,
+    binds: Option<(SymbolKind, Shape)>,
+}
+
+/// Notes all names of a program.
+pub(super) fn collect(module: &Module, text: &str) -> Names {
+    let mut collector = Collector {
+        text,
+        names: Names::default(),
+        events: Vec::new(),
+        scope: 0,
+        bound: Vec::new(),
+    };
+    collector.open(ScopeKind::Module, None, module.span, 0);
+    collector.block(&module.body, text.len() as u32);
+    collector.finish()
+}
+
+struct Collector<'t> {
+    text: &'t str,
+    names: Names,
+    events: Vec<Event>,
+    scope: ScopeId,
+    /// The names that each scope binds.
+    bound: Vec<HashSet<Box<str>>>,
+}
+
+impl Collector<'_> {
+    fn open(
+        &mut self,
+        kind: ScopeKind,
+        parent: Option<ScopeId>,
+        span: Span,
+        limit: u32,
+    ) -> ScopeId {
+        let line = self.text[..span.start as usize]
+            .rfind('\n')
+            .map_or(0, |at| at + 1);
+        self.names.scopes.push(Scope {
+            kind,
+            parent,
+            span,
+            limit: limit.max(span.end),
+            column: span.start - line as u32,
+            symbols: HashMap::new(),
+            globals: HashSet::new(),
+            nonlocals: HashSet::new(),
+        });
+        self.bound.push(HashSet::new());
+        self.names.scopes.len() - 1
+    }
+
+    fn within(
+        &mut self,
+        kind: ScopeKind,
+        span: Span,
+        limit: u32,
+        inner: impl FnOnce(&mut Self, ScopeId),
+    ) -> ScopeId {
+        let outer = self.scope;
+        let id = self.open(kind, Some(outer), span, limit);
+        self.scope = id;
+        inner(self, id);
+        self.scope = outer;
+        id
+    }
+
+    /// Of a name in parentheses, which belong to the expression, the name alone.
+    fn without_parentheses(&self, name: &str, span: Span) -> Span {
+        let Some(mut rest) = self.text.get(span.start as usize..span.end as usize) else {
+            return span;
+        };
+        if !rest.starts_with('(') {
+            return span;
+        }
+        loop {
+            let inner = rest.trim_start_matches(|c: char| c == '(' || c.is_whitespace());
+            rest = match inner.strip_prefix('#') {
+                Some(comment) => &comment[comment.find('\n').unwrap_or(comment.len())..],
+                None => inner,
+            };
+            if !rest.starts_with(['#', '(', ' ', '\n', '\t', '\r']) {
+                break;
+            }
+        }
+        if !rest.starts_with(name) {
+            return span;
+        }
+        let start = span.end - rest.len() as u32;
+        Span {
+            start,
+            end: start + name.len() as u32,
+        }
+    }
+
+    fn event(&mut self, name: &str, span: Span, role: Role, binds: Option<(SymbolKind, Shape)>) {
+        if span.end <= span.start {
+            return;
+        }
+        self.events.push(Event {
+            name: name.into(),
+            occurrence: Occurrence {
+                span: self.without_parentheses(name, span),
+                role,
+                scope: self.scope,
+            },
+            binds,
+        });
+    }
+
+    fn bind(&mut self, ident: &Ident, kind: SymbolKind, value: Shape) {
+        self.bind_at(&ident.name, ident.span, kind, value);
+    }
+
+    fn bind_at(&mut self, name: &str, span: Span, kind: SymbolKind, value: Shape) {
+        self.bound[self.scope].insert(name.into());
+        self.event(name, span, Role::Bind, Some((kind, value)));
+    }
+
+    fn shape(&self, expr: &Expr) -> Shape {
+        shape_of(expr, self.scope)
+    }
+
+    /// `limit` is where the text that follows the block begins.
+    fn block(&mut self, body: &[Stmt], limit: u32) {
+        for (index, statement) in body.iter().enumerate() {
+            let next = body.get(index + 1).map_or(limit, |next| next.span.start);
+            self.statement(statement, next);
+        }
+    }
+
+    fn statement(&mut self, statement: &Stmt, limit: u32) {
+        match &statement.kind {
+            StmtKind::Expr(value) => self.expr(value),
+            StmtKind::Print { values, .. } => self.exprs(values),
+            StmtKind::Assign { targets, value } => {
+                self.expr(value);
+                let shape = self.shape(value);
+                for target in targets {
+                    self.target(target, Some(value), &shape);
+                }
+            }
+            StmtKind::AugAssign { target, value, .. } => {
+                self.expr(value);
+                if let ExprKind::Name(name) = &target.kind {
+                    let shape = Shape::Unknown;
+                    self.bind_at(name, target.span, SymbolKind::Variable, shape);
+                } else {
+                    self.target(target, None, &Shape::Unknown);
+                }
+            }
+            StmtKind::AnnAssign {
+                target,
+                annotation,
+                value,
+            } => {
+                self.expr(annotation);
+                value.iter().for_each(|value| self.expr(value));
+                let declared = Shape::Call(Box::new(self.shape(annotation)));
+                self.target(target, None, &declared);
+            }
+            StmtKind::Delete(targets) => {
+                for target in targets {
+                    match &target.kind {
+                        ExprKind::Name(name) => {
+                            self.bound[self.scope].insert(name.clone());
+                            self.event(name, target.span, Role::Mention, None);
+                        }
+                        _ => self.expr(target),
+                    }
+                }
+            }
+            StmtKind::Return(value) => {
+                if let Some(value) = value {
+                    self.expr(value);
+                    let shape = self.shape(value);
+                    let scope = self.scope;
+                    if let Some(function) = self.names.function_of(scope) {
+                        self.names.functions[function].returns.push(shape);
+                    }
+                }
+            }
+            StmtKind::Raise { exception, cause } => {
+                exception.iter().chain(cause).for_each(|e| self.expr(e));
+            }
+            StmtKind::Assert { test, message } => {
+                self.expr(test);
+                message.iter().for_each(|message| self.expr(message));
+            }
+            StmtKind::Global(idents) => {
+                for ident in idents {
+                    self.names.scopes[self.scope]
+                        .globals
+                        .insert(ident.name.clone());
+                    self.bound[0].insert(ident.name.clone());
+                    self.event(&ident.name, ident.span, Role::Mention, None);
+                }
+            }
+            StmtKind::Nonlocal(idents) => {
+                for ident in idents {
+                    self.names.scopes[self.scope]
+                        .nonlocals
+                        .insert(ident.name.clone());
+                    self.event(&ident.name, ident.span, Role::Mention, None);
+                }
+            }
+            StmtKind::Import(aliases) => aliases.iter().for_each(|alias| self.import(alias)),
+            StmtKind::ImportFrom { module, names, .. } => {
+                for alias in names {
+                    let bound = alias.alias.as_ref().unwrap_or(&alias.name);
+                    let shape = Shape::Member(module.name.clone(), alias.name.name.clone());
+                    self.bind(bound, SymbolKind::Import, shape);
+                }
+            }
+            StmtKind::Function(def) => self.function(def, statement.span, limit),
+            StmtKind::Class(def) => self.class(def, statement.span, limit),
+            _ => self.compound(statement, limit),
+        }
+    }
+
+    fn import(&mut self, alias: &ImportAlias) {
+        let whole = &alias.name.name;
+        match &alias.alias {
+            Some(bound) => self.bind(bound, SymbolKind::Import, Shape::Module(whole.clone())),
+            None => {
+                // `import os.path` binds `os`.
+                let first = whole.split('.').next().unwrap_or(whole);
+                let span = Span {
+                    start: alias.name.span.start,
+                    end: alias.name.span.start + first.len() as u32,
+                };
+                self.bind_at(first, span, SymbolKind::Import, Shape::Module(first.into()));
+            }
+        }
+    }
+
+    fn compound(&mut self, statement: &Stmt, limit: u32) {
+        match &statement.kind {
+            StmtKind::If { branches, .. } => branches.iter().for_each(|(test, _)| self.expr(test)),
+            StmtKind::While { test, .. } => self.expr(test),
+            StmtKind::For {
+                target, iterable, ..
+            } => {
+                self.expr(iterable);
+                let item = Shape::Item(Box::new(self.shape(iterable)));
+                self.target(target, None, &item);
+            }
+            StmtKind::With { items, .. } => {
+                for item in items {
+                    self.expr(&item.context);
+                    let shape = self.shape(&item.context);
+                    if let Some(target) = &item.target {
+                        self.target(target, None, &shape);
+                    }
+                }
+            }
+            StmtKind::Try { handlers, .. } => {
+                for handler in handlers {
+                    handler.exception.iter().for_each(|e| self.expr(e));
+                    if let Some(name) = &handler.name {
+                        let class = handler.exception.as_ref().map(|e| self.shape(e));
+                        let shape = Shape::Call(Box::new(class.unwrap_or(Shape::Unknown)));
+                        self.bind(name, SymbolKind::Variable, shape);
+                    }
+                }
+            }
+            _ => {}
+        }
+        let bodies = blocks(statement);
+        for (index, body) in bodies.iter().enumerate() {
+            let after = bodies[index + 1..].iter().find_map(|body| body.first());
+            let next = after.map_or(limit, |next| next.span.start);
+            self.block(body, next);
+        }
+    }
+
+    fn parameters(&mut self, parameters: &Parameters) -> Vec<ParameterInfo> {
+        let mut found = Vec::new();
+        let groups = [
+            (&parameters.positional_only[..], "", true, false),
+            (&parameters.positional[..], "", false, false),
+            (parameters.star.as_slice(), "*", false, false),
+            (&parameters.keyword_only[..], "", false, true),
+            (parameters.double_star.as_slice(), "**", false, false),
+        ];
+        for (group, star, is_positional_only, is_keyword_only) in groups {
+            for parameter in group {
+                let mut written = format!("{star}{}", parameter.name.name);
+                if let Some(annotation) = &parameter.annotation {
+                    written.push_str(": ");
+                    written.push_str(&self.written(annotation.span));
+                }
+                if let Some(default) = &parameter.default {
+                    written.push('=');
+                    written.push_str(&self.written(default.span));
+                }
+                found.push(ParameterInfo {
+                    name: parameter.name.name.clone(),
+                    written: written.into(),
+                    is_rest: !star.is_empty(),
+                    is_keyword_only,
+                    is_positional_only,
+                    is_required: parameter.default.is_none() && star.is_empty(),
+                });
+            }
+        }
+        found
+    }
+
+    /// A piece of the text for people: on one line, not too long.
+    fn written(&self, span: Span) -> String {
+        let text = self.text.get(span.range()).unwrap_or("");
+        match text.len() > WRITTEN_MAX || text.contains('\n') {
+            true => "…".to_owned(),
+            false => text.to_owned(),
+        }
+    }
+
+    fn function(&mut self, def: &FunctionDef, span: Span, limit: u32) {
+        self.exprs(&def.decorators);
+        let parameters = def.parameters.iter();
+        for parameter in parameters {
+            let parts = parameter.default.iter().chain(&parameter.annotation);
+            parts.for_each(|part| self.expr(part));
+        }
+        def.returns.iter().for_each(|returns| self.expr(returns));
+        let decorated = |word: &str| {
+            def.decorators
+                .iter()
+                .any(|d| matches!(&d.kind, ExprKind::Name(name) if &**name == word))
+        };
+        let class = self.class_here();
+        let index = self.names.functions.len();
+        let info = FunctionInfo {
+            name: def.name.name.clone(),
+            name_span: def.name.span,
+            span,
+            scope: self.names.scopes.len(),
+            class,
+            is_static: decorated("staticmethod"),
+            is_property: decorated("property"),
+            is_secondary: def.secondary,
+            parameters: self.parameters(&def.parameters),
+            returns: Vec::new(),
+            doc: docstring(&def.body),
+        };
+        self.names.functions.push(info);
+        self.bind(&def.name, SymbolKind::Function, Shape::Function(index));
+        if let Some(class) = class {
+            self.attribute_of(class, &def.name, Shape::Function(index), Some(index));
+        }
+        let is_class_method = decorated("classmethod");
+        let is_static = decorated("staticmethod");
+        self.within(ScopeKind::Function, span, limit, |inner, scope| {
+            for (position, parameter) in def.parameters.iter().enumerate() {
+                let shape = match (class, position) {
+                    (Some(class), 0) if is_class_method => Shape::Class(class),
+                    (Some(class), 0) if !is_static => Shape::Instance(class),
+                    _ => match (&parameter.annotation, &parameter.default) {
+                        (Some(annotation), _) => {
+                            let outer = inner.names.scopes[scope].parent.unwrap_or(0);
+                            Shape::Call(Box::new(shape_of(annotation, outer)))
+                        }
+                        (None, Some(default)) => shape_of(default, scope),
+                        _ => Shape::Unknown,
+                    },
+                };
+                inner.bind(&parameter.name, SymbolKind::Parameter, shape);
+            }
+            if let Some(returns) = &def.returns {
+                let shape = Shape::Call(Box::new(shape_of(returns, scope)));
+                inner.names.functions[index].returns.push(shape);
+            }
+            inner.block(&def.body, limit);
+        });
+    }
+
+    /// The class whose body is being read.
+    fn class_here(&self) -> Option<usize> {
+        let is_class = self.names.scopes[self.scope].kind == ScopeKind::Class;
+        let classes = &self.names.classes;
+        let found = classes.iter().rposition(|class| class.scope == self.scope);
+        found.filter(|_| is_class)
+    }
+
+    fn attribute_of(&mut self, class: usize, name: &Ident, value: Shape, function: Option<usize>) {
+        let attributes = &mut self.names.classes[class].attributes;
+        match attributes.iter_mut().find(|known| known.name == name.name) {
+            Some(known) => {
+                known.places.push(name.span);
+                known.values.push(value);
+                known.function = known.function.or(function);
+            }
+            None => attributes.push(AttributeInfo {
+                name: name.name.clone(),
+                places: vec![name.span],
+                values: vec![value],
+                function,
+            }),
+        }
+    }
+
+    fn class(&mut self, def: &ClassDef, span: Span, limit: u32) {
+        self.exprs(&def.decorators);
+        self.arguments(&def.args, None);
+        let bases = def.args.iter().filter_map(|arg| match arg {
+            Arg::Positional(base) => Some(self.shape(base)),
+            _ => None,
+        });
+        let info = ClassInfo {
+            name: def.name.name.clone(),
+            name_span: def.name.span,
+            span,
+            scope: self.names.scopes.len(),
+            bases: bases.collect(),
+            attributes: Vec::new(),
+            doc: docstring(&def.body),
+        };
+        let index = self.names.classes.len();
+        self.names.classes.push(info);
+        self.bind(&def.name, SymbolKind::Class, Shape::Class(index));
+        self.within(ScopeKind::Class, span, limit, |inner, _| {
+            inner.block(&def.body, limit);
+        });
+    }
+
+    /// Assigning to `target`; `value` is what is assigned where it can be taken apart.
+    fn target(&mut self, target: &Expr, value: Option<&Expr>, shape: &Shape) {
+        match &target.kind {
+            ExprKind::Name(name) => {
+                self.bind_at(name, target.span, SymbolKind::Variable, shape.clone());
+                if let Some(class) = self.class_here() {
+                    let ident = Ident {
+                        name: name.clone(),
+                        span: self.without_parentheses(name, target.span),
+                    };
+                    self.attribute_of(class, &ident, shape.clone(), None);
+                }
+            }
+            ExprKind::Tuple(items) | ExprKind::List(items) => {
+                let values = match value.map(|value| &value.kind) {
+                    Some(ExprKind::Tuple(v) | ExprKind::List(v)) if v.len() == items.len() => {
+                        Some(v)
+                    }
+                    _ => None,
+                };
+                for (index, item) in items.iter().enumerate() {
+                    let value = values.map(|values| &values[index]);
+                    let part = match value {
+                        Some(value) => self.shape(value),
+                        None => Shape::Item(Box::new(shape.clone())),
+                    };
+                    self.target(item, value, &part);
+                }
+            }
+            ExprKind::Starred(inner) => self.target(inner, None, &Shape::Value("list")),
+            ExprKind::Attribute { value: of, name } => {
+                self.expr(of);
+                self.attribute_use(of, name, true);
+                if let Shape::Name(scope, receiver) = self.shape(of)
+                    && let Some(class) = self.instance_class(scope, &receiver)
+                {
+                    self.attribute_of(class, name, shape.clone(), None);
+                }
+            }
+            _ => self.expr(target),
+        }
+    }
+
+    /// The class whose instance a method knows by this name: its first parameter.
+    fn instance_class(&self, scope: ScopeId, receiver: &str) -> Option<usize> {
+        let function = self.names.functions.iter().rfind(|f| f.scope == scope)?;
+        let first = function.parameters.first()?;
+        (&*first.name == receiver && !function.is_static)
+            .then_some(function.class)
+            .flatten()
+    }
+
+    fn attribute_use(&mut self, value: &Expr, name: &Ident, is_bound: bool) {
+        let value = self.shape(value);
+        self.names.attribute_uses.push(AttributeUse {
+            value,
+            name: name.name.clone(),
+            span: name.span,
+            is_bound,
+        });
+    }
+
+    fn exprs(&mut self, exprs: &[Expr]) {
+        exprs.iter().for_each(|expr| self.expr(expr));
+    }
+
+    fn arguments(&mut self, args: &[Arg], function: Option<&Expr>) {
+        for arg in args {
+            match arg {
+                Arg::Positional(value) | Arg::Star(value) | Arg::DoubleStar(value) => {
+                    self.expr(value);
+                }
+                Arg::Keyword(name, value) => {
+                    if let Some(function) = function {
+                        let function = self.shape(function);
+                        self.names.keyword_uses.push(KeywordUse {
+                            function,
+                            name: name.name.clone(),
+                            span: name.span,
+                        });
+                    }
+                    self.expr(value);
+                }
+            }
+        }
+    }
+
+    fn expr(&mut self, expr: &Expr) {
+        match &expr.kind {
+            ExprKind::Name(name) => self.event(name, expr.span, Role::Read, None),
+            ExprKind::Attribute { value, name } => {
+                self.expr(value);
+                self.attribute_use(value, name, false);
+            }
+            ExprKind::Call { function, args } => {
+                self.expr(function);
+                self.arguments(args, Some(function));
+            }
+            ExprKind::Named { target, value } => {
+                self.expr(value);
+                let shape = self.shape(value);
+                let inner = self.scope;
+                while self.names.scopes[self.scope].kind == ScopeKind::Comprehension {
+                    self.scope = self.names.scopes[self.scope].parent.unwrap_or(0);
+                }
+                self.bind(target, SymbolKind::Variable, shape);
+                self.scope = inner;
+            }
+            ExprKind::Lambda(lambda) => {
+                let parameters = lambda.parameters.iter();
+                parameters
+                    .filter_map(|p| p.default.as_ref())
+                    .for_each(|default| self.expr(default));
+                self.within(ScopeKind::Function, expr.span, 0, |inner, _| {
+                    for parameter in lambda.parameters.iter() {
+                        inner.bind(&parameter.name, SymbolKind::Parameter, Shape::Unknown);
+                    }
+                    inner.expr(&lambda.body);
+                });
+            }
+            ExprKind::Comprehension(comprehension) => self.comprehension(comprehension, expr.span),
+            ExprKind::FString(format) => self.fstring(format),
+            ExprKind::Dict(items) => items.iter().for_each(|item| match item {
+                DictItem::Pair(key, value) => {
+                    self.expr(key);
+                    self.expr(value);
+                }
+                DictItem::Unpack(mapping) => self.expr(mapping),
+            }),
+            _ => elite_lang::syntax::parts(expr, &mut |part| self.expr(part)),
+        }
+    }
+
+    fn fstring(&mut self, format: &[FStringPart]) {
+        for part in format {
+            if let FStringPart::Value { value, format, .. } = part {
+                self.expr(value);
+                format.iter().for_each(|format| self.fstring(format));
+            }
+        }
+    }
+
+    fn comprehension(&mut self, comprehension: &Comprehension, span: Span) {
+        let Some((first, rest)) = comprehension.clauses.split_first() else {
+            return;
+        };
+        self.expr(&first.iterable);
+        let item = Shape::Item(Box::new(self.shape(&first.iterable)));
+        self.within(ScopeKind::Comprehension, span, 0, |inner, _| {
+            inner.target(&first.target, None, &item);
+            inner.exprs(&first.conditions);
+            for clause in rest {
+                inner.expr(&clause.iterable);
+                let item = Shape::Item(Box::new(inner.shape(&clause.iterable)));
+                inner.target(&clause.target, None, &item);
+                inner.exprs(&clause.conditions);
+            }
+            match &comprehension.kind {
+                ComprehensionKind::List(value)
+                | ComprehensionKind::Set(value)
+                | ComprehensionKind::Generator(value) => inner.expr(value),
+                ComprehensionKind::Dict(key, value) => {
+                    inner.expr(key);
+                    inner.expr(value);
+                }
+            }
+        });
+    }
+
+    /// Gives every place of a name its symbol.
+    fn finish(mut self) -> Names {
+        let mut events = std::mem::take(&mut self.events);
+        events.sort_by_key(|event| event.occurrence.span.start);
+        for event in events {
+            let mut occurrence = event.occurrence;
+            let symbol = self.owner(&event.name, occurrence.scope);
+            let names = &mut self.names;
+            match symbol {
+                Some(symbol) => {
+                    let symbol = &mut names.symbols[symbol];
+                    if let Some((kind, value)) = event.binds {
+                        let is_first = symbol.bindings().next().is_none();
+                        if is_first || matches!(kind, SymbolKind::Function | SymbolKind::Class) {
+                            symbol.kind = kind;
+                        }
+                        symbol.values.push(value);
+                    }
+                    symbol.occurrences.push(occurrence);
+                }
+                None => {
+                    occurrence.role = Role::Read;
+                    names
+                        .foreign
+                        .entry(event.name)
+                        .or_default()
+                        .push(occurrence);
+                }
+            }
+            names.places.push((occurrence, symbol));
+        }
+        self.names
+    }
+
+    /// The symbol of a name in a scope, made if a scope binds it.
+    fn owner(&mut self, name: &str, scope: ScopeId) -> Option<SymbolId> {
+        let home = self.home(name, scope)?;
+        if let Some(known) = self.names.scopes[home].symbols.get(name) {
+            return Some(*known);
+        }
+        let id = self.names.symbols.len();
+        self.names.symbols.push(Symbol {
+            name: name.into(),
+            scope: home,
+            kind: SymbolKind::Variable,
+            occurrences: Vec::new(),
+            values: Vec::new(),
+        });
+        self.names.scopes[home].symbols.insert(name.into(), id);
+        Some(id)
+    }
+
+    /// The scope whose name it is.
+    fn home(&self, name: &str, scope: ScopeId) -> Option<ScopeId> {
+        let mut at = Some(scope);
+        while let Some(id) = at {
+            let here = &self.names.scopes[id];
+            if here.globals.contains(name) {
+                return Some(0);
+            }
+            let visible = here.kind != ScopeKind::Class || id == scope;
+            if visible && !here.nonlocals.contains(name) && self.bound[id].contains(name) {
+                return Some(id);
+            }
+            at = here.parent;
+        }
+        None
+    }
+}

@@ -1,0 +1,143 @@
+//! What programs find without defining it: functions of the robot, Python's own types, functions and modules.
+//!
+//! Everything is asked once, of the declarations and of an interpreter, and kept.
+
+use std::collections::{BTreeMap, HashMap};
+use std::sync::{LazyLock, Mutex, PoisonError};
+
+use elite_lang::syntax::{self, Member};
+use elite_runtime::builtins::declare::Builtin;
+
+use super::types::Type;
+
+/// Functions of the robot by name, in the order of their names.
+pub static ROBOT: LazyLock<BTreeMap<&'static str, &'static Builtin>> = LazyLock::new(|| {
+    elite_runtime::builtins::all()
+        .map(|builtin| (builtin.name, builtin))
+        .collect()
+});
+
+/// Python's own names, in the order of the names.
+pub static PYTHON: LazyLock<BTreeMap<String, Member>> = LazyLock::new(|| {
+    let found = syntax::builtins();
+    found
+        .into_iter()
+        .map(|member| (member.name.clone(), member))
+        .collect()
+});
+
+static TYPES: LazyLock<HashMap<String, &'static [Member]>> = LazyLock::new(|| {
+    let found = syntax::type_members().into_iter();
+    // They are kept as long as the process lives.
+    found
+        .map(|(name, members)| (name, &*members.leak()))
+        .collect()
+});
+
+/// Members of the modules that were asked for; there are as many as modules.
+static MODULES: LazyLock<Mutex<HashMap<String, &'static [Member]>>> = LazyLock::new(Mutex::default);
+
+/// The function of the robot with this name. `print` is Python's, whatever the listing says.
+pub fn robot(name: &str) -> Option<&'static Builtin> {
+    ROBOT.get(name).copied().filter(|_| name != "print")
+}
+
+/// Whether Python has a function, type or constant of this name.
+pub fn is_python(name: &str) -> bool {
+    elite_lang::builtin_names().any(|known| known == name)
+}
+
+/// What values of a type of Python's own have.
+pub fn members_of_type(name: &str) -> &'static [Member] {
+    TYPES.get(name).copied().unwrap_or(&[])
+}
+
+/// What a module has; nothing if programs cannot import it.
+pub fn members_of_module(name: &str) -> &'static [Member] {
+    let mut modules = MODULES.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(known) = modules.get(name) {
+        return known;
+    }
+    match syntax::module_members(name) {
+        Some(found) => {
+            let found: &'static [Member] = found.leak();
+            modules.insert(name.to_owned(), found);
+            found
+        }
+        None => &[],
+    }
+}
+
+/// Asks for everything that does not depend on a program, before somebody waits for it.
+pub fn prepare() {
+    LazyLock::force(&ROBOT);
+    LazyLock::force(&PYTHON);
+    LazyLock::force(&TYPES);
+}
+
+/// The type that a function of the robot returns, from the words of its declaration.
+pub fn returned(words: &str) -> Type {
+    let first = words.split([',', ';', ':', ' ', '.']).next().unwrap_or("");
+    let float = || Box::new(Type::Value("float".into()));
+    match first {
+        "int" | "float" | "bool" | "str" => Type::Value(first.into()),
+        "nothing" => Type::Value("NoneType".into()),
+        _ if words.starts_with("list of list") => {
+            Type::Of("list".into(), Box::new(Type::Of("list".into(), float())))
+        }
+        _ if first.starts_with("list") && words.contains("float") => {
+            Type::Of("list".into(), float())
+        }
+        _ if first.starts_with("list") && words.contains("bool") => {
+            Type::Of("list".into(), Box::new(Type::Value("bool".into())))
+        }
+        _ if first.starts_with("list[int]") && !words.contains("bytes") => {
+            Type::Of("list".into(), Box::new(Type::Value("int".into())))
+        }
+        _ if first.starts_with("list") && !words.contains("bytes") => Type::Value("list".into()),
+        _ => Type::Unknown,
+    }
+}
+
+/// The type of what a function or type of Python's own returns, where it is always the same.
+pub fn result_of(name: &str) -> Type {
+    let name = match name {
+        "int" | "float" | "complex" | "bool" | "str" | "bytes" | "bytearray" | "list" | "tuple"
+        | "dict" | "set" | "frozenset" | "range" | "slice" | "object" => name,
+        "len" | "ord" | "hash" | "id" | "round" => "int",
+        "repr" | "ascii" | "chr" | "bin" | "hex" | "oct" | "format" | "input" => "str",
+        "isinstance" | "issubclass" | "callable" | "hasattr" | "all" | "any" => "bool",
+        "sorted" | "dir" => "list",
+        "globals" | "locals" | "vars" => "dict",
+        "divmod" => "tuple",
+        "print" => "NoneType",
+        _ if name.ends_with("Error") || name == "Exception" => "Exception",
+        _ => return Type::Unknown,
+    };
+    Type::Value(name.into())
+}
+
+/// The type of what a method of a type of Python's own returns, where it is always the same.
+pub fn result_of_method(owner: &str, name: &str) -> Type {
+    let texts = || Type::Of("list".into(), Box::new(Type::Value("str".into())));
+    let result = match (owner, name) {
+        ("str", "split" | "rsplit" | "splitlines") => return texts(),
+        ("str", "encode") => "bytes",
+        ("bytes" | "bytearray", "decode" | "hex") => "str",
+        ("str", "find" | "rfind" | "index" | "rindex" | "count") => "int",
+        ("str", _) if name.starts_with("is") || name.ends_with("with") => "bool",
+        ("str", "partition" | "rpartition") => "tuple",
+        ("str", _) => "str",
+        (_, "copy") => owner,
+        ("list" | "tuple", "index" | "count") => "int",
+        ("list", "append" | "extend" | "insert" | "remove" | "clear" | "sort" | "reverse") => {
+            "NoneType"
+        }
+        ("set" | "frozenset", _) if name.ends_with("set") => "bool",
+        ("set" | "frozenset", "union" | "intersection" | "difference" | "symmetric_difference") => {
+            owner
+        }
+        _ => return Type::Unknown,
+    };
+    Type::Value(result.into())
+}

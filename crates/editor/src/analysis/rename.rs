@@ -1,0 +1,277 @@
+//! New names for old: every place of a name, or the reason why not.
+
+use elite_lang::Span;
+use elite_lang::syntax::TokenKind;
+
+use super::navigate::{Named, named, places_of};
+use super::scopes::SymbolKind;
+use super::types::Type;
+use super::{Analysis, TextKind, library};
+
+/// Longest name, in bytes.
+const NAME_MAX: usize = 255;
+
+/// Why something cannot be renamed.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum RenameError {
+    /// Nothing is there.
+    #[error("there is no name here that could be changed")]
+    NoName,
+    /// It is not the program's.
+    #[error("'{0}' is a builtin: it cannot be renamed")]
+    Builtin(String),
+    /// Nothing defines it.
+    #[error("nothing in this program defines '{0}'")]
+    Undefined(String),
+    /// It names a module or what is in one.
+    #[error("'{0}' is the name of what is imported: give it another one with 'as'")]
+    Imported(String),
+    /// Some places could be missed.
+    #[error("the text has errors: places of '{0}' in lines that do not parse could be missed")]
+    TextHasErrors(String),
+    /// It may be another one's.
+    #[error(
+        "'{name}' is also an attribute of something whose type is not known (line {line}): it could be the same"
+    )]
+    MayBeAnother {
+        /// The attribute.
+        name: String,
+        /// Where.
+        line: u32,
+    },
+    /// The language or Python gives it a meaning.
+    #[error("'{0}' is called by the language under this name")]
+    Special(String),
+    /// It cannot be a name.
+    #[error("'{0}' is not a name")]
+    Invalid(String),
+    /// It is one already.
+    #[error("'{name}' means something else there already (line {line})")]
+    Taken {
+        /// The new name.
+        name: String,
+        /// Where.
+        line: u32,
+    },
+    /// It would hide a builtin that the program uses.
+    #[error("'{0}' is a builtin that this program uses")]
+    HidesBuiltin(String),
+}
+
+/// The place of the name at `offset`, if it can be renamed.
+///
+/// # Errors
+/// Why it cannot.
+pub fn renamable(analysis: &Analysis, offset: u32) -> Result<Span, RenameError> {
+    let (named, span) = named(analysis, offset).ok_or(RenameError::NoName)?;
+    let written = analysis.file.slice(span);
+    check_old(analysis, &named, written)?;
+    Ok(span)
+}
+
+/// Every place that is to get the new name.
+///
+/// # Errors
+/// Why it cannot be given.
+pub fn rename(analysis: &Analysis, offset: u32, new: &str) -> Result<Vec<Span>, RenameError> {
+    let (named, span) = named(analysis, offset).ok_or(RenameError::NoName)?;
+    let written = analysis.file.slice(span);
+    check_old(analysis, &named, written)?;
+    check_new(analysis, &named, written, new)?;
+    let places = places_of(analysis, &named).into_iter();
+    Ok(places.map(|place| place.span).collect())
+}
+
+fn check_old(analysis: &Analysis, named: &Named, written: &str) -> Result<(), RenameError> {
+    let names = &analysis.names;
+    let is_special = written.starts_with("__") && written.ends_with("__");
+    match named {
+        Named::Foreign(name) => {
+            let is_test = analysis.kind == TextKind::Test && &**name == script_test::OBJECT;
+            return Err(match is_builtin(name) || is_test {
+                true => RenameError::Builtin(name.to_string()),
+                false => RenameError::Undefined(name.to_string()),
+            });
+        }
+        _ if is_special => return Err(RenameError::Special(written.to_owned())),
+        _ if analysis.has_errors() => {
+            return Err(RenameError::TextHasErrors(written.to_owned()));
+        }
+        Named::Symbol(symbol) => {
+            let symbol = &names.symbols[*symbol];
+            if symbol.kind == SymbolKind::Import {
+                // Only what is written behind `as` is the program's own.
+                let first = symbol.bindings().next();
+                let line = first.map_or("", |o| {
+                    let line = analysis.file.line_of(o.span.start);
+                    analysis.file.line_text(line)
+                });
+                let own = format!(" as {written}");
+                if !line.contains(&own) {
+                    return Err(RenameError::Imported(written.to_owned()));
+                }
+            }
+            if symbol.kind == SymbolKind::Parameter {
+                return unknown_keyword(analysis, written);
+            }
+            if symbol.kind == SymbolKind::Class {
+                return private_name_of(analysis, written);
+            }
+        }
+        Named::Attribute(class, name) => {
+            return unknown_attribute(analysis, *class, name);
+        }
+    }
+    Ok(())
+}
+
+/// A private name written in full, `_Arm__speed`, has the name of its class in it.
+fn private_name_of(analysis: &Analysis, class: &str) -> Result<(), RenameError> {
+    let begins = format!("_{}__", class.trim_start_matches('_'));
+    let mut full = analysis.tokens().iter().filter(|token| {
+        matches!(token.kind, TokenKind::Name | TokenKind::Str)
+            && analysis.file.slice(token.span).contains(&begins)
+    });
+    full.next().map_or(Ok(()), |token| {
+        Err(RenameError::MayBeAnother {
+            name: class.to_owned(),
+            line: analysis.file.line_of(token.span.start),
+        })
+    })
+}
+
+/// A keyword argument for a function that nobody can tell could be this parameter's.
+fn unknown_keyword(analysis: &Analysis, name: &str) -> Result<(), RenameError> {
+    let uses = analysis.names.keyword_uses.iter();
+    let mut unknown = uses.filter(|used| {
+        &*used.name == name && matches!(analysis.infer(&used.function), Type::Unknown)
+    });
+    unknown.next().map_or(Ok(()), |used| {
+        Err(RenameError::MayBeAnother {
+            name: name.to_owned(),
+            line: analysis.file.line_of(used.span.start),
+        })
+    })
+}
+
+/// An attribute of the same name of a value that nobody can tell could be this one; so could one of a class that is derived.
+fn unknown_attribute(analysis: &Analysis, class: usize, name: &str) -> Result<(), RenameError> {
+    let names = &analysis.names;
+    let uses = names
+        .attribute_uses
+        .iter()
+        .filter(|used| &*used.name == name);
+    let mut unknown = uses.filter(|used| match analysis.infer(&used.value) {
+        Type::Unknown => true,
+        Type::Instance(of) | Type::Class(of) => {
+            let line = super::types::line(names, of);
+            let own = super::types::attribute_of(names, of, name).map(|(owner, _)| owner);
+            // A class that has it anew, or one that nobody knows the ancestors of.
+            (line.contains(&class) && own != Some(class)) || own.is_none()
+        }
+        _ => false,
+    });
+    let place = unknown.next().map(|used| used.span.start);
+    // A derived class may define it anew.
+    let classes = names.classes.iter().enumerate();
+    let mut derived = classes.filter(|(index, info)| {
+        *index != class
+            && info.attribute(name).is_some()
+            && super::types::line(names, *index).contains(&class)
+    });
+    let ancestors = super::types::line(names, class);
+    let inherited = ancestors[1..]
+        .iter()
+        .any(|at| names.classes[*at].attribute(name).is_some());
+    let place = place
+        .or_else(|| derived.next().map(|(_, info)| info.span.start))
+        .or_else(|| inherited.then(|| names.classes[class].span.start));
+    place.map_or(Ok(()), |start| {
+        Err(RenameError::MayBeAnother {
+            name: name.to_owned(),
+            line: analysis.file.line_of(start),
+        })
+    })
+}
+
+fn is_builtin(name: &str) -> bool {
+    library::robot(name).is_some() || library::is_python(name) || name == "elicopy"
+}
+
+fn check_new(
+    analysis: &Analysis,
+    named: &Named,
+    written: &str,
+    new: &str,
+) -> Result<(), RenameError> {
+    let mut letters = new.chars();
+    let begins = letters
+        .next()
+        .is_some_and(|c| c == '_' || c.is_alphabetic());
+    let goes_on = letters.all(|c| c == '_' || c.is_alphanumeric());
+    let file = elite_lang::SourceFile::new("name", new);
+    let tokens = elite_lang::syntax::tokens(&file);
+    let is_name = tokens
+        .first()
+        .is_some_and(|token| token.kind == TokenKind::Name);
+    let is_private = new.starts_with("__") || written.starts_with("__");
+    // `end` closes blocks, `sec` heads programs, private names are mangled.
+    if !begins
+        || !goes_on
+        || !is_name
+        || new.len() > NAME_MAX
+        || new == "end"
+        || new == "sec"
+        || is_private
+    {
+        return Err(RenameError::Invalid(new.chars().take(80).collect()));
+    }
+    let taken = |start: u32| RenameError::Taken {
+        name: new.to_owned(),
+        line: analysis.file.line_of(start),
+    };
+    let names = &analysis.names;
+    match named {
+        Named::Symbol(symbol) if new != written => {
+            let symbol = &names.symbols[*symbol];
+            // Nowhere may the new name mean something else where the old one stands,
+            for occurrence in &symbol.occurrences {
+                if let Some(other) = names.lookup(occurrence.scope, new) {
+                    let at = names.symbols[other].occurrences.first();
+                    return Err(taken(at.map_or(0, |o| o.span.start)));
+                }
+            }
+            // and nothing that has this name already may come to mean this.
+            for (occurrence, other) in names.places() {
+                if analysis.file.slice(occurrence.span) != new {
+                    continue;
+                }
+                let now = names.lookup(occurrence.scope, written);
+                let reaches = now.is_some_and(|now| std::ptr::eq(&names.symbols[now], symbol));
+                if reaches && other.is_some() {
+                    return Err(taken(occurrence.span.start));
+                }
+                if reaches || symbol.scope == 0 {
+                    return Err(RenameError::HidesBuiltin(new.to_owned()));
+                }
+            }
+            let own = &names.scopes[symbol.scope];
+            if let Some(other) = own.symbols.get(new) {
+                let at = names.symbols[*other].occurrences.first();
+                return Err(taken(at.map_or(0, |o| o.span.start)));
+            }
+            Ok(())
+        }
+        Named::Attribute(class, _) if new != written => {
+            let others = super::types::line(names, *class);
+            let known = others
+                .iter()
+                .find_map(|at| names.classes[*at].attribute(new));
+            match known {
+                Some(known) => Err(taken(known.places.first().map_or(0, |span| span.start))),
+                None => Ok(()),
+            }
+        }
+        _ => Ok(()),
+    }
+}

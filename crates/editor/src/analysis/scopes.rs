@@ -1,0 +1,343 @@
+//! The names of a program: its scopes, what each binds, and every place where a name stands.
+//!
+//! Owns the tables and how names are looked up in them, by Python's rules. What fills them is `collect`; what values names
+//! have is `types`.
+
+use std::collections::{HashMap, HashSet};
+
+use elite_lang::Span;
+
+use super::types::Shape;
+
+/// Number of a scope; the module is 0.
+pub type ScopeId = usize;
+/// Number of a symbol.
+pub type SymbolId = usize;
+
+/// What kind of text a scope is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ScopeKind {
+    /// The whole program.
+    Module,
+    /// A function or a lambda.
+    Function,
+    /// A class body.
+    Class,
+    /// A comprehension or generator expression.
+    Comprehension,
+}
+
+/// A scope.
+#[derive(Debug)]
+pub struct Scope {
+    /// What it is.
+    pub kind: ScopeKind,
+    /// The scope around it.
+    pub parent: Option<ScopeId>,
+    /// Its text, the header included.
+    pub span: Span,
+    /// Where the text that could still be added to it ends: the start of what follows.
+    pub limit: u32,
+    /// The column of its header, in blanks.
+    pub column: u32,
+    /// The names it binds.
+    pub symbols: HashMap<Box<str>, SymbolId>,
+    pub(super) globals: HashSet<Box<str>>,
+    pub(super) nonlocals: HashSet<Box<str>>,
+}
+
+/// What a symbol is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SymbolKind {
+    /// Bound by an assignment, a loop and the like.
+    Variable,
+    /// A parameter.
+    Parameter,
+    /// A `def` or `sec`.
+    Function,
+    /// A `class`.
+    Class,
+    /// An import.
+    Import,
+}
+
+/// What happens to a name at a place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// It is bound.
+    Bind,
+    /// It is used.
+    Read,
+    /// `global` and `nonlocal` name it, `del` removes it.
+    Mention,
+}
+
+/// A place where a name stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Occurrence {
+    /// Where.
+    pub span: Span,
+    /// What for.
+    pub role: Role,
+    /// The scope it stands in.
+    pub scope: ScopeId,
+}
+
+/// A name that a program binds.
+#[derive(Debug)]
+pub struct Symbol {
+    /// The name as it is written.
+    pub name: Box<str>,
+    /// The scope whose name it is.
+    pub scope: ScopeId,
+    /// What it is.
+    pub kind: SymbolKind,
+    /// Every place of it, in the order of the text.
+    pub occurrences: Vec<Occurrence>,
+    /// What it is bound to, as far as the text tells.
+    pub values: Vec<Shape>,
+}
+
+impl Symbol {
+    /// The places where it is bound, first the declaration.
+    pub fn bindings(&self) -> impl Iterator<Item = &Occurrence> {
+        self.occurrences.iter().filter(|o| o.role == Role::Bind)
+    }
+}
+
+/// A parameter of a function.
+#[derive(Clone, Debug)]
+pub struct ParameterInfo {
+    /// Its name.
+    pub name: Box<str>,
+    /// How it is written: with star, annotation and default.
+    pub written: Box<str>,
+    /// `*args`, `**kwargs`.
+    pub is_rest: bool,
+    /// It cannot be given by position.
+    pub is_keyword_only: bool,
+    /// It cannot be given by name.
+    pub is_positional_only: bool,
+    /// It has no default.
+    pub is_required: bool,
+}
+
+/// A function of the program.
+#[derive(Debug)]
+pub struct FunctionInfo {
+    /// Its name.
+    pub name: Box<str>,
+    /// Where the name is written.
+    pub name_span: Span,
+    /// The whole definition.
+    pub span: Span,
+    /// Its own scope.
+    pub scope: ScopeId,
+    /// The class it is a method of.
+    pub class: Option<usize>,
+    /// It takes no instance: `@staticmethod`.
+    pub is_static: bool,
+    /// It is read like a value: `@property`.
+    pub is_property: bool,
+    /// It is headed by `sec`.
+    pub is_secondary: bool,
+    /// Its parameters.
+    pub parameters: Vec<ParameterInfo>,
+    /// What it returns.
+    pub returns: Vec<Shape>,
+    /// Its docstring.
+    pub doc: Option<Box<str>>,
+}
+
+impl FunctionInfo {
+    /// The parameters that callers give: without the instance of a method.
+    pub fn called_with(&self) -> &[ParameterInfo] {
+        match self.class.is_some() && !self.is_static {
+            true => self.parameters.get(1..).unwrap_or(&[]),
+            false => &self.parameters,
+        }
+    }
+
+    /// `name(a, b=1)` as callers see it.
+    pub fn signature(&self) -> String {
+        let written: Vec<&str> = self.called_with().iter().map(|p| &*p.written).collect();
+        format!("{}({})", self.name, written.join(", "))
+    }
+}
+
+/// An attribute of a class or of its instances.
+#[derive(Debug)]
+pub struct AttributeInfo {
+    /// Its name.
+    pub name: Box<str>,
+    /// Where it is bound, in the order of the text.
+    pub places: Vec<Span>,
+    /// What it is bound to.
+    pub values: Vec<Shape>,
+    /// The function, if it is a method.
+    pub function: Option<usize>,
+}
+
+/// A class of the program.
+#[derive(Debug)]
+pub struct ClassInfo {
+    /// Its name.
+    pub name: Box<str>,
+    /// Where the name is written.
+    pub name_span: Span,
+    /// The whole definition.
+    pub span: Span,
+    /// Its own scope.
+    pub scope: ScopeId,
+    /// The classes it is derived from.
+    pub bases: Vec<Shape>,
+    /// What it and its instances have, in the order of the text.
+    pub attributes: Vec<AttributeInfo>,
+    /// Its docstring.
+    pub doc: Option<Box<str>>,
+}
+
+impl ClassInfo {
+    /// Its own attribute of this name.
+    pub fn attribute(&self, name: &str) -> Option<&AttributeInfo> {
+        self.attributes.iter().find(|a| &*a.name == name)
+    }
+}
+
+/// `value.name` in the text.
+#[derive(Debug)]
+pub struct AttributeUse {
+    /// What the attribute is of.
+    pub value: Shape,
+    /// The attribute.
+    pub name: Box<str>,
+    /// Where its name stands.
+    pub span: Span,
+    /// Whether it is assigned to.
+    pub is_bound: bool,
+}
+
+/// `name=` in a call.
+#[derive(Debug)]
+pub struct KeywordUse {
+    /// What is called.
+    pub function: Shape,
+    /// The keyword.
+    pub name: Box<str>,
+    /// Where it stands.
+    pub span: Span,
+}
+
+/// All names of a program.
+#[derive(Debug, Default)]
+pub struct Names {
+    /// The scopes; the first is the module.
+    pub scopes: Vec<Scope>,
+    /// The names that they bind.
+    pub symbols: Vec<Symbol>,
+    /// The functions, in the order of the text.
+    pub functions: Vec<FunctionInfo>,
+    /// The classes, in the order of the text.
+    pub classes: Vec<ClassInfo>,
+    /// Attributes in the text.
+    pub attribute_uses: Vec<AttributeUse>,
+    /// Keyword arguments in the text.
+    pub keyword_uses: Vec<KeywordUse>,
+    /// Names that the program does not bind: builtins, and those that nothing defines.
+    pub foreign: HashMap<Box<str>, Vec<Occurrence>>,
+    /// Every place of a name with its symbol (none: foreign), in the order of the text.
+    pub(super) places: Vec<(Occurrence, Option<SymbolId>)>,
+}
+
+impl Names {
+    /// The symbol that `name` means in `scope`.
+    pub fn lookup(&self, scope: ScopeId, name: &str) -> Option<SymbolId> {
+        let mut at = Some(scope);
+        let mut skip_own = false;
+        while let Some(id) = at {
+            let here = self.scopes.get(id)?;
+            if !skip_own && here.globals.contains(name) {
+                return self.scopes.first()?.symbols.get(name).copied();
+            }
+            let outward = here.nonlocals.contains(name);
+            let visible = here.kind != ScopeKind::Class || id == scope;
+            if !outward
+                && visible
+                && let Some(symbol) = here.symbols.get(name)
+            {
+                return Some(*symbol);
+            }
+            skip_own = true;
+            at = here.parent;
+        }
+        None
+    }
+
+    /// The place of a name at `offset`, its end included, and the symbol.
+    pub fn place_at(&self, offset: u32) -> Option<(Occurrence, Option<SymbolId>)> {
+        let after = self.places.partition_point(|(o, _)| o.span.start <= offset);
+        let candidates = self.places[..after].iter().rev().take(4);
+        let mut hits = candidates.filter(|(o, _)| offset <= o.span.end);
+        hits.next().copied()
+    }
+
+    /// Every place of a name, in the order of the text.
+    pub fn places(&self) -> &[(Occurrence, Option<SymbolId>)] {
+        &self.places
+    }
+
+    /// The innermost scope at `offset`. Behind the text of a block, `column` decides whether a line still belongs to it.
+    pub fn scope_at(&self, offset: u32, column: u32) -> ScopeId {
+        let inside = |scope: &Scope| {
+            let within = scope.span.start <= offset && offset <= scope.span.end;
+            let behind = scope.span.end < offset && offset <= scope.limit;
+            let is_block = matches!(scope.kind, ScopeKind::Function | ScopeKind::Class);
+            within && (offset < scope.span.end || !is_block || column > scope.column)
+                || behind && is_block && column > scope.column
+        };
+        let found = self.scopes.iter().enumerate().rev();
+        // Inner scopes come after those around them.
+        let mut found = found.filter(|(_, scope)| inside(scope));
+        found.next().map_or(0, |(id, _)| id)
+    }
+
+    /// The symbols that can be named in `scope`, inner ones first; shadowed ones are left out.
+    pub fn visible(&self, scope: ScopeId) -> Vec<SymbolId> {
+        let mut seen = HashSet::new();
+        let mut found = Vec::new();
+        let mut at = Some(scope);
+        while let Some(id) = at {
+            let Some(here) = self.scopes.get(id) else {
+                break;
+            };
+            if here.kind != ScopeKind::Class || id == scope {
+                let mut own: Vec<SymbolId> = here.symbols.values().copied().collect();
+                own.sort_unstable();
+                found.extend(
+                    own.into_iter()
+                        .filter(|s| seen.insert(&*self.symbols[*s].name)),
+                );
+            }
+            at = here.parent;
+        }
+        found
+    }
+
+    /// The function whose own scope this is.
+    pub fn function_of(&self, scope: ScopeId) -> Option<usize> {
+        self.functions.iter().position(|f| f.scope == scope)
+    }
+
+    /// The class in whose methods, or body, `scope` lies.
+    pub fn class_around(&self, scope: ScopeId) -> Option<usize> {
+        let mut at = Some(scope);
+        while let Some(id) = at {
+            let here = self.scopes.get(id)?;
+            if here.kind == ScopeKind::Class {
+                return self.classes.iter().position(|class| class.scope == id);
+            }
+            at = here.parent;
+        }
+        None
+    }
+}

@@ -1,0 +1,49 @@
+//! The words around what editors show, in English and Chinese. The texts of the functions are in `words/chinese`.
+
+mod chinese;
+
+use elite_runtime::builtins::declare::Builtin;
+
+/// A language that people read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Language {
+    /// English.
+    #[default]
+    English,
+    /// Chinese.
+    Chinese,
+}
+
+impl Language {
+    /// Of a locale such as `zh-CN` or `en`.
+    pub fn of_locale(locale: &str) -> Self {
+        match locale
+            .get(..2)
+            .is_some_and(|two| two.eq_ignore_ascii_case("zh"))
+        {
+            true => Language::Chinese,
+            false => Language::English,
+        }
+    }
+
+    /// One of two texts.
+    pub fn pick<'t>(self, english: &'t str, chinese: &'t str) -> &'t str {
+        match self {
+            Language::English => english,
+            Language::Chinese => chinese,
+        }
+    }
+
+    /// What a function of the robot does, in one sentence.
+    pub fn summary(self, builtin: &Builtin) -> &'static str {
+        match self {
+            Language::English => builtin.summary,
+            Language::Chinese => chinese::summary(builtin.name).unwrap_or(builtin.summary),
+        }
+    }
+
+    /// A unit as people write it.
+    pub fn unit(self, unit: &str) -> String {
+        unit.replace("^2", "²").replace("^3", "³")
+    }
+}

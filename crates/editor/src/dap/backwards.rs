@@ -1,0 +1,140 @@
+//! Going back: the run is given up, and the program run again, without a word, to a place before the one where it stood.
+
+use serde_json::{Value as Json, json};
+
+use super::link::{Event, Go, Order, Purpose, Why};
+use super::position::{Position, Target};
+use super::session::{Phase, Session};
+
+/// What the session waits for on its way back.
+pub(crate) enum Backwards {
+    /// The held program says where to go back to, for this request.
+    Asked(i64),
+    /// A run is looked through for breakpoints.
+    Scanning,
+}
+
+impl Session<'_> {
+    /// `stepBack` and `restartFrame`: the held program knows the place.
+    pub(super) fn begin_back(
+        &mut self,
+        request: &(i64, String),
+        arguments: &Json,
+    ) -> Option<Result<Json, String>> {
+        if let Err(error) = self.must_be_held() {
+            return Some(Err(error));
+        }
+        let command = match request.1.as_str() {
+            "stepBack" => "back",
+            _ => "frameStart",
+        };
+        self.backwards = Some(Backwards::Asked(request.0));
+        if let Some(run) = &self.run {
+            run.order(Order::Ask {
+                request: request.clone(),
+                command: command.to_owned(),
+                arguments: arguments.clone(),
+            });
+        }
+        None
+    }
+
+    /// Whether an answer is to a question of the session itself.
+    pub(super) fn is_own_question(&self, request: &(i64, String)) -> bool {
+        let is_back = matches!(request.1.as_str(), "stepBack" | "restartFrame");
+        is_back && matches!(self.backwards, Some(Backwards::Asked(number)) if number == request.0)
+    }
+
+    /// The held program has said where to go back to.
+    pub(super) fn go_back(&mut self, request: &(i64, String), result: Result<Json, String>) {
+        self.backwards = None;
+        let place = match result {
+            Ok(place) => place,
+            Err(error) => return self.respond(request, Err(error)),
+        };
+        self.respond(request, Ok(json!({})));
+        let tick = place.get("tick").and_then(Json::as_u64).unwrap_or(0);
+        let reason = match request.1.as_str() {
+            "stepBack" => "step",
+            _ => "restart",
+        };
+        if tick == 0 {
+            // Nothing lies before the first statement of a thread.
+            let why = Why {
+                description: Some("the beginning".to_owned()),
+                ..Why::only("entry")
+            };
+            return self.hear(
+                self.generation,
+                Event::Stopped {
+                    thread: self.thread,
+                    why,
+                    position: self.position,
+                    last: None,
+                },
+            );
+        }
+        self.seek(Target::Tick(tick), Why::only(reason));
+    }
+
+    /// Runs the program again up to a place.
+    pub(super) fn seek(&mut self, target: Target, why: Why) {
+        self.start(Purpose::Seek(target, why));
+        self.phase = Phase::Repeating;
+    }
+
+    /// `reverseContinue`: to the last place before this one at which a breakpoint holds, or to the beginning.
+    pub(super) fn reverse_continue(&mut self) -> Result<Json, String> {
+        self.must_be_held()?;
+        if let Some(last) = self.last_met.take() {
+            self.go_to_met(last);
+            return Ok(json!({"allThreadsContinued": true}));
+        }
+        let before = self.position.moment;
+        self.backwards = Some(Backwards::Scanning);
+        self.start(Purpose::Scan { before });
+        self.phase = Phase::Repeating;
+        Ok(json!({"allThreadsContinued": true}))
+    }
+
+    /// A run was looked through.
+    pub(super) fn scanned(&mut self, found: Option<(Position, Why)>) {
+        if !matches!(self.backwards.take(), Some(Backwards::Scanning)) {
+            return;
+        }
+        self.go_to_met(found);
+    }
+
+    fn go_to_met(&mut self, found: Option<(Position, Why)>) {
+        match found {
+            Some((position, why)) => self.seek(Target::Moment(position.moment), why),
+            None => self.seek(
+                Target::Tick(1),
+                Why {
+                    description: Some("the beginning".to_owned()),
+                    ..Why::only("entry")
+                },
+            ),
+        }
+    }
+
+    /// An exception has ended the program: it is shown where it was raised, with everything as it was then.
+    pub(super) fn show_exception(&mut self, moment: u64, why: Why) {
+        self.seek(Target::Moment(moment), why);
+    }
+
+    /// `gotoCycle`: forwards in this run, backwards in a repeated one.
+    pub(super) fn go_to_cycle(&mut self, arguments: &Json) -> Result<Json, String> {
+        self.must_be_held()?;
+        let cycle = arguments.get("cycle").and_then(Json::as_u64);
+        let cycle = cycle.ok_or("gotoCycle needs cycle, a whole number from 0")?;
+        match (cycle > self.position.cycle, &self.run) {
+            (true, Some(run)) => {
+                run.order(Order::Go(Go::ToCycle(cycle)));
+                self.phase = Phase::Running;
+            }
+            _ => self.seek(Target::Cycle(cycle), Why::only("goto")),
+        }
+        Ok(json!({}))
+    }
+}

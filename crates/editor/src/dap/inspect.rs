@@ -1,0 +1,440 @@
+//! What a held program is asked: its calls, its variables, texts to evaluate. Runs on the program's thread.
+
+use elite_lang::ThreadId;
+use elite_lang::Value;
+use elite_lang::debug::{Child, Children, Halt};
+use serde::Deserialize;
+use serde_json::{Value as Json, json};
+
+use super::arm::{Item, items};
+use super::link::Asked;
+use super::position::Intervention;
+use super::probe::Probe;
+
+/// Most things that are listed at once.
+const PAGE_MAX: usize = 10_000;
+/// Most references that are given out while a program is held.
+const REFERENCES_MAX: usize = 1_000_000;
+/// Longest text that is copied.
+const COPY_MAX: usize = 1 << 20;
+/// The call whose variables are the globals, whatever is running.
+pub(super) const GLOBALS: usize = usize::MAX;
+
+/// What a number stands for that the client was given.
+#[derive(Clone)]
+pub(super) enum Referred {
+    Locals {
+        thread: u32,
+        call: usize,
+    },
+    Globals,
+    Arm,
+    Parts(Item),
+    Value {
+        value: Value,
+        thread: u32,
+        call: usize,
+        /// An expression for it.
+        path: Option<String>,
+    },
+}
+
+/// The numbers that the client was given since the program was held.
+#[derive(Default)]
+pub(crate) struct Table {
+    calls: Vec<(u32, usize)>,
+    referred: Vec<Referred>,
+}
+
+impl Table {
+    pub(crate) fn clear(&mut self) {
+        let old = std::mem::take(self);
+        drop(old);
+    }
+
+    fn refer(&mut self, what: Referred) -> usize {
+        if self.referred.len() >= REFERENCES_MAX {
+            return 0;
+        }
+        self.referred.push(what);
+        self.referred.len()
+    }
+
+    fn call(&mut self, thread: u32, call: usize) -> usize {
+        let known = self.calls.iter().position(|known| *known == (thread, call));
+        let index = known.unwrap_or_else(|| {
+            self.calls.push((thread, call));
+            self.calls.len() - 1
+        });
+        index + 1
+    }
+}
+
+#[derive(Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Arguments {
+    pub(super) thread_id: u32,
+    pub(super) start_frame: usize,
+    pub(super) levels: usize,
+    pub(super) frame_id: usize,
+    pub(super) variables_reference: usize,
+    pub(super) filter: String,
+    pub(super) start: usize,
+    pub(super) count: usize,
+    pub(super) name: String,
+    pub(super) value: String,
+    pub(super) expression: String,
+    pub(super) context: String,
+}
+
+impl Probe {
+    /// The answer to a request about the held program; None: it comes later.
+    pub(super) fn answer(
+        &self,
+        halt: &Halt<'_>,
+        holder: Option<ThreadId>,
+        request: &Asked,
+        command: &str,
+        arguments: &Json,
+    ) -> Option<Result<Json, String>> {
+        let asked: Arguments = match serde_json::from_value(arguments.clone()) {
+            Ok(asked) => asked,
+            Err(error) => return Some(Err(format!("{command}: {error}"))),
+        };
+        match command {
+            "evaluate" | "setExpression" | "setVariable" => {
+                let done = match command {
+                    "evaluate" => self.evaluated(halt, holder, request, &asked),
+                    "setVariable" => self.set_variable(halt, holder, request, &asked),
+                    _ => self.set_expression(halt, holder, request, &asked),
+                };
+                done.transpose()
+            }
+            "threads" => Some(Ok(self.threads_body())),
+            "stackTrace" => Some(self.stack_trace(halt, &asked)),
+            "scopes" => Some(self.scopes(halt, &asked)),
+            "variables" => Some(self.variables(halt, &asked)),
+            "exceptionInfo" => Some(self.exception_info()),
+            "back" => Some(Ok(self.back(halt, asked.thread_id))),
+            "frameStart" => Some(self.frame_start(halt, &asked)),
+            _ => Some(Err(format!("{command} is not known here"))),
+        }
+    }
+
+    fn threads_body(&self) -> Json {
+        let name = |number: u32| match number {
+            0 => "main program".to_owned(),
+            n if n >= 1 << 31 => "secondary program".to_owned(),
+            n => format!("thread {n}"),
+        };
+        let mut threads: Vec<Json> = self
+            .threads()
+            .iter()
+            .map(|(number, _)| json!({"id": u64::from(*number) + 1, "name": name(*number)}))
+            .collect();
+        if threads.is_empty() {
+            threads.push(json!({"id": 1, "name": name(0)}));
+        }
+        json!({ "threads": threads })
+    }
+
+    fn stack_trace(&self, halt: &Halt<'_>, asked: &Arguments) -> Result<Json, String> {
+        let number = asked.thread_id.wrapping_sub(1);
+        let Some(thread) = self.thread(number) else {
+            return Ok(json!({"stackFrames": [], "totalFrames": 0}));
+        };
+        let calls = halt.calls(thread);
+        let levels = match asked.levels {
+            0 => PAGE_MAX,
+            levels => levels,
+        };
+        let mut table = self.table.borrow_mut();
+        let page = calls
+            .iter()
+            .enumerate()
+            .skip(asked.start_frame)
+            .take(levels);
+        let frames: Vec<Json> = page
+            .map(|(index, call)| {
+                let end = call.site.file.position(call.site.span.end);
+                json!({
+                    "id": table.call(number, index),
+                    "name": &*call.function,
+                    "line": call.site.line,
+                    "column": call.site.column,
+                    "endLine": end.line,
+                    "endColumn": end.column,
+                    "canRestart": true,
+                })
+            })
+            .collect();
+        Ok(json!({"stackFrames": frames, "totalFrames": calls.len()}))
+    }
+
+    /// The call that the client means; the innermost one of the held thread where it names none.
+    pub(super) fn call_of(&self, asked: &Arguments) -> Result<(u32, usize), String> {
+        if asked.frame_id == 0 {
+            return Ok((self.held.get(), 0));
+        }
+        let table = self.table.borrow();
+        let known = table.calls.get(asked.frame_id - 1).copied();
+        known.ok_or_else(|| format!("there is no call {}", asked.frame_id))
+    }
+
+    fn scopes(&self, halt: &Halt<'_>, asked: &Arguments) -> Result<Json, String> {
+        let (thread, call) = self.call_of(asked)?;
+        let id = self.thread(thread).unwrap_or(ThreadId(0));
+        let mut scopes = Vec::new();
+        let mut table = self.table.borrow_mut();
+        if !halt.has_globals_only(id, call) {
+            let reference = table.refer(Referred::Locals { thread, call });
+            scopes.push(json!({
+                "name": "Locals",
+                "presentationHint": "locals",
+                "variablesReference": reference,
+                "expensive": false,
+            }));
+        }
+        let globals = table.refer(Referred::Globals);
+        let arm = table.refer(Referred::Arm);
+        scopes.push(json!({"name": "Globals", "variablesReference": globals, "expensive": false}));
+        scopes.push(json!({"name": "Arm", "variablesReference": arm, "expensive": false}));
+        Ok(json!({ "scopes": scopes }))
+    }
+
+    pub(super) fn referred(&self, reference: usize) -> Result<Referred, String> {
+        let table = self.table.borrow();
+        let index = reference.checked_sub(1);
+        let known = index.and_then(|index| table.referred.get(index).cloned());
+        known.ok_or_else(|| format!("there are no variables {reference}"))
+    }
+
+    fn variables(&self, halt: &Halt<'_>, asked: &Arguments) -> Result<Json, String> {
+        let count = match asked.count {
+            0 => PAGE_MAX,
+            count => count.min(PAGE_MAX),
+        };
+        let page = |all: Vec<(String, Value)>, thread: u32, call: usize| -> Vec<Json> {
+            let page = all.into_iter().skip(asked.start).take(count);
+            page.map(|(name, value)| {
+                let path = Some(name.clone());
+                self.variable(halt, &name, value, thread, call, path)
+            })
+            .collect()
+        };
+        let variables = match self.referred(asked.variables_reference)? {
+            Referred::Locals { thread, call } => {
+                let id = self.thread(thread).unwrap_or(ThreadId(0));
+                page(halt.locals(id, call), thread, call)
+            }
+            Referred::Globals => page(halt.globals(), self.held.get(), GLOBALS),
+            Referred::Arm => {
+                let state = self.task.state();
+                let items = items(&state, &self.way());
+                let page = items.into_iter().skip(asked.start).take(count);
+                page.map(|item| self.arm_variable(item)).collect()
+            }
+            Referred::Parts(item) => {
+                let parts = item.parts.iter().enumerate();
+                let page = parts.skip(asked.start).take(count);
+                let part = |(index, text): (usize, &String)| {
+                    json!({
+                        "name": format!("[{index}]"),
+                        "value": text,
+                        "variablesReference": 0,
+                        "presentationHint": {"attributes": ["readOnly"]},
+                    })
+                };
+                page.map(part).collect()
+            }
+            Referred::Value {
+                value,
+                thread,
+                call,
+                path,
+            } => {
+                let which = match asked.filter.as_str() {
+                    "indexed" => Children::Indexed,
+                    "named" => Children::Named,
+                    _ => Children::Both,
+                };
+                let children = halt.children(&value, which, asked.start, count);
+                let shown = children.into_iter().map(|child| {
+                    let Child {
+                        name,
+                        suffix,
+                        value,
+                    } = child;
+                    let path = match (&path, suffix) {
+                        (Some(path), Some(suffix)) => Some(format!("{path}{suffix}")),
+                        _ => None,
+                    };
+                    self.variable(halt, &name, value, thread, call, path)
+                });
+                shown.collect()
+            }
+        };
+        Ok(json!({ "variables": variables }))
+    }
+
+    fn arm_variable(&self, item: Item) -> Json {
+        let (name, text) = (item.name.clone(), item.text.clone());
+        let count = item.parts.len();
+        let reference = match count {
+            0 => 0,
+            _ => self.table.borrow_mut().refer(Referred::Parts(item)),
+        };
+        json!({
+            "name": name,
+            "value": text,
+            "variablesReference": reference,
+            "indexedVariables": count,
+            "presentationHint": {"attributes": ["readOnly"]},
+        })
+    }
+
+    fn variable(
+        &self,
+        halt: &Halt<'_>,
+        name: &str,
+        value: Value,
+        thread: u32,
+        call: usize,
+        path: Option<String>,
+    ) -> Json {
+        let mut body = self.value_body(halt, value, thread, call, path.clone());
+        if let Json::Object(fields) = &mut body {
+            fields.insert("name".to_owned(), json!(name));
+            if let Some(text) = fields.remove("result") {
+                fields.insert("value".to_owned(), text);
+            }
+            if let Some(path) = path {
+                fields.insert("evaluateName".to_owned(), json!(path));
+            }
+        }
+        body
+    }
+
+    pub(super) fn value_body(
+        &self,
+        halt: &Halt<'_>,
+        value: Value,
+        thread: u32,
+        call: usize,
+        path: Option<String>,
+    ) -> Json {
+        let shown = self.task.without_motion(|| halt.show(&value));
+        let reference = match shown.indexed + shown.named {
+            0 => 0,
+            _ => self.table.borrow_mut().refer(Referred::Value {
+                value,
+                thread,
+                call,
+                path,
+            }),
+        };
+        json!({
+            "result": shown.text,
+            "type": shown.type_name,
+            "variablesReference": reference,
+            "indexedVariables": shown.indexed,
+            "namedVariables": shown.named,
+        })
+    }
+
+    /// The body of an evaluation that has ended later.
+    pub(super) fn shown(
+        &self,
+        halt: &Halt<'_>,
+        ended: Result<Option<Value>, String>,
+    ) -> Result<Json, String> {
+        let value = ended.map_err(last_line)?;
+        Ok(match value {
+            None => json!({"result": "", "variablesReference": 0}),
+            Some(value) => self.value_body(halt, value, self.held.get(), 0, None),
+        })
+    }
+
+    fn evaluated(
+        &self,
+        halt: &Halt<'_>,
+        holder: Option<ThreadId>,
+        request: &Asked,
+        asked: &Arguments,
+    ) -> Result<Option<Json>, String> {
+        let (number, call) = self.call_of(asked)?;
+        let thread = self.thread(number).unwrap_or(ThreadId(0));
+        let text = asked.expression.trim();
+        if asked.context == "repl" {
+            let what = Intervention {
+                moment: self.position(halt).moment,
+                thread: number,
+                call,
+                text: text.to_owned(),
+                may_move: true,
+            };
+            let Some(ended) = self.execute(halt, holder, &what, request) else {
+                return Ok(None);
+            };
+            return match ended {
+                Err(report) => Err(report),
+                ended => self.shown(halt, ended).map(Some),
+            };
+        }
+        let value = self.evaluate(halt, thread, call, text).map_err(last_line)?;
+        let Some(value) = value else {
+            return Err("only the debug console takes statements".to_owned());
+        };
+        if asked.context == "clipboard" {
+            let text = self
+                .task
+                .without_motion(|| halt.whole_text(&value, COPY_MAX));
+            return Ok(Some(json!({"result": text, "variablesReference": 0})));
+        }
+        let path = Some(format!("({text})"));
+        Ok(Some(self.value_body(halt, value, number, call, path)))
+    }
+
+    fn exception_info(&self) -> Result<Json, String> {
+        let why = self.exception().ok_or("no exception was raised")?;
+        Ok(json!({
+            "exceptionId": why.description,
+            "description": why.text,
+            "breakMode": "always",
+        }))
+    }
+
+    /// The statement before the one at which a thread stands: of the same call, else the one that made the call.
+    fn back(&self, halt: &Halt<'_>, thread_id: u32) -> Json {
+        let number = match thread_id {
+            0 => self.held.get(),
+            id => id - 1,
+        };
+        let thread = self.thread(number);
+        let calls = thread.map(|thread| halt.calls(thread)).unwrap_or_default();
+        let position = self.position(halt);
+        let tick = match calls.first() {
+            // In the midst of a statement: to its beginning.
+            Some(call) if self.is_within.get() => call.tick,
+            Some(call) if call.before > 0 => call.before,
+            _ => calls.get(1).map_or(0, |caller| caller.tick),
+        };
+        json!({"tick": tick, "moment": position.moment, "ticks": position.tick})
+    }
+
+    fn frame_start(&self, halt: &Halt<'_>, asked: &Arguments) -> Result<Json, String> {
+        let (number, call) = self.call_of(asked)?;
+        let thread = self.thread(number).unwrap_or(ThreadId(0));
+        let calls = halt.calls(thread);
+        let call = calls.get(call).ok_or("there is no such call any more")?;
+        Ok(json!({"tick": call.first}))
+    }
+}
+
+/// The last line of a report, which says what was wrong.
+pub(super) fn last_line(report: String) -> String {
+    match report.trim_end().lines().last() {
+        Some(line) => line.to_owned(),
+        None => report,
+    }
+}

@@ -1,0 +1,83 @@
+//! The debugger: the Debug Adapter Protocol over a reader and a writer, and programs that are walked both ways.
+//!
+//! - `stream`: the frames of the protocol; `session`: requests and runs; `telling`: responses, events; `wanted` and `breakpoints`: what the
+//!   program is held for; `capabilities`.
+//! - `run`: one run of the program, on a controller of its own under the virtual clock; `link`: what passes between the two.
+//! - `probe`, `hears` and `judge`: on the program's thread, decide whether it is held; `inspect`, `change` and `arm`: what it is
+//!   asked while it is.
+//! - `backwards` and `position`: a run is a pure function of text, model, options and seed, so going back is running again,
+//!   without a word, to one place before. What the client changed on the way is done again.
+//!
+//! No thread of this module waits for the client but the one that reads.
+
+mod arm;
+mod backwards;
+mod breakpoints;
+mod capabilities;
+mod change;
+mod hears;
+mod inspect;
+mod judge;
+mod link;
+mod position;
+mod probe;
+mod run;
+mod session;
+pub mod stream;
+mod telling;
+mod wanted;
+
+use std::io::{BufRead, Write};
+use std::sync::mpsc::{SyncSender, sync_channel};
+
+use supervision::{Faults, Kind};
+
+pub use run::Debuggee;
+pub use session::Launch;
+
+use link::Note;
+use session::Session;
+
+/// Messages and events that may wait; who sends more is held up.
+const WAITING_MAX: usize = 256;
+
+/// Serves one client until it leaves. What it has launched ends with it.
+///
+/// # Errors
+/// The operating system gives no thread.
+pub fn serve(
+    input: impl BufRead + Send + 'static,
+    output: &mut dyn Write,
+    launch: &Launch<'_>,
+) -> std::io::Result<()> {
+    let (sender, notes) = sync_channel(WAITING_MAX);
+    let of_client = sender.clone();
+    // It ends with the stream; a session that ends first leaves it waiting for a client that says no more.
+    let reading = Faults::default().start(Kind::Service, "debug client", move || {
+        read_all(input, &of_client);
+    })?;
+    let mut session = Session::new(output, launch, sender);
+    while !session.is_done {
+        // The session itself holds a sender, so that this does not fail.
+        match notes.recv() {
+            Ok(note) => session.take(note),
+            Err(_) => break,
+        }
+    }
+    session.leave(&mut || while notes.try_recv().is_ok() {});
+    drop(reading);
+    Ok(())
+}
+
+fn read_all(mut input: impl BufRead, sender: &SyncSender<Note>) {
+    loop {
+        let (note, is_last) = match stream::read(&mut input) {
+            Ok(Some(message)) => (Note::Client(message), false),
+            Ok(None) => (Note::Gone(None), true),
+            Err(error) => (Note::Gone(Some(error.to_string())), true),
+        };
+        if sender.send(note).is_err() || is_last {
+            return;
+        }
+    }
+}

@@ -1,0 +1,511 @@
+//! The debugger on the thread of the program: hears of every statement, exception and cycle, decides whether the program is
+//! held there, and serves the session while it is.
+//!
+//! Owns what the decisions go by, and the time for which the program is held. `hears` decides, `judge` looks at conditions;
+//! what a held program is asked is answered in `inspect`.
+
+use std::cell::{Cell, RefCell};
+use std::collections::{BTreeMap, HashMap};
+use std::rc::Rc;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::Receiver;
+
+use controller::condition::Condition;
+use elite_lang::debug::{Evaluated, Halt, Onward, Pending};
+use elite_lang::{TaskNode, ThreadId, Value, memory};
+use elite_runtime::debug::{Attached, CONSOLE_THREAD, DebugLink, Debuggee};
+
+use super::arm::Way;
+use super::breakpoints::{Breakpoints, HitCondition};
+use super::inspect::Table;
+use super::link::{Asked, Event, Go, Link, Order, Purpose, Why, lock};
+use super::position::{Intervention, Position, Target};
+
+/// Slices of work that a condition or a message may take.
+pub(super) const CONDITION_SLICES: u32 = 50;
+
+/// Makes a probe on the thread of the task.
+pub(crate) struct Attach(pub(crate) Arc<Link>);
+
+impl DebugLink for Attach {
+    fn attach(&self, task: Debuggee) -> Rc<dyn Attached> {
+        Rc::new(Probe::new(self.0.clone(), task))
+    }
+}
+
+/// How the program goes on.
+pub(super) enum Mode {
+    Free,
+    StepIn(u32),
+    Next(u32, u32),
+    Out(u32, u32),
+    Node(u32, Option<TaskNode>),
+    Seek(Target, Why),
+    Scan {
+        before: u64,
+        found: Option<(Position, Why)>,
+    },
+}
+
+/// An evaluation that waits while the program beside it is held.
+pub(super) struct Console {
+    pending: Pending,
+    /// Who asked; None where it is done again.
+    request: Option<Asked>,
+    /// The thread that is held in a statement; None between two cycles.
+    holder: Option<ThreadId>,
+}
+
+/// A condition of the arm that is looked at every cycle.
+pub(super) struct Watch {
+    pub(super) id: u64,
+    pub(super) hits: Option<HitCondition>,
+    /// None after it has failed once.
+    pub(super) condition: Option<Condition>,
+    pub(super) text: String,
+    pub(super) held_before: bool,
+}
+
+/// What the decisions go by.
+pub(super) struct State {
+    pub(super) mode: Mode,
+    pub(super) breakpoints: Arc<Breakpoints>,
+    pub(super) changes: u64,
+    pub(super) watches: Vec<Watch>,
+    pub(super) hits: HashMap<u64, u64>,
+    pub(super) failed: Vec<u64>,
+    pub(super) threads: BTreeMap<u32, ThreadId>,
+    pub(super) moment: u64,
+    /// The moment of the latest exception, and what is said of it.
+    pub(super) raised: Option<(u64, Why)>,
+    pub(super) stop_on_entry: bool,
+    pub(super) console: Option<Console>,
+    /// The two latest places at which a breakpoint held.
+    pub(super) met: [Option<(Position, Why)>; 2],
+    /// Breakpoints were changed since the run began.
+    pub(super) has_changed: bool,
+    /// How many interventions have been done again.
+    pub(super) redone: usize,
+    pub(super) way: Way,
+}
+
+/// The debugger of one run.
+pub(crate) struct Probe {
+    pub(super) link: Arc<Link>,
+    pub(super) task: Debuggee,
+    orders: Option<Receiver<Order>>,
+    pub(super) state: RefCell<State>,
+    /// What the client was shown of the held program.
+    pub(super) table: RefCell<Table>,
+    /// The thread that is held; 0 if none is.
+    pub(super) held: Cell<u32>,
+    /// It is not held before a statement, but within one.
+    pub(super) is_within: Cell<bool>,
+}
+
+impl Probe {
+    fn new(link: Arc<Link>, task: Debuggee) -> Self {
+        let (mode, stop_on_entry) = match &link.purpose {
+            Purpose::Run { stop_on_entry } => (Mode::Free, *stop_on_entry),
+            Purpose::Seek(target, why) => (Mode::Seek(*target, why.clone()), false),
+            Purpose::Scan { before } => {
+                let (before, found) = (*before, None);
+                (Mode::Scan { before, found }, false)
+            }
+        };
+        let is_muted = !matches!(mode, Mode::Free);
+        link.is_muted.store(is_muted, Ordering::Release);
+        let orders = lock(&link.orders).take();
+        let state = State {
+            mode,
+            breakpoints: Arc::default(),
+            changes: u64::MAX,
+            watches: Vec::new(),
+            hits: HashMap::new(),
+            failed: Vec::new(),
+            threads: BTreeMap::new(),
+            moment: 0,
+            raised: None,
+            stop_on_entry,
+            console: None,
+            met: [None, None],
+            has_changed: false,
+            redone: 0,
+            way: Way::default(),
+        };
+        Self {
+            link,
+            task,
+            orders,
+            state: RefCell::new(state),
+            table: RefCell::default(),
+            held: Cell::new(0),
+            is_within: Cell::new(false),
+        }
+    }
+
+    /// Where the run stands.
+    pub(super) fn position(&self, halt: &Halt<'_>) -> Position {
+        Position {
+            moment: self.state.borrow().moment,
+            tick: halt.ticks(),
+            cycle: self.task.cycle(),
+        }
+    }
+
+    /// The threads that have executed something and are still there.
+    pub(super) fn threads(&self) -> Vec<(u32, ThreadId)> {
+        let state = self.state.borrow();
+        state.threads.iter().map(|(n, id)| (*n, *id)).collect()
+    }
+
+    /// The language's number of a thread.
+    pub(super) fn thread(&self, number: u32) -> Option<ThreadId> {
+        self.state.borrow().threads.get(&number).copied()
+    }
+
+    /// What is said of the latest exception.
+    pub(super) fn exception(&self) -> Option<Why> {
+        let state = self.state.borrow();
+        state.raised.as_ref().map(|(_, why)| why.clone())
+    }
+
+    /// Where the motion under way began.
+    pub(super) fn way(&self) -> Way {
+        self.state.borrow().way
+    }
+
+    pub(super) fn is_abandoned(&self) -> bool {
+        self.link.is_over.load(Ordering::Acquire)
+    }
+
+    /// Takes over what the client has changed.
+    pub(super) fn refresh(&self) {
+        let changes = self.link.changes.load(Ordering::Acquire);
+        let mut state = self.state.borrow_mut();
+        if state.changes == changes {
+            return;
+        }
+        state.has_changed = changes > 0;
+        state.changes = changes;
+        state.breakpoints = self.link.breakpoints();
+        let wanted = state.breakpoints.data.clone();
+        let mut watches = Vec::new();
+        for data in &wanted {
+            let known = state
+                .watches
+                .iter()
+                .position(|watch| watch.id == data.id && watch.text == data.condition);
+            watches.push(match known {
+                Some(index) => state.watches.swap_remove(index),
+                None => Watch {
+                    id: data.id,
+                    hits: data.hits,
+                    // Looked at when it was set; here it is made for this thread.
+                    condition: memory::outside(|| {
+                        Condition::new("the data breakpoint", &data.condition).ok()
+                    }),
+                    text: data.condition.clone(),
+                    held_before: false,
+                },
+            });
+        }
+        let old = std::mem::replace(&mut state.watches, watches);
+        memory::outside(|| drop(old));
+    }
+
+    /// A moment passes: counts it, does again what was done here, and says what the caller has to do instead of deciding.
+    pub(super) fn passes(&self, halt: &Halt<'_>, thread: Option<ThreadId>) -> Option<Onward> {
+        if self.is_abandoned() {
+            return Some(Onward::End);
+        }
+        if let Some(onward) = self.follow_console(halt, thread) {
+            return Some(onward);
+        }
+        self.state.borrow_mut().moment += 1;
+        self.refresh();
+        self.redo(halt, thread)
+    }
+
+    /// While an evaluation waits, the program beside it is held. None: there is none.
+    pub(super) fn follow_console(
+        &self,
+        halt: &Halt<'_>,
+        thread: Option<ThreadId>,
+    ) -> Option<Onward> {
+        let (ended, is_holder) = {
+            let state = self.state.borrow();
+            let console = state.console.as_ref()?;
+            if state.threads.get(&CONSOLE_THREAD.0) == thread.as_ref() && thread.is_some() {
+                return Some(Onward::Continue);
+            }
+            (console.pending.take(), console.holder == thread)
+        };
+        let Some(ended) = ended else {
+            return Some(Onward::Later);
+        };
+        let console = self.state.borrow_mut().console.take()?;
+        if !is_holder {
+            // The holder answers when its turn comes.
+            self.state.borrow_mut().console = Some(Console {
+                pending: Pending::ended(ended),
+                ..console
+            });
+            return Some(Onward::Later);
+        }
+        match console.request {
+            Some(request) => {
+                let result = self.shown(halt, ended);
+                self.link.tell(Event::Answer { request, result });
+                Some(self.stand(halt, thread))
+            }
+            None => Some(self.redo(halt, thread).unwrap_or_else(|| {
+                // The moment was counted before; the decision is still to be made.
+                self.decide_again(halt, thread)
+            })),
+        }
+    }
+
+    /// After interventions that took time: a run that seeks this very moment is held now.
+    pub(super) fn decide_again(&self, halt: &Halt<'_>, thread: Option<ThreadId>) -> Onward {
+        match self.sought(halt, false) {
+            Some(why) => self.hold(halt, thread, why),
+            None => Onward::Continue,
+        }
+    }
+
+    /// Does again what the client did at this moment.
+    pub(super) fn redo(&self, halt: &Halt<'_>, thread: Option<ThreadId>) -> Option<Onward> {
+        loop {
+            let next = {
+                let mut state = self.state.borrow_mut();
+                let next = self.link.interventions.get(state.redone)?;
+                if next.moment != state.moment {
+                    return None;
+                }
+                state.redone += 1;
+                next.clone()
+            };
+            if let Err(console) = self.intervene(halt, thread, &next, None) {
+                self.state.borrow_mut().console = Some(console);
+                return Some(Onward::Later);
+            }
+        }
+    }
+
+    /// Executes a text in a held program. An evaluation that waits is handed over to the task.
+    pub(super) fn intervene(
+        &self,
+        halt: &Halt<'_>,
+        holder: Option<ThreadId>,
+        what: &Intervention,
+        request: Option<Asked>,
+    ) -> Result<Result<Option<Value>, String>, Console> {
+        let thread = self.thread(what.thread).unwrap_or(ThreadId(0));
+        let evaluate = || halt.evaluate(thread, what.call, &what.text, 10 * CONDITION_SLICES);
+        let evaluated = match what.may_move {
+            true => evaluate(),
+            false => self.task.without_motion(evaluate),
+        };
+        Ok(match evaluated {
+            Evaluated::Done(value) => Ok(value),
+            Evaluated::Failed(report) => Err(report),
+            Evaluated::TooLong => Err("it takes too long and was given up".to_owned()),
+            Evaluated::Waits(_) if !what.may_move => {
+                Err("it waits, which only the debug console may do".to_owned())
+            }
+            Evaluated::Waits(aside) => {
+                let pending = aside.outcome();
+                let mut state = self.state.borrow_mut();
+                state.threads.insert(CONSOLE_THREAD.0, aside.thread.id());
+                drop(state);
+                self.task.adopt(aside);
+                return Err(Console {
+                    pending,
+                    request,
+                    holder,
+                });
+            }
+        })
+    }
+
+    /// Executes a text for the client; None: it waits, the answer comes later.
+    pub(super) fn execute(
+        &self,
+        halt: &Halt<'_>,
+        holder: Option<ThreadId>,
+        what: &Intervention,
+        request: &Asked,
+    ) -> Option<Result<Option<Value>, String>> {
+        match self.intervene(halt, holder, what, Some(request.clone())) {
+            Ok(result) => {
+                self.link.tell(Event::Changed(what.clone()));
+                Some(result)
+            }
+            Err(console) => {
+                self.link.tell(Event::Changed(what.clone()));
+                self.state.borrow_mut().console = Some(console);
+                None
+            }
+        }
+    }
+
+    /// Whether a run that seeks a place has come to it. `is_cycle`: between two cycles.
+    pub(super) fn sought(&self, halt: &Halt<'_>, is_cycle: bool) -> Option<Why> {
+        let mut state = self.state.borrow_mut();
+        let (moment, cycle) = (state.moment, self.task.cycle());
+        let Mode::Seek(target, why) = &state.mode else {
+            return None;
+        };
+        let is_there = match *target {
+            Target::Tick(tick) => !is_cycle && halt.ticks() == tick,
+            Target::Moment(wanted) => wanted == moment,
+            Target::Cycle(wanted) => is_cycle && cycle >= wanted,
+            Target::End => false,
+        };
+        let why = is_there.then(|| why.clone())?;
+        state.mode = Mode::Free;
+        Some(why)
+    }
+
+    /// Holds the program and serves the session until it goes on.
+    pub(super) fn hold(&self, halt: &Halt<'_>, thread: Option<ThreadId>, why: Why) -> Onward {
+        self.link.is_muted.store(false, Ordering::Release);
+        self.link.pause.store(false, Ordering::Release);
+        let number = {
+            let mut state = self.state.borrow_mut();
+            state.mode = Mode::Free;
+            state.stop_on_entry = false;
+            let mut threads = state.threads.iter();
+            let number = match thread {
+                Some(thread) => threads.find(|(_, id)| **id == thread),
+                None => threads.next(),
+            };
+            number.map_or(0, |(number, _)| *number)
+        };
+        self.held.set(number);
+        self.table.borrow_mut().clear();
+        let position = self.position(halt);
+        let last = self.last_met(position);
+        self.link.tell(Event::Stopped {
+            thread: number,
+            why,
+            position,
+            last,
+        });
+        self.stand(halt, thread)
+    }
+
+    /// A breakpoint holds here.
+    pub(super) fn note_met(&self, halt: &Halt<'_>, why: Option<&Why>) {
+        if let Some(why) = why {
+            let position = self.position(halt);
+            let mut state = self.state.borrow_mut();
+            state.met[0] = state.met[1].take();
+            state.met[1] = Some((position, why.clone()));
+        }
+    }
+
+    /// Where a breakpoint held last before this place; None: that is not known.
+    pub(super) fn last_met(&self, before: Position) -> Option<Option<(Position, Why)>> {
+        let state = self.state.borrow();
+        if state.has_changed || self.link.changes.load(Ordering::Acquire) > 0 {
+            return None;
+        }
+        let mut met = state.met.iter().rev().flatten();
+        Some(met.find(|(at, _)| at.moment < before.moment).cloned())
+    }
+
+    pub(super) fn stand(&self, halt: &Halt<'_>, thread: Option<ThreadId>) -> Onward {
+        loop {
+            let order = match &self.orders {
+                Some(orders) if !self.is_abandoned() => orders.recv().ok(),
+                _ => None,
+            };
+            match order {
+                None => {
+                    self.link.is_over.store(true, Ordering::Release);
+                    return Onward::End;
+                }
+                Some(Order::Ask {
+                    request,
+                    command,
+                    arguments,
+                }) => {
+                    let result = self.answer(halt, thread, &request, &command, &arguments);
+                    if let Some(result) = result {
+                        self.link.tell(Event::Answer { request, result });
+                    }
+                    if self.state.borrow().console.is_some() {
+                        return Onward::Later;
+                    }
+                }
+                Some(Order::Go(go)) => {
+                    self.go(halt, go);
+                    return Onward::Continue;
+                }
+            }
+        }
+    }
+
+    pub(super) fn go(&self, halt: &Halt<'_>, go: Go) {
+        self.table.borrow_mut().clear();
+        let depth = |number: u32| {
+            let calls = self.thread(number).map(|thread| halt.calls(thread));
+            calls.and_then(|calls| calls.first().map(|call| call.depth))
+        };
+        let mode = match go {
+            Go::Free => Mode::Free,
+            Go::StepIn(thread) => Mode::StepIn(thread),
+            Go::Next(thread) => Mode::Next(thread, depth(thread).unwrap_or(0)),
+            Go::Out(thread) => Mode::Out(thread, depth(thread).unwrap_or(0)),
+            Go::Node(thread) => Mode::Node(thread, halt.node()),
+            Go::ToCycle(cycle) => Mode::Seek(Target::Cycle(cycle), Why::only("goto")),
+        };
+        self.state.borrow_mut().mode = mode;
+    }
+
+    /// Whether a step has come to its end.
+    pub(super) fn steps_to(&self, halt: &Halt<'_>, number: u32, depth: u32) -> bool {
+        match &self.state.borrow().mode {
+            Mode::StepIn(thread) => *thread == number,
+            Mode::Next(thread, most) => *thread == number && depth <= *most,
+            Mode::Out(thread, below) => *thread == number && depth < *below,
+            Mode::Node(thread, before) => *thread == number && halt.node() != *before,
+            _ => false,
+        }
+    }
+
+    /// Only counts breakpoints, so that their hit conditions hold after a run was repeated up to here.
+    pub(super) fn is_seeking(&self) -> bool {
+        matches!(self.state.borrow().mode, Mode::Seek(..))
+    }
+
+    /// A scan has met something, or come to its end.
+    pub(super) fn scans(
+        &self,
+        halt: &Halt<'_>,
+        met: impl FnOnce() -> Option<Why>,
+    ) -> Option<Onward> {
+        let before = match &self.state.borrow().mode {
+            Mode::Scan { before, .. } => *before,
+            _ => return None,
+        };
+        let position = self.position(halt);
+        if position.moment >= before {
+            let found = match &mut self.state.borrow_mut().mode {
+                Mode::Scan { found, .. } => found.take(),
+                _ => None,
+            };
+            self.link.tell(Event::Scanned(found));
+            self.link.is_over.store(true, Ordering::Release);
+            return Some(Onward::End);
+        }
+        let why = met();
+        if let (Some(why), Mode::Scan { found, .. }) = (why, &mut self.state.borrow_mut().mode) {
+            *found = Some((position, why));
+        }
+        Some(Onward::Continue)
+    }
+}

@@ -1,0 +1,214 @@
+//! One run of the program: a controller of its own, whose program is held by a probe. A session that steps back gives one
+//! run up and starts the next.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
+use std::sync::mpsc::{SyncSender, sync_channel};
+
+use controller::options::{ClockChoice, RecordTarget};
+use controller::{Manner, Prepared, RobotConfig};
+use elite_lang::TaskNode;
+use elite_runtime::message::{InterpreterEvent, Message, Observer, Severity};
+use elite_runtime::panel::VariableValue;
+use elite_runtime::{Extras, Preset, ProgramText};
+use motion_api::{Frame, ProgramId, ThreadNumber};
+use supervision::{Faults, Handle, Kind};
+
+use super::breakpoints::Breakpoints;
+use super::link::{Event, Link, Note, Order, Purpose, lock};
+use super::position::Intervention;
+use super::probe::Attach;
+
+/// Who sends the program, for messages about it.
+const SENDER: &str = "the debugger";
+/// Orders that may wait for a held program.
+const ORDERS_MAX: usize = 1024;
+
+/// What is run.
+#[derive(Clone)]
+pub struct Debuggee {
+    /// The program.
+    pub program: ProgramText,
+    /// The robot; its clock is taken as virtual.
+    pub robot: RobotConfig,
+    /// Globals that the program finds set.
+    pub presets: Vec<Preset>,
+}
+
+/// A run that was started.
+pub(crate) struct Run {
+    pub(crate) link: Arc<Link>,
+    orders: SyncSender<Order>,
+    thread: Option<Handle<()>>,
+}
+
+/// What a run is started with, beside the program.
+pub(crate) struct Start {
+    pub generation: u64,
+    pub purpose: Purpose,
+    pub interventions: Vec<Intervention>,
+    pub stop_at_end: bool,
+    pub seen: u64,
+    pub breakpoints: Arc<Breakpoints>,
+    pub events: SyncSender<Note>,
+}
+
+impl Run {
+    /// Starts the program on a thread. What keeps it from starting is told as an event.
+    ///
+    /// # Errors
+    /// The operating system gives no thread.
+    pub(crate) fn start(faults: &Faults, what: &Debuggee, start: Start) -> std::io::Result<Self> {
+        let (orders, receiver) = sync_channel(ORDERS_MAX);
+        let is_first = matches!(start.purpose, Purpose::Run { .. });
+        let link = Arc::new(Link {
+            generation: start.generation,
+            is_muted: AtomicBool::new(!is_first),
+            purpose: start.purpose,
+            interventions: start.interventions,
+            stop_at_end: start.stop_at_end,
+            breakpoints: start.breakpoints.into(),
+            changes: AtomicU64::new(0),
+            pause: AtomicBool::new(false),
+            is_over: AtomicBool::new(false),
+            said: AtomicU64::new(0),
+            seen: AtomicU64::new(start.seen),
+            line: AtomicU32::new(0),
+            events: start.events,
+            orders: Some(receiver).into(),
+        });
+        let (shared, mut what) = (link.clone(), what.clone());
+        what.robot.clock = ClockChoice::Virtual;
+        if !is_first {
+            // Only the first run is recorded: the others are repetitions of it.
+            what.robot.record = RecordTarget::Off;
+        }
+        let body = move || {
+            if let Err(error) = run(&shared, what) {
+                shared.tell(Event::Output {
+                    category: "stderr",
+                    text: format!("the program cannot be started: {error}\n"),
+                    line: 0,
+                });
+                shared.tell(Event::Ended(None));
+            }
+        };
+        let thread = faults.start(Kind::Service, "debugged run", body)?;
+        Ok(Self {
+            link,
+            orders,
+            thread: Some(thread),
+        })
+    }
+
+    /// Gives an order to a held program.
+    pub(crate) fn order(&self, order: Order) {
+        // A program that has ended takes none; its end is told.
+        let _ = self.orders.try_send(order);
+    }
+
+    /// Asks for a running program to be held.
+    pub(crate) fn pause(&self) {
+        self.link.pause.store(true, Ordering::Release);
+    }
+
+    /// Says what it is to be held for from now on.
+    pub(crate) fn set_breakpoints(&self, breakpoints: Arc<Breakpoints>) {
+        *lock(&self.link.breakpoints) = breakpoints;
+        self.link.changes.fetch_add(1, Ordering::AcqRel);
+    }
+
+    /// What the program says from now on is new to the client; how much it has said so far.
+    pub(crate) fn forget_what_follows(&self) -> u64 {
+        let said = self.link.said.load(Ordering::Acquire);
+        self.link.seen.store(said, Ordering::Release);
+        said
+    }
+
+    /// Nobody wants it any more. It ends by itself, soon.
+    pub(crate) fn give_up(mut self) -> Option<Handle<()>> {
+        self.link.is_over.store(true, Ordering::Release);
+        self.thread.take()
+    }
+}
+
+impl Drop for Run {
+    fn drop(&mut self) {
+        self.link.is_over.store(true, Ordering::Release);
+    }
+}
+
+fn run(link: &Arc<Link>, what: Debuggee) -> Result<(), Box<dyn std::error::Error>> {
+    let prepared = Prepared::new(&what.robot, Manner::alone())?;
+    let teller = Arc::new(Teller(link.clone()));
+    let extras = Extras {
+        debug: Some(Arc::new(Attach(link.clone()))),
+        ..Extras::default()
+    };
+    let controller = prepared.start_through(teller, extras, |timeline| timeline)?;
+    controller.supervisor().set_presets(&what.presets);
+    let end = controller.run_to_end(what.program, SENDER, std::future::pending());
+    let fault = controller.faults().fatal().map(ToString::to_string);
+    controller.shut_down();
+    if let Some(fault) = fault {
+        link.tell(Event::Output {
+            category: "stderr",
+            text: format!("the controller met a fault of its own: {fault}\n"),
+            line: 0,
+        });
+    }
+    link.tell(Event::Ended(end?));
+    Ok(())
+}
+
+/// Passes on what people are to see.
+struct Teller(Arc<Link>);
+
+impl Teller {
+    fn say(&self, category: &'static str, text: String, line: u32) {
+        let link = &self.0;
+        let number = link.said.fetch_add(1, Ordering::AcqRel) + 1;
+        let is_known = number <= link.seen.load(Ordering::Acquire);
+        if is_known || link.is_muted.load(Ordering::Acquire) || link.is_over.load(Ordering::Acquire)
+        {
+            return;
+        }
+        let line = match line {
+            0 => link.line.load(Ordering::Relaxed),
+            line => line,
+        };
+        link.tell(Event::Said(number, category, text, line));
+    }
+}
+
+impl Observer for Teller {
+    fn message(&self, message: &Message) {
+        match message {
+            Message::Print { origin, text } => self.say("stdout", text.clone(), origin.line),
+            Message::Log {
+                severity,
+                origin,
+                text,
+            } => {
+                let category = match severity {
+                    Severity::Info => "console",
+                    Severity::Warning | Severity::Error => "stderr",
+                };
+                self.say(category, format!("{text}\n"), origin.line);
+            }
+            Message::ScriptError { line, report, .. } => {
+                self.say("stderr", format!("{}\n", report.trim_end()), *line);
+            }
+            Message::Robot { text, .. } => self.say("stderr", format!("{text}\n"), 0),
+        }
+    }
+
+    fn program_started(&self, _: ProgramId, _: &str, _: &str) {}
+    fn program_runs(&self, _: ProgramId, _: &str) {}
+    fn line_changed(&self, _: ProgramId, _: ThreadNumber, _: u32, _: Option<&TaskNode>) {}
+    fn program_ended(&self, _: ProgramId) {}
+    fn variable_changed(&self, _: ProgramId, _: &str, _: &VariableValue) {}
+    fn interpreter(&self, _: &InterpreterEvent<'_>) {}
+    fn cycle_ended(&self, _: &Frame) {}
+    fn hurry(&self) {}
+}

@@ -1,0 +1,531 @@
+//! A session: requests of the client in, responses and events out, and the run between them.
+//!
+//! Owns what the client was told and what it asked for. Everything about a held program is answered on the program's own
+//! thread (`inspect`); here is what goes on between runs: launching, breakpoints, going back.
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::mpsc::SyncSender;
+use std::time::Duration;
+
+use elite_lang::SourceFile;
+use elite_lang::debug::{Place, places};
+use elite_runtime::TaskEnd;
+use serde_json::{Value as Json, json};
+use supervision::Faults;
+
+use super::backwards::Backwards;
+use super::breakpoints::{Breakpoints, same_path};
+use super::link::{Event, Go, Note, Order, Purpose, Why};
+use super::position::{Intervention, Position};
+use super::run::{Debuggee, Run, Start};
+use super::stream::Incoming;
+
+/// A run that was given up has so long to end when the session does.
+const LEAVING_MAX: Duration = Duration::from_secs(5);
+
+/// Makes a robot and a program from the arguments of `launch`; a sentence where they are no good.
+pub type Launch<'l> = dyn Fn(&Json) -> Result<Debuggee, String> + 'l;
+
+/// The program that was launched.
+pub(super) struct Launched {
+    pub what: Debuggee,
+    pub path: PathBuf,
+    pub places: Vec<Place>,
+    /// The text on the disk is the one that runs.
+    pub(super) is_on_disk: bool,
+    stop_on_entry: bool,
+    stop_at_end: bool,
+    /// It is only to be run.
+    pub(super) is_free: bool,
+}
+
+/// What the program does, as far as the client knows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Phase {
+    /// Not begun.
+    Before,
+    /// It runs.
+    Running,
+    /// A run is being repeated; the client believes that it runs.
+    Repeating,
+    /// It is held.
+    Held,
+    /// It has ended.
+    Over,
+}
+
+/// A session with one client.
+pub(crate) struct Session<'s> {
+    pub(super) out: &'s mut dyn Write,
+    pub(super) launch: &'s Launch<'s>,
+    pub(super) faults: Faults,
+    pub(super) events: SyncSender<Note>,
+    pub(super) seq: i64,
+    pub(super) phase: Phase,
+    pub(super) launched: Option<Launched>,
+    pub(super) run: Option<Run>,
+    given_up: Vec<supervision::Handle<()>>,
+    pub(super) generation: u64,
+    pub(super) position: Position,
+    pub(super) thread: u32,
+    pub(super) breakpoints: Breakpoints,
+    pub(super) last_id: u64,
+    pub(super) interventions: Vec<Intervention>,
+    /// How much of what the program said the client has seen.
+    seen: u64,
+    pub(super) backwards: Option<Backwards>,
+    /// Where a breakpoint held last before the present place, if that is known.
+    pub(super) last_met: Option<Option<(Position, Why)>>,
+    /// Lines and columns begin at 0 where the client counts so.
+    pub(super) first_line: i64,
+    pub(super) first_column: i64,
+    pub(super) wanted_sources: Vec<(PathBuf, Json)>,
+    configured: bool,
+    pub(super) is_done: bool,
+    exit_code: i64,
+    /// `launch`, until it is answered.
+    launch_request: Option<(i64, String)>,
+}
+
+impl<'s> Session<'s> {
+    pub(crate) fn new(
+        out: &'s mut dyn Write,
+        launch: &'s Launch<'s>,
+        events: SyncSender<Note>,
+    ) -> Self {
+        let breakpoints = Breakpoints {
+            uncaught: true,
+            ..Breakpoints::default()
+        };
+        Self {
+            out,
+            launch,
+            faults: Faults::default(),
+            events,
+            seq: 0,
+            phase: Phase::Before,
+            launched: None,
+            run: None,
+            given_up: Vec::new(),
+            generation: 0,
+            position: Position::default(),
+            thread: 0,
+            breakpoints,
+            last_id: 0,
+            interventions: Vec::new(),
+            seen: 0,
+            backwards: None,
+            last_met: None,
+            first_line: 1,
+            first_column: 1,
+            wanted_sources: Vec::new(),
+            configured: false,
+            is_done: false,
+            exit_code: 0,
+            launch_request: None,
+        }
+    }
+
+    /// Takes what has come in.
+    pub(crate) fn take(&mut self, note: Note) {
+        match note {
+            Note::Run(generation, event) => self.hear(generation, *event),
+            Note::Gone(reason) => {
+                if let Some(reason) = reason {
+                    tracing::warn!("{reason}");
+                }
+                self.is_done = true;
+            }
+            Note::Client(Incoming::Garbage(why)) => {
+                self.output("important", &format!("a message is no JSON: {why}\n"), 0);
+            }
+            Note::Client(Incoming::Message(message)) => self.take_message(&message),
+        }
+    }
+
+    fn take_message(&mut self, message: &Json) {
+        let seq = message.get("seq").and_then(Json::as_i64).unwrap_or(0);
+        if message.get("type").and_then(Json::as_str) != Some("request") {
+            // Responses: nothing is asked of the client.
+            return;
+        }
+        let Some(command) = message.get("command").and_then(Json::as_str) else {
+            let result = Err("a request without a command".to_owned());
+            return self.respond(&(seq, String::new()), result);
+        };
+        let arguments = message.get("arguments").cloned().unwrap_or(json!({}));
+        let arguments = match arguments {
+            Json::Object(_) => arguments,
+            _ => json!({}),
+        };
+        let request = (seq, command.to_owned());
+        if let Some(result) = self.request(&request, &arguments) {
+            self.respond(&request, result);
+        }
+        self.after(command);
+    }
+
+    /// What follows a response.
+    fn after(&mut self, command: &str) {
+        match command {
+            "initialize" => self.event("initialized", json!({})),
+            "disconnect" => self.is_done = true,
+            _ => {}
+        }
+    }
+
+    /// The body of the response; None where it comes later.
+    fn request(
+        &mut self,
+        request: &(i64, String),
+        arguments: &Json,
+    ) -> Option<Result<Json, String>> {
+        let thread = || {
+            let id = arguments.get("threadId").and_then(Json::as_u64);
+            id.and_then(|id| u32::try_from(id).ok()?.checked_sub(1))
+                .unwrap_or(0)
+        };
+        Some(match request.1.as_str() {
+            "initialize" => Ok(self.initialize(arguments)),
+            "launch" => {
+                if let Err(error) = self.launch_program(arguments) {
+                    return Some(Err(error));
+                }
+                // Answered when the client has said what it wants the program to be held for.
+                self.launch_request = Some(request.clone());
+                self.begin_if_ready();
+                return None;
+            }
+            "attach" => Err(
+                "attach to a running server is not there yet; launch runs the program in a controller of its own"
+                    .to_owned(),
+            ),
+            "configurationDone" => {
+                self.configured = true;
+                self.respond(request, Ok(json!({})));
+                self.begin_if_ready();
+                return None;
+            }
+            "setBreakpoints" => self.set_source_breakpoints(arguments),
+            "setFunctionBreakpoints" => self.set_function_breakpoints(arguments),
+            "setExceptionBreakpoints" => self.set_exception_breakpoints(arguments),
+            "dataBreakpointInfo" => Ok(self.data_breakpoint_info(arguments)),
+            "setDataBreakpoints" => self.set_data_breakpoints(arguments),
+            "breakpointLocations" => Ok(self.breakpoint_locations(arguments)),
+            "source" => self.source(),
+            "loadedSources" => Ok(json!({"sources": [self.source_body()]})),
+            "threads" if self.phase != Phase::Held => {
+                Ok(json!({"threads": [{"id": 1, "name": "main program"}]}))
+            }
+            "continue" => self.go(Go::Free).map(|()| json!({"allThreadsContinued": true})),
+            "next" => self.go(Go::Next(thread())).map(|()| json!({})),
+            "stepIn" => self.go(Go::StepIn(thread())).map(|()| json!({})),
+            "stepOut" => self.go(Go::Out(thread())).map(|()| json!({})),
+            "nextNode" => self.go(Go::Node(thread())).map(|()| json!({})),
+            "pause" => self.pause(),
+            "stepBack" | "restartFrame" => return self.begin_back(request, arguments),
+            "reverseContinue" => self.reverse_continue(),
+            "gotoCycle" => self.go_to_cycle(arguments),
+            "restart" => self.restart(arguments),
+            "terminate" => {
+                self.end_run();
+                self.respond(request, Ok(json!({})));
+                self.tell_end(None);
+                return None;
+            }
+            "disconnect" => {
+                self.end_run();
+                Ok(json!({}))
+            }
+            "threads" | "stackTrace" | "scopes" | "variables" | "evaluate" | "setVariable"
+            | "setExpression" | "exceptionInfo" => return self.ask(request, arguments),
+            other => Err(format!("the request {other:?} is not known here")),
+        })
+    }
+
+    fn initialize(&mut self, arguments: &Json) -> Json {
+        let is_zero = |key: &str| arguments.get(key).and_then(Json::as_bool) == Some(false);
+        self.first_line = i64::from(!is_zero("linesStartAt1"));
+        self.first_column = i64::from(!is_zero("columnsStartAt1"));
+        super::capabilities::capabilities()
+    }
+
+    fn launch_program(&mut self, arguments: &Json) -> Result<(), String> {
+        if self.launched.is_some() {
+            return Err("a program was launched already; restart runs it again".to_owned());
+        }
+        let what = (self.launch)(arguments)?;
+        let flag = |key: &str| arguments.get(key).and_then(Json::as_bool) == Some(true);
+        let file = SourceFile::new(what.program.name.clone(), what.program.text.clone());
+        let on_disk = std::fs::read_to_string(&what.program.name);
+        self.launched = Some(Launched {
+            is_on_disk: on_disk.is_ok_and(|text| text == what.program.text),
+            path: same_path(what.program.name.as_ref()),
+            places: places(&file),
+            stop_on_entry: flag("stopOnEntry") && !flag("noDebug"),
+            stop_at_end: flag("stopAtEnd") && !flag("noDebug"),
+            is_free: flag("noDebug"),
+            what,
+        });
+        Ok(())
+    }
+
+    fn begin_if_ready(&mut self) {
+        if !self.configured || self.launched.is_none() {
+            return;
+        }
+        let Some(request) = self.launch_request.take() else {
+            return;
+        };
+        self.bind_sources();
+        let stop_on_entry = self.launched.as_ref().is_some_and(|l| l.stop_on_entry);
+        self.respond(&request, Ok(json!({})));
+        let name = self.launched.as_ref().map(|l| l.what.program.name.clone());
+        self.event("process", json!({"name": name, "startMethod": "launch"}));
+        self.start(Purpose::Run { stop_on_entry });
+        self.phase = Phase::Running;
+    }
+
+    /// Gives the present run up and starts the next one.
+    pub(super) fn start(&mut self, purpose: Purpose) {
+        self.drop_run();
+        self.generation += 1;
+        let Some(launched) = &self.launched else {
+            return;
+        };
+        let start = Start {
+            generation: self.generation,
+            purpose,
+            interventions: self.interventions.clone(),
+            stop_at_end: launched.stop_at_end,
+            seen: self.seen,
+            breakpoints: Arc::new(match launched.is_free {
+                true => Breakpoints::default(),
+                false => self.breakpoints.clone(),
+            }),
+            events: self.events.clone(),
+        };
+        match Run::start(&self.faults, &launched.what, start) {
+            Ok(run) => self.run = Some(run),
+            Err(error) => {
+                self.output("stderr", &format!("cannot start a thread: {error}\n"), 0);
+                self.tell_end(None);
+            }
+        }
+    }
+
+    /// Lets the present run end by itself.
+    fn drop_run(&mut self) {
+        if let Some(run) = self.run.take() {
+            self.given_up.extend(run.give_up());
+        }
+        self.given_up.retain(|handle| !handle.ended().is_ended());
+    }
+
+    fn end_run(&mut self) {
+        self.drop_run();
+        self.generation += 1;
+    }
+
+    /// The session is over: what it started ends with it.
+    pub(crate) fn leave(&mut self, drain: &mut dyn FnMut()) {
+        self.end_run();
+        let until = std::time::Instant::now() + LEAVING_MAX;
+        while std::time::Instant::now() < until
+            && self
+                .given_up
+                .iter()
+                .any(|handle| !handle.ended().is_ended())
+        {
+            drain();
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+
+    /// Lets a held program go on.
+    fn go(&mut self, go: Go) -> Result<(), String> {
+        self.must_be_held()?;
+        if let Some(run) = &self.run {
+            run.order(Order::Go(go));
+        }
+        self.phase = Phase::Running;
+        Ok(())
+    }
+
+    pub(super) fn must_be_held(&self) -> Result<(), String> {
+        match self.phase {
+            Phase::Held => Ok(()),
+            Phase::Before => Err("no program was launched".to_owned()),
+            Phase::Running | Phase::Repeating => Err("the program is running".to_owned()),
+            Phase::Over => Err("the program has ended".to_owned()),
+        }
+    }
+
+    fn pause(&mut self) -> Result<Json, String> {
+        match (self.phase, &self.run) {
+            (Phase::Running, Some(run)) => {
+                run.pause();
+                Ok(json!({}))
+            }
+            (Phase::Repeating | Phase::Held, _) => Ok(json!({})),
+            _ => Err("no program is running".to_owned()),
+        }
+    }
+
+    /// Hands a question on to the held program.
+    fn ask(&mut self, request: &(i64, String), arguments: &Json) -> Option<Result<Json, String>> {
+        if let Err(error) = self.must_be_held() {
+            return Some(Err(error));
+        }
+        if let Some(run) = &self.run {
+            run.order(Order::Ask {
+                request: request.clone(),
+                command: request.1.clone(),
+                arguments: arguments.clone(),
+            });
+        }
+        None
+    }
+
+    /// Takes what the run tells.
+    pub(crate) fn hear(&mut self, generation: u64, event: Event) {
+        if generation != self.generation {
+            return;
+        }
+        match event {
+            Event::Stopped {
+                thread,
+                why,
+                position,
+                last,
+            } => {
+                self.last_met = last;
+                self.stopped(thread, why, position);
+            }
+            Event::Answer { request, result } => self.answered(&request, result),
+            Event::Changed(what) => {
+                // What was done at later places belongs to a run that is given up now.
+                self.interventions
+                    .retain(|known| known.moment <= what.moment);
+                self.interventions.push(what);
+                // From here on the program goes another way: what it says is new.
+                if let Some(run) = &self.run {
+                    self.seen = run.forget_what_follows();
+                }
+            }
+            Event::Output {
+                category,
+                text,
+                line,
+            } => self.output(category, &text, line),
+            Event::Said(number, category, text, line) => {
+                self.seen = self.seen.max(number);
+                self.output(category, &text, line);
+            }
+            Event::Thread { number, is_there } => {
+                let reason = if is_there { "started" } else { "exited" };
+                let id = u64::from(number) + 1;
+                self.event("thread", json!({"reason": reason, "threadId": id}));
+            }
+            Event::Scanned(found) => self.scanned(found),
+            Event::Raised { moment, why } => self.show_exception(moment, why),
+            Event::Ended(end) => self.ended(end),
+        }
+    }
+
+    fn stopped(&mut self, thread: u32, why: Why, position: Position) {
+        self.phase = Phase::Held;
+        self.position = position;
+        self.thread = thread;
+        let mut body = json!({
+            "reason": why.reason,
+            "threadId": u64::from(thread) + 1,
+            "allThreadsStopped": true,
+            "hitBreakpointIds": why.ids,
+            "cycle": position.cycle,
+            "statement": position.tick,
+        });
+        if let Json::Object(fields) = &mut body {
+            for (name, text) in [("description", why.description), ("text", why.text)] {
+                if let Some(text) = text {
+                    fields.insert(name.to_owned(), json!(text));
+                }
+            }
+        }
+        self.event("stopped", body);
+    }
+
+    fn answered(&mut self, request: &(i64, String), result: Result<Json, String>) {
+        if self.is_own_question(request) {
+            return self.go_back(request, result);
+        }
+        let result = result.map(|body| self.with_source(&request.1, body));
+        self.respond(request, result);
+    }
+
+    /// Frames name the text they are in, and count lines as the client does.
+    fn with_source(&self, command: &str, mut body: Json) -> Json {
+        if command != "stackTrace" {
+            return body;
+        }
+        let source = self.source_body();
+        let frames = body.get_mut("stackFrames").and_then(Json::as_array_mut);
+        for frame in frames.into_iter().flatten().filter_map(Json::as_object_mut) {
+            frame.insert("source".to_owned(), source.clone());
+            for (key, first) in [
+                ("line", self.first_line),
+                ("endLine", self.first_line),
+                ("column", self.first_column),
+                ("endColumn", self.first_column),
+            ] {
+                if let Some(number) = frame.get(key).and_then(Json::as_i64) {
+                    frame.insert(key.to_owned(), json!(number - 1 + first));
+                }
+            }
+        }
+        body
+    }
+
+    fn ended(&mut self, end: Option<TaskEnd>) {
+        self.exit_code = match end {
+            Some(TaskEnd::Finished) => 0,
+            Some(TaskEnd::NotCompiled) => 2,
+            _ => 1,
+        };
+        self.drop_run();
+        self.tell_end(Some(self.exit_code));
+    }
+
+    pub(super) fn tell_end(&mut self, code: Option<i64>) {
+        if self.phase == Phase::Over {
+            return;
+        }
+        self.phase = Phase::Over;
+        if let Some(code) = code {
+            self.event("exited", json!({"exitCode": code}));
+        }
+        self.event("terminated", json!({}));
+    }
+
+    /// Runs the program anew, from its beginning.
+    fn restart(&mut self, arguments: &Json) -> Result<Json, String> {
+        if self.launched.is_none() {
+            return Err("no program was launched".to_owned());
+        }
+        // The text may have changed on the disk meanwhile.
+        let again = arguments.get("arguments").filter(|given| given.is_object());
+        if let Some(given) = again {
+            self.launched = None;
+            self.launch_program(given)?;
+            self.bind_sources();
+        }
+        self.interventions.clear();
+        self.seen = 0;
+        let stop_on_entry = self.launched.as_ref().is_some_and(|l| l.stop_on_entry);
+        self.start(Purpose::Run { stop_on_entry });
+        self.phase = Phase::Running;
+        Ok(json!({}))
+    }
+}

@@ -1,0 +1,192 @@
+//! The texts that the client has open: their edits, and the analysis of what they hold now.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use elite_lang::Span;
+use ls_types::{Position, Range, TextDocumentContentChangeEvent, Uri};
+
+use super::positions::{Encoding, Lines};
+use crate::analysis::{Analysis, TextKind};
+
+/// Typing pauses for so long before findings are told.
+pub const PAUSE: Duration = Duration::from_millis(50);
+/// Whoever never pauses gets them after so long.
+const PAUSE_MAX: Duration = Duration::from_millis(500);
+/// Texts that can be open at once.
+const OPEN_MAX: usize = 1000;
+/// Longest text, in bytes.
+const TEXT_MAX: usize = 32 << 20;
+
+/// Why an order about a document is not carried out.
+#[derive(Debug, thiserror::Error)]
+pub enum DocumentError {
+    /// Nobody opened it.
+    #[error("the document {0} is not open")]
+    NotOpen(String),
+    /// There are too many.
+    #[error("{OPEN_MAX} documents are open, more are not taken")]
+    TooMany,
+    /// It would be too long.
+    #[error("the document would have {0} bytes, at most {TEXT_MAX} are taken")]
+    TooLong(usize),
+}
+
+/// An open text.
+pub struct Document {
+    /// Its address.
+    pub uri: Uri,
+    /// Its version as the client counts.
+    pub version: i32,
+    /// The text.
+    pub text: String,
+    /// Where its lines begin.
+    pub lines: Lines,
+    /// What it is for.
+    pub kind: TextKind,
+    /// When its findings are to be told, and since when they wait.
+    pub due: Option<(Instant, Instant)>,
+    analysis: Option<Arc<Analysis>>,
+}
+
+impl Document {
+    /// The analysis of the text as it is now.
+    pub fn analysis(&mut self) -> Arc<Analysis> {
+        let analysis = self.analysis.get_or_insert_with(|| {
+            let name = self.uri.as_str();
+            Arc::new(Analysis::of(name, &self.text, self.kind))
+        });
+        analysis.clone()
+    }
+
+    /// The byte at a position.
+    pub fn offset(&self, position: Position, encoding: Encoding) -> u32 {
+        self.lines.offset(&self.text, position, encoding)
+    }
+
+    /// The range of a span.
+    pub fn range(&self, span: Span, encoding: Encoding) -> Range {
+        self.lines.range(&self.text, span, encoding)
+    }
+
+    fn edit(
+        &mut self,
+        change: &TextDocumentContentChangeEvent,
+        encoding: Encoding,
+    ) -> Result<(), DocumentError> {
+        let text = match change.range {
+            None => change.text.clone(),
+            Some(range) => {
+                let (a, b) = (
+                    self.offset(range.start, encoding),
+                    self.offset(range.end, encoding),
+                );
+                let (start, end) = (a.min(b) as usize, a.max(b) as usize);
+                let mut text = std::mem::take(&mut self.text);
+                text.replace_range(start..end, &change.text);
+                text
+            }
+        };
+        let length = text.len();
+        let fits = length <= TEXT_MAX;
+        self.text = if fits { text } else { String::new() };
+        self.lines = Lines::of(&self.text);
+        self.analysis = None;
+        match fits {
+            true => Ok(()),
+            false => Err(DocumentError::TooLong(length)),
+        }
+    }
+}
+
+/// All open texts.
+#[derive(Default)]
+pub struct Documents {
+    /// What columns count.
+    pub encoding: Encoding,
+    open: BTreeMap<String, Document>,
+}
+
+impl Documents {
+    /// Takes a text.
+    ///
+    /// # Errors
+    /// There are too many, or it is too long.
+    pub fn open(&mut self, uri: Uri, version: i32, text: String) -> Result<(), DocumentError> {
+        if self.open.len() >= OPEN_MAX && !self.open.contains_key(uri.as_str()) {
+            return Err(DocumentError::TooMany);
+        }
+        if text.len() > TEXT_MAX {
+            return Err(DocumentError::TooLong(text.len()));
+        }
+        let path = uri.to_file_path().map(|path| path.into_owned());
+        let now = Instant::now();
+        let document = Document {
+            version,
+            lines: Lines::of(&text),
+            text,
+            kind: TextKind::of_path(&path.unwrap_or_default()),
+            due: Some((now, now)),
+            analysis: None,
+            uri: uri.clone(),
+        };
+        self.open.insert(uri.as_str().to_owned(), document);
+        Ok(())
+    }
+
+    /// Changes a text.
+    ///
+    /// # Errors
+    /// It is not open, or becomes too long.
+    pub fn change(
+        &mut self,
+        uri: &Uri,
+        version: i32,
+        changes: &[TextDocumentContentChangeEvent],
+    ) -> Result<(), DocumentError> {
+        let encoding = self.encoding;
+        let document = self.get(uri)?;
+        let result = changes
+            .iter()
+            .try_for_each(|change| document.edit(change, encoding));
+        document.version = version;
+        let now = Instant::now();
+        let since = document.due.map_or(now, |(_, since)| since);
+        document.due = Some(((now + PAUSE).min(since + PAUSE_MAX), since));
+        result
+    }
+
+    /// Forgets a text; whether it was open.
+    pub fn close(&mut self, uri: &Uri) -> bool {
+        self.open.remove(uri.as_str()).is_some()
+    }
+
+    /// An open text.
+    ///
+    /// # Errors
+    /// It is not open.
+    pub fn get(&mut self, uri: &Uri) -> Result<&mut Document, DocumentError> {
+        let document = self.open.get_mut(uri.as_str());
+        document.ok_or_else(|| DocumentError::NotOpen(uri.as_str().to_owned()))
+    }
+
+    /// All open texts.
+    pub fn all(&mut self) -> impl Iterator<Item = &mut Document> {
+        self.open.values_mut()
+    }
+
+    /// When findings are to be told next.
+    pub fn next_due(&self) -> Option<Instant> {
+        let due = self.open.values().filter_map(|document| document.due);
+        due.map(|(at, _)| at).min()
+    }
+
+    /// A text whose findings are due at `now`.
+    pub fn take_due(&mut self, now: Instant) -> Option<&mut Document> {
+        let mut due = self.open.values_mut();
+        let found = due.find(|document| document.due.is_some_and(|(at, _)| at <= now))?;
+        found.due = None;
+        Some(found)
+    }
+}

@@ -1,0 +1,184 @@
+//! Requests about texts: parameters in, the answer of the analysis out.
+
+use std::sync::Arc;
+
+use elite_lang::Span;
+use ls_types::{
+    CompletionItem, CompletionItemKind, CompletionList, CompletionTextEdit, Documentation, Hover,
+    HoverContents, MarkupContent, MarkupKind, ParameterInformation, ParameterLabel, SignatureHelp,
+    SignatureInformation, TextDocumentPositionParams, TextEdit, Uri,
+};
+use lsp_server::{ErrorCode, Request};
+use serde::Serialize;
+use serde_json::Value;
+
+use super::documents::Document;
+use super::server::{Refusal, Server, parsed};
+use super::{places, shown, workspace};
+use crate::analysis::completion::{self, ItemKind};
+use crate::analysis::{Analysis, hover, signature};
+
+/// Answers a request.
+///
+/// # Errors
+/// The refusal that the client gets.
+pub fn answer(server: &mut Server, request: Request) -> Result<Value, Refusal> {
+    let params = request.params;
+    match &*request.method {
+        "textDocument/hover" => hover(server, parsed(params)?),
+        "textDocument/completion" => completion(server, parsed(params)?),
+        "completionItem/resolve" => resolve(server, parsed(params)?),
+        "textDocument/signatureHelp" => signature_help(server, parsed(params)?),
+        "textDocument/definition" => places::definition(server, parsed(params)?),
+        "textDocument/references" => places::references(server, parsed(params)?),
+        "textDocument/documentHighlight" => places::highlight(server, parsed(params)?),
+        "textDocument/prepareRename" => places::prepare_rename(server, parsed(params)?),
+        "textDocument/rename" => places::rename(server, parsed(params)?),
+        "textDocument/documentSymbol" => places::document_symbols(server, parsed(params)?),
+        "textDocument/foldingRange" => places::folding(server, parsed(params)?),
+        "workspace/symbol" => workspace::symbols(server, parsed(params)?),
+        "textDocument/semanticTokens/full" => shown::colours(server, parsed(params)?),
+        "textDocument/semanticTokens/range" => shown::colours_in(server, parsed(params)?),
+        "textDocument/inlayHint" => shown::inlay_hints(server, parsed(params)?),
+        "textDocument/formatting" => shown::formatting(server, parsed(params)?),
+        "textDocument/codeAction" => shown::code_actions(server, parsed(params)?),
+        other => Err(Refusal {
+            code: ErrorCode::MethodNotFound,
+            message: format!(
+                "'{}' is not known here",
+                other.chars().take(80).collect::<String>()
+            ),
+        }),
+    }
+}
+
+/// A text that a request is about, with its analysis.
+pub(super) fn looked_at<'s>(
+    server: &'s mut Server,
+    uri: &Uri,
+) -> Result<(&'s mut Document, Arc<Analysis>), Refusal> {
+    let document = server
+        .documents
+        .get(uri)
+        .map_err(|error| Refusal::failed(error.to_string()))?;
+    let analysis = document.analysis();
+    Ok((document, analysis))
+}
+
+/// An answer in the protocol's form.
+pub(super) fn told(answer: impl Serialize) -> Result<Value, Refusal> {
+    serde_json::to_value(answer).map_err(|error| Refusal {
+        code: ErrorCode::InternalError,
+        message: format!("the answer has no JSON form: {error}"),
+    })
+}
+
+pub(super) fn markdown(text: String) -> MarkupContent {
+    MarkupContent {
+        kind: MarkupKind::Markdown,
+        value: text,
+    }
+}
+
+fn hover(server: &mut Server, params: TextDocumentPositionParams) -> Result<Value, Refusal> {
+    let (encoding, language) = (server.documents.encoding, server.language);
+    let (document, analysis) = looked_at(server, &params.text_document.uri)?;
+    let offset = document.offset(params.position, encoding);
+    let found = hover::hover(&analysis, offset, language);
+    told(found.map(|found| Hover {
+        contents: HoverContents::Markup(markdown(found.text)),
+        range: Some(document.range(found.span, encoding)),
+    }))
+}
+
+fn completion(server: &mut Server, params: TextDocumentPositionParams) -> Result<Value, Refusal> {
+    let (encoding, language) = (server.documents.encoding, server.language);
+    let (document, analysis) = looked_at(server, &params.text_document.uri)?;
+    let offset = document.offset(params.position, encoding);
+    let found = completion::complete(&analysis, offset, language);
+    let range = document.range(found.span, encoding);
+    let items = found.items.into_iter().map(|item| CompletionItem {
+        kind: Some(item_kind(item.kind)),
+        detail: (!item.detail.is_empty()).then_some(item.detail),
+        sort_text: Some(format!("{}{}", item.rank, item.label)),
+        text_edit: Some(CompletionTextEdit::Edit(TextEdit {
+            range,
+            new_text: item.label.clone(),
+        })),
+        label: item.label,
+        ..CompletionItem::default()
+    });
+    told(CompletionList {
+        is_incomplete: false,
+        items: items.collect(),
+    })
+}
+
+fn item_kind(kind: ItemKind) -> CompletionItemKind {
+    match kind {
+        ItemKind::Function => CompletionItemKind::FUNCTION,
+        ItemKind::Method => CompletionItemKind::METHOD,
+        ItemKind::Class => CompletionItemKind::CLASS,
+        ItemKind::Variable => CompletionItemKind::VARIABLE,
+        ItemKind::Field => CompletionItemKind::FIELD,
+        ItemKind::Module => CompletionItemKind::MODULE,
+        ItemKind::Keyword => CompletionItemKind::KEYWORD,
+        ItemKind::Argument => CompletionItemKind::PROPERTY,
+        ItemKind::Text => CompletionItemKind::VALUE,
+    }
+}
+
+fn resolve(server: &mut Server, mut item: CompletionItem) -> Result<Value, Refusal> {
+    if item.documentation.is_none() && item.kind == Some(CompletionItemKind::FUNCTION) {
+        let text = completion::resolve(&item.label, server.language);
+        item.documentation = text.map(|text| Documentation::MarkupContent(markdown(text)));
+    }
+    told(item)
+}
+
+fn signature_help(
+    server: &mut Server,
+    params: TextDocumentPositionParams,
+) -> Result<Value, Refusal> {
+    let (encoding, language) = (server.documents.encoding, server.language);
+    let (document, analysis) = looked_at(server, &params.text_document.uri)?;
+    let offset = document.offset(params.position, encoding);
+    let Some(found) = signature::signature(&analysis, offset, language) else {
+        return Ok(Value::Null);
+    };
+    let parameters = found
+        .parameters
+        .into_iter()
+        .map(|(written, text)| ParameterInformation {
+            label: ParameterLabel::Simple(written),
+            documentation: (!text.is_empty()).then(|| Documentation::MarkupContent(markdown(text))),
+        });
+    let active = found.active.map(|active| active as u32);
+    told(SignatureHelp {
+        signatures: vec![SignatureInformation {
+            label: found.label,
+            documentation: (!found.text.is_empty())
+                .then(|| Documentation::MarkupContent(markdown(found.text))),
+            parameters: Some(parameters.collect()),
+            active_parameter: active,
+        }],
+        active_signature: Some(0),
+        active_parameter: active,
+    })
+}
+
+/// The span from `start` to `end` of a range.
+pub(super) fn span_of(
+    document: &Document,
+    range: ls_types::Range,
+    encoding: super::positions::Encoding,
+) -> Span {
+    let (a, b) = (
+        document.offset(range.start, encoding),
+        document.offset(range.end, encoding),
+    );
+    Span {
+        start: a.min(b),
+        end: a.max(b),
+    }
+}

@@ -1,0 +1,14 @@
+//! The analysis of programs and the language server, without a process around them.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "tests fail by panicking"
+)]
+
+mod answers;
+mod client;
+mod edits;
+mod messages;
+mod programs;
+mod recovery;

@@ -1,0 +1,147 @@
+//! Every program of the repository: formatting keeps its tree, renaming there and back keeps its text.
+
+use std::path::{Path, PathBuf};
+
+use editor::analysis::fixes::Edit;
+use editor::analysis::format::{Indent, applied, format};
+use editor::analysis::rename::{RenameError, rename};
+use editor::analysis::scopes::SymbolKind;
+use editor::analysis::{Analysis, TextKind};
+use elite_lang::SourceFile;
+use elite_lang::syntax::same_tree;
+
+/// Symbols of one program that are renamed: some of each, or it takes minutes without optimisation.
+const RENAMED_MAX: usize = 6;
+const BYTES_MAX: usize = 40_000;
+
+fn programs() -> Vec<(PathBuf, String)> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let mut open: Vec<PathBuf> = ["tests", "examples"].map(|name| root.join(name)).into();
+    let mut found = Vec::new();
+    while let Some(path) = open.pop() {
+        if path.is_dir() {
+            open.extend(
+                std::fs::read_dir(path)
+                    .unwrap()
+                    .map(|entry| entry.unwrap().path()),
+            );
+        } else if path
+            .extension()
+            .is_some_and(|ending| ending == "script" || ending == "py")
+        {
+            let text = std::fs::read_to_string(&path).unwrap_or_default();
+            if text.len() <= BYTES_MAX {
+                found.push((path, text));
+            }
+        }
+    }
+    found.sort();
+    assert!(found.len() > 300, "{}", found.len());
+    found
+}
+
+fn analysis(path: &Path, text: &str) -> Analysis {
+    Analysis::of("program", text, TextKind::of_path(path))
+}
+
+#[test]
+fn formatting_keeps_the_tree_and_is_done_once() {
+    let mut formatted = 0;
+    for (path, text) in programs() {
+        let analysed = analysis(&path, &text);
+        if analysed.has_errors() {
+            continue;
+        }
+        for indent in [
+            Indent::default(),
+            Indent {
+                blanks: 2,
+                tabs: false,
+            },
+            Indent {
+                blanks: 4,
+                tabs: true,
+            },
+        ] {
+            let edits = format(&analysed, indent)
+                .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+            let result = applied(&text, &edits);
+            let blankless = |text: &str| text.split_whitespace().collect::<String>();
+            assert_eq!(blankless(&text), blankless(&result), "{}", path.display());
+            let (old, new) = (SourceFile::new("x", &*text), SourceFile::new("x", &*result));
+            assert_eq!(same_tree(&old, &new), Some(true), "{}", path.display());
+            let again = format(&analysis(&path, &result), indent).unwrap();
+            assert_eq!(applied(&result, &again), result, "{}", path.display());
+            formatted += 1;
+        }
+    }
+    assert!(formatted > 600, "{formatted}");
+}
+
+#[test]
+fn renaming_there_and_back_keeps_the_text() {
+    let mut renamed = 0;
+    for (path, text) in programs() {
+        let analysed = analysis(&path, &text);
+        let kinds = [
+            SymbolKind::Function,
+            SymbolKind::Variable,
+            SymbolKind::Parameter,
+            SymbolKind::Class,
+        ];
+        let symbols = analysed
+            .names
+            .symbols
+            .iter()
+            // Words of the robot's language, and names in Python files.
+            .filter(|s| kinds.contains(&s.kind) && !["end", "sec"].contains(&&*s.name));
+        let step = (analysed.names.symbols.len() / RENAMED_MAX).max(1);
+        for symbol in symbols.step_by(step) {
+            let Some(first) = symbol.occurrences.first() else {
+                continue;
+            };
+            let Ok(places) = rename(&analysed, first.span.start, "renamed_q") else {
+                continue;
+            };
+            let edits = |places: &[elite_lang::Span], text: &str| -> Vec<Edit> {
+                let edit = |span: &elite_lang::Span| Edit {
+                    span: *span,
+                    text: text.to_owned(),
+                };
+                places.iter().map(edit).collect()
+            };
+            let result = applied(&text, &edits(&places, "renamed_q"));
+            let again = analysis(&path, &result);
+            let name = |text: &str| text.replace("renamed_q", &symbol.name);
+            let told = |a: &Analysis| -> Vec<String> {
+                a.findings()
+                    .iter()
+                    .map(|f| name(&format!("{} {}", f.code, f.message)))
+                    .collect()
+            };
+            assert_eq!(
+                told(&analysed).len(),
+                told(&again).len(),
+                "{}: {}",
+                path.display(),
+                symbol.name
+            );
+            let at = result.find("renamed_q").unwrap() as u32;
+            let back = match rename(&again, at, &symbol.name) {
+                Ok(back) => back,
+                // A name that hid another one of the program does not get it again.
+                Err(RenameError::Taken { .. }) => continue,
+                Err(error) => panic!("{}: {} {error}", path.display(), symbol.name),
+            };
+            assert_eq!(
+                applied(&result, &edits(&back, &symbol.name)),
+                text,
+                "{}: {}",
+                path.display(),
+                symbol.name
+            );
+            renamed += 1;
+        }
+    }
+    assert!(renamed > 500, "{renamed}");
+}
