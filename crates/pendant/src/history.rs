@@ -1,0 +1,210 @@
+//! What the time line of the page shows: frames, what was in the panel, registers and events over the whole time, within a bound.
+//!
+//! Owns the bound and the search. The same for a controller that runs and for a recording: who fills it makes the difference.
+
+use std::sync::Arc;
+
+use serde_json::{Value, json};
+
+use crate::frame::{FRAME_BYTES, shows_the_same};
+use crate::track::Track;
+
+/// Frames: a quarter of an hour at 60 a second before the older ones are thinned out.
+const FRAMES_MAX: usize = 60_000;
+/// Bytes of all panels, and of all registers.
+const TEXT_BYTES_MAX: usize = 16 << 20;
+/// Panels, and registers.
+const TEXTS_MAX: usize = 20_000;
+/// Events.
+const EVENTS_MAX: usize = 20_000;
+/// Most frames that are given at once.
+pub const POINTS_MAX: usize = 4000;
+/// Most events that are given at once: the latest.
+const EVENTS_GIVEN_MAX: usize = 2000;
+/// A frame that shows nothing new is kept after so long, s.
+const STILL_PERIOD: f64 = 1.0;
+
+/// The history.
+#[derive(Clone, Debug)]
+pub struct History {
+    frames: Track<Box<[u8]>>,
+    panels: Track<Arc<str>>,
+    registers: Track<Arc<str>>,
+    events: Track<Arc<str>>,
+    /// The latest frame, which is kept only when the next one shows something else.
+    still: Option<(f64, [u8; FRAME_BYTES])>,
+    /// Nothing is added any more.
+    whole: bool,
+}
+
+impl Default for History {
+    fn default() -> Self {
+        Self {
+            frames: Track::new(FRAMES_MAX, FRAMES_MAX * FRAME_BYTES),
+            panels: Track::new(TEXTS_MAX, TEXT_BYTES_MAX),
+            registers: Track::new(TEXTS_MAX, TEXT_BYTES_MAX),
+            events: Track::new(EVENTS_MAX, TEXT_BYTES_MAX),
+            still: None,
+            whole: false,
+        }
+    }
+}
+
+impl History {
+    /// One frame more.
+    pub fn frame(&mut self, time: f64, frame: &[u8; FRAME_BYTES]) {
+        let last = self.frames.span().map(|(_, last)| last);
+        let latest = last.and_then(|last| self.frames.at(last));
+        let has_changed = latest.is_none_or(|(_, latest)| !shows_the_same(latest, frame));
+        let is_new =
+            has_changed || latest.is_some_and(|(at, _)| time - at >= STILL_PERIOD || time < *at);
+        if !is_new {
+            self.still = Some((time, *frame));
+            return;
+        }
+        // What stood still until now must not look as if it had moved slowly.
+        if let Some((at, still)) = self.still.take()
+            && has_changed
+            && latest.is_some_and(|(latest, _)| at > *latest)
+            && at < time
+        {
+            self.frames.push(at, Box::from(still.as_slice()));
+        }
+        self.frames.push(time, Box::from(frame.as_slice()));
+    }
+
+    /// The panel is this from `time` on: program, popups, variables, as JSON.
+    pub fn panel(&mut self, time: f64, panel: Arc<str>) {
+        self.panels.push(time, panel);
+    }
+
+    /// The registers are these from `time` on, as JSON.
+    pub fn registers(&mut self, time: f64, registers: Arc<str>) {
+        self.registers.push(time, registers);
+    }
+
+    /// Something has happened, as JSON.
+    pub fn event(&mut self, time: f64, event: Arc<str>) {
+        self.events.push(time, event);
+    }
+
+    /// Nothing comes any more.
+    pub fn complete(&mut self) {
+        self.whole = true;
+    }
+
+    /// True once nothing comes any more.
+    pub const fn is_whole(&self) -> bool {
+        self.whole
+    }
+
+    /// First and last time, s.
+    pub fn span(&self) -> Option<(f64, f64)> {
+        let (first, last) = self.frames.span()?;
+        let still = self.still.as_ref().map_or(last, |(at, _)| *at);
+        Some((first, last.max(still)))
+    }
+
+    /// Frames from `from` to `to`, one behind the other, at most `most` and never more than [`POINTS_MAX`].
+    pub fn frames(&self, from: f64, to: f64, most: usize) -> Vec<u8> {
+        let most = most.clamp(1, POINTS_MAX);
+        let mut bytes = Vec::new();
+        for (_, frame) in self.frames.between(from, to, most) {
+            bytes.extend_from_slice(frame);
+        }
+        bytes
+    }
+
+    /// The frame of a moment: the latest at or before it.
+    pub fn frame_at(&self, time: f64) -> Option<&[u8]> {
+        match &self.still {
+            Some((at, still)) if *at <= time => Some(still),
+            _ => self.frames.at(time).map(|(_, frame)| &**frame),
+        }
+    }
+
+    /// What was there at a moment, beside the frame.
+    pub fn beside(&self, time: f64) -> Value {
+        let text = |track: &Track<Arc<str>>| {
+            let text = track.by(time).map(|text| serde_json::from_str(text));
+            text.and_then(Result::ok).unwrap_or(Value::Null)
+        };
+        json!({"time": time, "panel": text(&self.panels), "registers": text(&self.registers)})
+    }
+
+    /// The latest events from `from` to `to`, oldest first, as a JSON array.
+    pub fn events(&self, from: f64, to: f64) -> String {
+        let all: Vec<&Arc<str>> = self
+            .events
+            .between(from, to, usize::MAX)
+            .map(|(_, event)| event)
+            .collect();
+        let latest = &all[all.len().saturating_sub(EVENTS_GIVEN_MAX)..];
+        // Each is JSON already.
+        let texts: Vec<&str> = latest.iter().map(|event| &***event).collect();
+        format!("[{}]", texts.join(","))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::{Beside, encode, time_of};
+    use kinematics::JointPositions;
+    use motion_api::RobotState;
+
+    fn frame(time: f64, q: f64) -> [u8; FRAME_BYTES] {
+        let mut state = RobotState::at_start(JointPositions::ZERO, 0.004);
+        state.time = time;
+        state.actual_q[0] = q;
+        encode(&state, &Beside::default())
+    }
+
+    #[test]
+    fn an_arm_that_stands_costs_little_and_begins_to_move_when_it_did() {
+        let mut history = History::default();
+        let mut put = |n: u32, q: f64| {
+            let time = f64::from(n) / 10.0;
+            history.frame(time, &frame(time, q));
+        };
+        (0..=55).for_each(|n| put(n, 0.0));
+        put(56, 0.1);
+        assert_eq!(history.span(), Some((0.0, 5.6)));
+        let frames = history.frames(0.0, 100.0, 1000);
+        let times: Vec<f64> = frames.chunks(FRAME_BYTES).map(time_of).collect();
+        assert_eq!(times, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 5.5, 5.6]);
+        assert_eq!(time_of(history.frame_at(4.9).unwrap()), 4.0);
+    }
+
+    #[test]
+    fn the_latest_is_seen_though_it_is_not_kept() {
+        let mut history = History::default();
+        history.frame(0.0, &frame(0.0, 0.0));
+        history.frame(0.5, &frame(0.5, 0.0));
+        assert_eq!(history.span(), Some((0.0, 0.5)));
+        assert_eq!(time_of(history.frame_at(0.7).unwrap()), 0.5);
+        assert_eq!(time_of(history.frame_at(0.3).unwrap()), 0.0);
+    }
+
+    #[test]
+    fn panel_registers_and_events_are_those_of_the_moment() {
+        let mut history = History::default();
+        assert_eq!(
+            history.beside(1.0),
+            json!({"time": 1.0, "panel": null, "registers": null})
+        );
+        history.panel(1.0, r#"{"line":4}"#.into());
+        history.panel(2.0, r#"{"line":5}"#.into());
+        history.registers(0.5, r#"{"in":[1]}"#.into());
+        history.event(1.5, r#"{"event":"log"}"#.into());
+        history.event(2.5, r#"{"event":"alarm"}"#.into());
+        assert_eq!(history.beside(1.9)["panel"]["line"], 4);
+        assert_eq!(history.beside(1.9)["registers"]["in"][0], 1);
+        assert_eq!(
+            history.events(0.0, 9.0),
+            r#"[{"event":"log"},{"event":"alarm"}]"#
+        );
+        assert_eq!(history.events(2.0, 9.0), r#"[{"event":"alarm"}]"#);
+        assert_eq!(history.events(5.0, 1.0), "[]");
+    }
+}

@@ -1,0 +1,25 @@
+//! The pendant page: its files, bundled when the crate is built, and the interface behind it under `/api/v1`.
+//!
+//! Owns what the page sees and orders, and how both look on the wire. Knows no sockets: the server mounts it on its http port.
+
+// No thread starts but through `supervision`; nothing waits for, or panics at, whoever reads our output.
+#![cfg_attr(
+    not(test),
+    warn(clippy::disallowed_methods, clippy::print_stdout, clippy::print_stderr)
+)]
+
+pub mod assets;
+pub mod desk;
+pub mod frame;
+pub mod history;
+pub mod jog;
+pub mod orders;
+pub mod programs;
+pub mod scene;
+pub mod track;
+
+pub use desk::{Desk, DeskError, PageId, Token};
+pub use frame::{Beside, FRAME_BYTES, FRAME_VERSION};
+pub use history::History;
+pub use jog::Jogging;
+pub use orders::{Order, OrderError, Request};

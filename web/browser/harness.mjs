@@ -1,0 +1,185 @@
+// Servers, browsers and waiting for the tests in a real browser.
+import { spawn } from "node:child_process";
+import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import path from "node:path";
+import { gunzipSync } from "node:zlib";
+import { chromium } from "playwright-core";
+
+const here = path.dirname(new URL(import.meta.url).pathname);
+export const BINARY = process.env.ELITESERVER ?? path.join(here, "../../target/debug/eliteserver");
+export const CHROMIUM = process.env.CHROMIUM ?? ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"].find((file) => existsSync(file));
+const PATIENCE = 30000;
+
+export const sleep = (ms) => new Promise((done) => setTimeout(done, ms));
+
+/** Waits until `look` gives something true, and gives it. */
+export async function until(look, what, patience = PATIENCE) {
+  const end = Date.now() + patience;
+  let last;
+  for (;;) {
+    try {
+      last = await look();
+      if (last) return last;
+    } catch (error) {
+      last = error;
+    }
+    if (Date.now() > end) throw new Error(`${what} did not come (last: ${last instanceof Error ? last.message.slice(0, 200) : JSON.stringify(last)})`);
+    await sleep(25);
+  }
+}
+
+export function check(condition, what) {
+  if (!condition) throw new Error(what);
+}
+
+export function near(a, b, tolerance, what) {
+  check(Math.abs(a - b) <= tolerance, `${what}: ${a} is not ${b} ± ${tolerance}`);
+}
+
+/** A program that moves without end. */
+export const MOVES = "def p():\n  while True:\n    movej([0.3, -1.4, 1.5, -1.6, -1.57, 0], a=2, v=1)\n    movej([-0.3, -1.4, 1.5, -1.6, -1.57, 0], a=2, v=1)\n  end\nend\n";
+/** The largest difference of two rows of numbers. */
+export const moved = (a, b) => Math.max(...a.map((x, k) => Math.abs(x - b[k])));
+export const attribute = (page, id, name) => page.id(id).first().getAttribute(name);
+/** Waits until a sign on the page has a value. */
+export const mode = (page, id, value) => until(async () => (await attribute(page, id, "data-value")) === value, `${id} ${value}`);
+export const stands = async (server) => until(async () => moved((await server.state()).actual_qd, [0, 0, 0, 0, 0, 0]) < 1e-3, "the arm to stand");
+
+/** A server on free ports. */
+export class Server {
+  constructor(command, options, folder) {
+    this.command = command;
+    this.options = options;
+    this.folder = folder ?? mkdtempSync(path.join(tmpdir(), "page-"));
+    mkdirSync(path.join(this.folder, "tasks"), { recursive: true });
+  }
+
+  static async start(options = [], folder) {
+    const services = ["primary", "interpreter", "rtsi", "dashboard", "modbus"].flatMap((name) => [`--${name}-port`, "0"]);
+    const server = new Server("serve", [...services, "--task-dir", "tasks", "--record", "off", ...options], folder);
+    await server.begin("0");
+    return server;
+  }
+
+  static async replay(file, options = []) {
+    const server = new Server("replay", [file, "--serve", "--primary-port", "off", "--rtsi-port", "off", ...options]);
+    await server.begin("0");
+    return server;
+  }
+
+  async begin(port) {
+    const ready = path.join(this.folder, "ready.json");
+    rmSync(ready, { force: true });
+    this.stderr = "";
+    this.process = spawn(BINARY, [this.command, ...this.options, "--http-port", port, "--ready-file", ready], { cwd: this.folder, stdio: ["ignore", "ignore", "pipe"] });
+    this.process.stderr.on("data", (bytes) => (this.stderr += bytes));
+    await until(() => existsSync(ready), `the ready file of ${this.command} (${this.stderr})`);
+    this.ports = JSON.parse(readFileSync(ready)).ports;
+    this.base = `http://127.0.0.1:${this.ports.http}`;
+    this.token = (await this.get("/api/v1/session")).token;
+  }
+
+  async get(where) {
+    return (await fetch(this.base + where)).json();
+  }
+
+  async state() {
+    return this.get("/api/v1/state");
+  }
+
+  async order(order) {
+    const answer = await fetch(`${this.base}/api/v1/orders`, { method: "POST", headers: { "content-type": "application/json", authorization: `Bearer ${this.token}` }, body: JSON.stringify(order) });
+    return { status: answer.status, ...(await answer.json()) };
+  }
+
+  /** As at the start, but where the arm stands: nothing runs, power on, brakes released. */
+  async reset() {
+    await this.order({ do: "stop" });
+    await until(async () => (await this.state()).program_state === "stopped", "the end of the program");
+    await until(async () => (await this.state()).control === null, "the desk to be free");
+    await this.order({ do: "speed", fraction: 1 });
+    await this.order({ do: "emergency_stop", pressed: false });
+    for (const [order, is] of [["unlock", (s) => s.safety_mode === "NORMAL"], ["power_on", (s) => s.robot_mode !== "POWER_OFF" && s.robot_mode !== "POWER_ON"], ["brake_release", (s) => s.robot_mode === "RUNNING"]]) {
+      await until(async () => is(await this.state()) || ((await this.order({ do: order })), false), order);
+    }
+  }
+
+  async run(text, name = "t.script") {
+    const answer = await this.order({ do: "run", name, text });
+    check(answer.ok, `run: ${answer.error}`);
+  }
+
+  /** Brings the arm to where it stood at the start; the desk must be free. */
+  async home() {
+    const joints = [0, -1.5708, 1.5708, -1.5708, -1.5708, 0];
+    await this.run(`def home():\n  movej(${JSON.stringify(joints)}, a=5, v=3)\nend\n`, "home.script");
+    await until(async () => moved((await this.state()).actual_q, joints) < 1e-3 && (await this.state()).program_state === "stopped", "home");
+  }
+
+  async end(signal = "SIGTERM") {
+    if (this.process.exitCode !== null) return;
+    const gone = new Promise((done) => this.process.once("exit", done));
+    this.process.kill(signal);
+    await gone;
+  }
+}
+
+export async function launch(extra = []) {
+  return chromium.launch({ executablePath: CHROMIUM, args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", ...extra] });
+}
+
+/** A page that is connected; what it complains of is kept. */
+export async function open(browser, server, options = {}) {
+  // Pages of one server share what a browser keeps, so that the second one is there sooner.
+  const isPlain = Object.keys(options).length === 0;
+  const context = (isPlain && server.contexts?.get(browser)) || (await browser.newContext({ viewport: { width: 1280, height: 720 }, locale: "en-US", ...options }));
+  if (isPlain) (server.contexts ??= new Map()).set(browser, context);
+  const page = await context.newPage();
+  page.setDefaultTimeout(PATIENCE);
+  page.complaints = [];
+  page.requests = [];
+  page.on("pageerror", (error) => page.complaints.push(error.message));
+  page.on("console", (message) => {
+    // Chromium itself styles what `fill` puts into an editor, and refuses that to itself.
+    if (message.type() === "error" && !/WebSocket|Failed to load resource|Applying inline style/.test(message.text())) page.complaints.push(`${message.text().slice(0, 300)} ${message.location().url}:${message.location().columnNumber}`);
+  });
+  page.on("request", (request) => page.requests.push(request.url()));
+  page.on("dialog", (dialog) => page.complaints.push(`dialog: ${dialog.message()}`));
+  page.id = (name) => page.getByTestId(name);
+  page.text = async (name) => (await page.getByTestId(name).first().innerText()).trim();
+  page.value = async (name) => Number(await page.getByTestId(name).inputValue());
+  page.connected = () => until(async () => (await page.id("connection").getAttribute("data-value")) === "connected", "the connection");
+  // A bundle of `node bundle.mjs dist` is tried without building the program anew.
+  const bundle = process.env.PAGE_BUNDLE;
+  if (bundle) {
+    for (const [name, contentType] of [["app.js", "text/javascript"], ["app.css", "text/css"]]) {
+      await page.route(`**/${name}`, (route) => route.fulfill({ contentType, body: gunzipSync(readFileSync(path.join(bundle, `${name}.gz`))) }));
+    }
+  }
+  await page.goto(server.base);
+  if (!options.stranger) {
+    await page.connected();
+    await until(() => page.evaluate(() => document.querySelector("[data-testid=robot-mode]").dataset.value), "the first frame");
+  }
+  return page;
+}
+
+export async function take(page) {
+  await page.id("take-control").click();
+  await until(async () => (await page.id("take-control").getAttribute("aria-pressed")) === "true", "control");
+}
+
+/** Holds a button for some time. */
+export async function hold(page, name, ms) {
+  await until(() => page.id(name).isEnabled(), `${name} to be enabled`);
+  await page.id(name).scrollIntoViewIfNeeded();
+  await page.id(name).hover();
+  await page.mouse.down();
+  await sleep(ms);
+  await page.mouse.up();
+}
+
+export async function edit(page, text) {
+  await page.id("editor").fill(text);
+}

@@ -1,0 +1,245 @@
+// Moving by hand: hold to jog, a typed target with a ghost before, freedrive, push, teach.
+
+import { byId, fixed, make, setText, toast } from "./dom";
+import type { Frame } from "./frame";
+import { api, type Link } from "./link";
+import { onLanguage, t } from "./words";
+
+const JOINTS = ["j1", "j2", "j3", "j4", "j5", "j6"] as const;
+const AXES = ["x", "y", "z", "rx", "ry", "rz"] as const;
+/** A confirmation is waited for so long. */
+const CONFIRM_MS = 8000;
+
+interface Field {
+  input: HTMLInputElement;
+  other: HTMLElement;
+  edited: boolean;
+}
+
+/** What a button does while it is held: by pointer, Space or Enter. Everything else lets it go. */
+export function holdable(button: HTMLButtonElement, begin: () => void, end: () => void): void {
+  let isHeld = false;
+  const start = (): void => {
+    if (isHeld || button.disabled) return;
+    isHeld = true;
+    button.classList.add("held");
+    begin();
+  };
+  const stop = (): void => {
+    if (!isHeld) return;
+    isHeld = false;
+    button.classList.remove("held");
+    end();
+  };
+  button.addEventListener("pointerdown", (event) => {
+    if (event.button !== 0) return;
+    button.setPointerCapture(event.pointerId);
+    start();
+  });
+  for (const name of ["pointerup", "pointercancel", "lostpointercapture", "blur", "contextmenu"]) button.addEventListener(name, stop);
+  button.addEventListener("keydown", (event) => {
+    if (event.key !== " " && event.key !== "Enter") return;
+    event.preventDefault();
+    if (!event.repeat) start();
+  });
+  button.addEventListener("keyup", (event) => {
+    if (event.key === " " || event.key === "Enter") stop();
+  });
+  window.addEventListener("blur", stop);
+  document.addEventListener("visibilitychange", stop);
+}
+
+export class Jog {
+  private readonly q: Field[] = [];
+  private readonly tcp: Field[] = [];
+  private readonly buttons: HTMLButtonElement[] = [];
+  private target: number[] | null = null;
+  private armed: ReturnType<typeof setTimeout> | null = null;
+  private isMoving = false;
+  private frame: Frame | null = null;
+  private preview: ReturnType<typeof setTimeout> | null = null;
+
+  constructor(
+    private readonly link: Link,
+    private readonly onGhost: (q: number[] | null) => void,
+    onTeach: (q: readonly number[]) => void,
+  ) {
+    JOINTS.forEach((axis, k) => byId("jog-joints").append(this.row(axis, `q-${k + 1}`, this.q, "rad")));
+    AXES.forEach((axis, k) => byId("jog-tcp").append(this.row(axis, `tcp-${axis}`, this.tcp, k < 3 ? "m" : "rad")));
+    const moveTo = byId<HTMLButtonElement>("move-to");
+    moveTo.addEventListener("click", () => this.moveTo());
+    byId("move-reset").addEventListener("click", () => this.reset());
+    byId("teach").addEventListener("click", () => {
+      if (this.frame) onTeach(this.frame.actualQ);
+    });
+    const freedrive = byId<HTMLButtonElement>("freedrive");
+    holdable(freedrive, () => this.hold({ do: "freedrive" }), () => this.link.release());
+    byId("push").addEventListener("click", () => this.push());
+    const speed = byId<HTMLInputElement>("jog-speed");
+    speed.addEventListener("input", () => setText(byId("jog-speed-text"), `${speed.value} %`));
+    onLanguage(() => this.words());
+  }
+
+  private row(axis: string, testid: string, fields: Field[], unit: string): HTMLElement {
+    const button = (sign: 1 | -1): HTMLButtonElement => {
+      const name = sign > 0 ? "plus" : "minus";
+      const made = make("button", {
+        class: "jog", "data-testid": `jog-${axis}-${name}`, "data-label": name, "data-axis": axis.toUpperCase(), disabled: true, type: "button",
+      }, sign > 0 ? "+" : "−");
+      holdable(made, () => this.jog(axis, sign), () => this.link.release());
+      this.buttons.push(made);
+      return made;
+    };
+    const input = make("input", {
+      "data-testid": testid, inputmode: "decimal", autocomplete: "off", spellcheck: "false", "aria-label": `${axis.toUpperCase()} (${unit})`, value: "0.0000",
+    });
+    const other = make("small", { "aria-hidden": "true" });
+    const field: Field = { input, other, edited: false };
+    input.addEventListener("input", () => this.edit(field, fields));
+    input.addEventListener("keydown", (event) => {
+      if (event.key === "Escape") this.reset();
+      if (event.key === "Enter") this.moveTo();
+    });
+    fields.push(field);
+    return make("div", { class: "axis" }, make("b", {}, axis.toUpperCase()), button(-1), make("span", { class: "value" }, input, other), button(1));
+  }
+
+  private words(): void {
+    if (this.isMoving) return;
+    setText(byId("move-to"), t(this.armed === null ? "move_to" : "move_confirm"));
+  }
+
+  private jog(axis: string, sign: 1 | -1): void {
+    const share = Number(byId<HTMLInputElement>("jog-speed").value) / 100;
+    const frame = byId<HTMLSelectElement>("jog-frame").value;
+    this.hold({ do: "jog", axis, frame, speed: sign * share });
+  }
+
+  private hold(order: Record<string, unknown>): void {
+    this.link.hold(order).catch((error: Error) => toast(error.message, "error"));
+  }
+
+  private edit(field: Field, fields: Field[]): void {
+    field.edited = true;
+    // Joints or a pose, not both.
+    const others = fields === this.q ? this.tcp : this.q;
+    for (const other of others) other.edited = false;
+    this.disarm();
+    if (this.preview !== null) clearTimeout(this.preview);
+    this.preview = setTimeout(() => void this.look(), 120);
+    field.input.classList.toggle("wrong", !Number.isFinite(Number(field.input.value)) || field.input.value.trim() === "");
+  }
+
+  private editedFields(): Field[] | null {
+    if (this.q.some((field) => field.edited)) return this.q;
+    if (this.tcp.some((field) => field.edited)) return this.tcp;
+    return null;
+  }
+
+  /** Looks where the arm would go. */
+  private async look(): Promise<boolean> {
+    if (this.preview !== null) clearTimeout(this.preview);
+    this.preview = null;
+    const fields = this.editedFields();
+    const note = byId("target-text");
+    if (!fields) return false;
+    const values = fields.map((field) => Number(field.input.value));
+    try {
+      const body = fields === this.q ? { joints: values } : { pose: values };
+      const { joints } = await api<{ joints: number[] }>("/api/v1/reach", { body });
+      this.target = joints;
+      this.onGhost(joints);
+      setText(note, t("ghost_ok"));
+      note.className = "row ok";
+      return true;
+    } catch (error) {
+      this.target = null;
+      this.onGhost(null);
+      setText(note, (error as Error).message);
+      note.className = "row bad";
+      return false;
+    }
+  }
+
+  private async moveTo(): Promise<void> {
+    if (this.isMoving) return this.link.release();
+    if (!this.link.hasControl) return;
+    if (this.armed === null) {
+      if (!this.editedFields()) return toast(t("type_target"));
+      if (!(await this.look())) return;
+      this.armed = setTimeout(() => this.disarm(), CONFIRM_MS);
+      const button = byId("move-to");
+      button.classList.add("armed");
+      return this.words();
+    }
+    const target = this.target;
+    this.disarm();
+    if (!target) return;
+    const share = Number(byId<HTMLInputElement>("jog-speed").value) / 100;
+    const button = byId("move-to");
+    this.isMoving = true;
+    button.classList.add("held");
+    setText(button, t("moving"));
+    try {
+      await this.link.hold({ do: "move_to", joints: target, speed: Math.max(share, 0.05) });
+      this.reset();
+    } catch (error) {
+      toast((error as Error).message, "error");
+    } finally {
+      this.isMoving = false;
+      button.classList.remove("held");
+      this.words();
+    }
+  }
+
+  private disarm(): void {
+    if (this.armed !== null) clearTimeout(this.armed);
+    this.armed = null;
+    byId("move-to").classList.remove("armed");
+    this.words();
+  }
+
+  /** Fields follow the arm again. */
+  reset(): void {
+    for (const field of [...this.q, ...this.tcp]) {
+      field.edited = false;
+      field.input.classList.remove("wrong");
+    }
+    this.target = null;
+    this.disarm();
+    this.onGhost(null);
+    setText(byId("target-text"), "");
+    if (this.frame) this.show(this.frame);
+  }
+
+  private push(): void {
+    const text = byId<HTMLSelectElement>("push-axis").value;
+    const newtons = Number(byId<HTMLInputElement>("push-force").value) * (text.startsWith("-") ? -1 : 1);
+    const wrench = ["x", "y", "z"].map((axis) => (text.endsWith(axis) ? newtons : 0)).concat(0, 0, 0);
+    const frame = byId<HTMLSelectElement>("jog-frame").value;
+    this.link.order({ do: "push", wrench, duration: 0.5, frame }).catch((error: Error) => toast(error.message, "error"));
+  }
+
+  show(frame: Frame): void {
+    this.frame = frame;
+    const fill = (fields: Field[], values: readonly number[], angular: (k: number) => boolean): void => {
+      const isEdited = fields.some((field) => field.edited);
+      fields.forEach((field, k) => {
+        const typed = Number(field.input.value);
+        const value = isEdited && Number.isFinite(typed) ? typed : (values[k] ?? 0);
+        if (!isEdited && document.activeElement !== field.input) {
+          const text = fixed(value, 4);
+          if (field.input.value !== text) field.input.value = text;
+        }
+        setText(field.other, angular(k) ? `${fixed((value * 180) / Math.PI, 2)}°` : `${fixed(value * 1000, 1)} mm`);
+      });
+    };
+    fill(this.q, frame.actualQ, () => true);
+    fill(this.tcp, frame.actualPose, (k) => k >= 3);
+  }
+
+  enable(may: boolean): void {
+    for (const button of this.buttons) button.disabled = !may;
+    for (const id of ["move-to", "freedrive", "push"]) byId<HTMLButtonElement>(id).disabled = !may;
+  }
+}

@@ -1,0 +1,374 @@
+// The page: brings the parts together and shows the state at a glance.
+
+import "./app.css";
+import { ask, byId, fixed, make, setText, toast } from "./dom";
+import type { Frame } from "./frame";
+import { Jog } from "./jog";
+import { api, Link, type ServerEvent } from "./link";
+import { Notices, type Panel, setChip } from "./notices";
+import { Points, type Registers } from "./points";
+import { Programs, type RunningProgram } from "./program";
+import { TimeLine } from "./timeline";
+import { View, type SceneData } from "./view";
+import { currentLanguage, isWord, onLanguage, setLanguage, t, translate, type Language, type Word } from "./words";
+
+const ROBOT: Record<number, string> = {
+  [-1]: "NO_CONTROLLER", 0: "DISCONNECTED", 1: "CONFIRM_SAFETY", 2: "BOOTING", 3: "POWER_OFF", 4: "POWER_ON", 5: "IDLE", 6: "BACKDRIVE", 7: "RUNNING", 8: "UPDATING_FIRMWARE", 9: "WAITING_CALIBRATION",
+};
+const SAFETY: Record<number, string> = {
+  1: "NORMAL", 2: "REDUCED", 3: "PROTECTIVE_STOP", 4: "RECOVERY", 5: "SAFEGUARD_STOP", 6: "SYSTEM_EMERGENCY_STOP", 7: "ROBOT_EMERGENCY_STOP", 8: "VIOLATION", 9: "FAULT", 10: "VALIDATE_JOINT_ID", 11: "UNDEFINED",
+};
+const MOTION: Record<number, Word> = {
+  0: "m_idle", 1: "m_movej", 2: "m_movel", 3: "m_stopping", 4: "m_paused", 5: "m_protective", 6: "m_off", 7: "m_movec", 8: "m_moveml", 9: "m_movep", 20: "m_servoj", 21: "m_speedj", 22: "m_speedl", 23: "m_freedrive", 24: "m_conveyor", 25: "m_force",
+};
+const TASK: Word[] = ["stopped", "running", "paused"];
+
+/** A choice that the browser remembers, where it may. */
+function remembered(name: string): string | null {
+  try {
+    return localStorage.getItem(name);
+  } catch {
+    return null;
+  }
+}
+function remember(name: string, value: string): void {
+  try {
+    localStorage.setItem(name, value);
+  } catch {
+    // Not remembered, then.
+  }
+}
+
+const link = new Link();
+let view: View | null = null;
+try {
+  view = new View(byId("view"));
+} catch {
+  byId("no-webgl").hidden = false;
+}
+const programs = new Programs(link);
+const jog = new Jog(link, (q) => {
+  view?.setGhost(q);
+  byId("view").dataset["ghost"] = String(q !== null);
+}, (q) => programs.teach(q));
+const points = new Points(link);
+const timeline = new TimeLine();
+const names = new Map<number, RunningProgram>();
+const notices = new Notices(link, (number, line) => void goToPlace(number, line), (number) => names.get(number)?.name ?? "");
+
+let latest: Frame | null = null;
+let shown: Frame | null = null;
+let livePanel: Panel | null = null;
+let liveRegisters: Registers | null = null;
+let framesSeen = 0;
+
+async function goToPlace(number: number, line: number): Promise<void> {
+  const program = names.get(number);
+  if (program && program.text === programs.text) programs.goTo(line);
+  else if (!program || program.number === number) programs.goTo(line);
+}
+
+async function programOf(number: number): Promise<RunningProgram | null> {
+  if (number === 0) return null;
+  const known = names.get(number);
+  if (known) return known;
+  const program = await api<RunningProgram | null>(`/api/v1/program?number=${number}`).catch(() => null);
+  if (program) {
+    names.set(number, program);
+    if (names.size > 20) names.delete([...names.keys()][0] ?? -1);
+  }
+  return program;
+}
+
+let programShown = -1;
+async function showProgram(number: number): Promise<void> {
+  if (number === programShown) return;
+  programShown = number;
+  const program = await programOf(number);
+  if (programShown !== number) return;
+  programs.setProgram(program);
+  // It has its number before it runs, and its text when it does.
+  if (!program && number !== 0) setTimeout(() => programShown === number && (programShown = -1), 250);
+}
+
+function label(prefix: "r_" | "s_", name: string): string {
+  const word = prefix + name;
+  return isWord(word) ? t(word) : name;
+}
+
+/** Shows a moment, live or past. */
+function show(frame: Frame, jumped: boolean): void {
+  shown = frame;
+  view?.show(frame, jumped);
+  jog.show(frame);
+  points.show(frame);
+  programs.setPlace(frame.line, frame.node);
+  void showProgram(frame.program);
+  const robot = ROBOT[frame.robotMode] ?? String(frame.robotMode);
+  const safety = SAFETY[frame.safetyMode] ?? String(frame.safetyMode);
+  const task = TASK[frame.task] ?? "stopped";
+  setChip("chip-robot", label("r_", robot), robot === "RUNNING" ? "good" : robot === "IDLE" || robot === "POWER_ON" ? "warn" : "bad", robot);
+  setChip("chip-safety", label("s_", safety), safety === "NORMAL" ? "good" : safety === "REDUCED" ? "warn" : "bad", safety);
+  setChip("chip-program", t(task), task === "running" ? "good" : task === "paused" ? "warn" : "", task);
+  const [x, y, z] = frame.actualPose.map((value) => fixed(value, 3));
+  const speed = Math.hypot(frame.tcpSpeed[0] ?? 0, frame.tcpSpeed[1] ?? 0, frame.tcpSpeed[2] ?? 0);
+  const force = Math.hypot(frame.tcpForce[0] ?? 0, frame.tcpForce[1] ?? 0, frame.tcpForce[2] ?? 0);
+  const motion = t(MOTION[frame.motionMode] ?? "m_unknown");
+  facts([[t("doing"), motion], ["X Y Z", `${x}  ${y}  ${z} m`], [t("tcp_speed"), `${fixed(speed, 3)} m/s`], [t("force"), `${fixed(force, 1)} N`]]);
+}
+
+const factCells: [HTMLElement, HTMLElement][] = [];
+function facts(rows: [string, string][]): void {
+  rows.forEach(([name, value], k) => {
+    let cell = factCells[k];
+    if (!cell) {
+      cell = [make("span"), make("b")];
+      factCells.push(cell);
+      byId("facts").append(make("div", {}, ...cell));
+    }
+    setText(cell[0], name);
+    setText(cell[1], value);
+  });
+}
+
+const slider = document.querySelector<HTMLInputElement>("[data-testid=speed]") as HTMLInputElement;
+let slidAt = 0;
+function showSpeed(fraction: number): void {
+  if (performance.now() - slidAt < 600) return;
+  const text = String(Math.round(fraction * 100));
+  if (slider.value !== text) slider.value = text;
+  setText(byId("speed-text"), `${text} %`);
+}
+slider.addEventListener("input", () => {
+  slidAt = performance.now();
+  setText(byId("speed-text"), `${slider.value} %`);
+  order({ do: "speed", fraction: Number(slider.value) / 100 });
+});
+
+function order(what: Record<string, unknown>): void {
+  link.order(what).catch((error: Error) => toast(error.message, "error"));
+}
+
+function enable(): void {
+  const isConnected = link.state === "connected";
+  const may = link.hasControl && timeline.isLive;
+  const frame = latest;
+  const robot = frame ? ROBOT[frame.robotMode] : "";
+  const safety = frame ? SAFETY[frame.safetyMode] : "";
+  const set = (testid: string, on: boolean): void => {
+    const button = document.querySelector<HTMLButtonElement>(`[data-testid=${testid}]`);
+    if (button && button.disabled === on) button.disabled = !on;
+  };
+  const isPaused = frame?.task === 2;
+  const isStopped = frame?.task === 0;
+  set("power-on", may && (robot === "POWER_OFF" || safety === "FAULT"));
+  set("power-off", may && robot !== "POWER_OFF");
+  set("brake-release", may && robot === "IDLE");
+  set("unlock", may && safety === "PROTECTIVE_STOP");
+  set("play", may && (isPaused || isStopped));
+  set("step", may && (isPaused || isStopped));
+  set("pause", isConnected && link.readOnly === null && frame?.task === 1);
+  // Never taken away while there is somebody to hear it.
+  set("stop", isConnected && link.readOnly === null);
+  if (slider.disabled === may) slider.disabled = !may;
+  jog.enable(may && isStopped);
+  points.enable(may);
+  programs.enable(may, isConnected && link.readOnly === null);
+}
+
+function showControl(): void {
+  const button = byId<HTMLButtonElement>("control");
+  button.disabled = link.state !== "connected" || link.readOnly !== null;
+  button.setAttribute("aria-pressed", String(link.hasControl));
+  button.classList.toggle("primary", !link.hasControl && !button.disabled);
+  const text = link.readOnly !== null ? t("read_only") : link.hasControl ? t("give_up") : t("take_control");
+  setText(button, text);
+  button.title = link.control === null ? t("nobody_has") : link.hasControl ? t("give_up") : t("other_has", { n: link.control });
+  notices.refresh();
+}
+
+function showLink(): void {
+  const word: Word = link.state;
+  setChip("chip-connection", t(word), link.state === "connected" ? "good" : link.state === "connecting" ? "warn" : "bad", link.state);
+  document.body.classList.toggle("offline", link.state !== "connected");
+  showControl();
+  enable();
+}
+
+let hadConnection = false;
+link.onChange = () => {
+  if (link.state === "disconnected" && hadConnection) {
+    hadConnection = false;
+    toast(t("lost"), "error");
+  }
+  showLink();
+};
+link.onFrame = (frame) => {
+  const before = latest;
+  latest = frame;
+  framesSeen += 1;
+  if (framesSeen === 1) performance.mark("first-frame");
+  timeline.push(frame);
+  if (before && frame.program !== before.program) notices.clearAlarms((event) => event["kind"] === "script" && Number(event["program"]) < frame.program);
+  if (before && SAFETY[before.safetyMode] === "PROTECTIVE_STOP" && SAFETY[frame.safetyMode] !== "PROTECTIVE_STOP") notices.clearAlarms((event) => Number(event["code"]) === 100);
+  if (before && (before.safetyMode === 6 || before.safetyMode === 7) && frame.safetyMode === 1) notices.clearAlarms((event) => Number(event["code"]) === 101);
+  if (timeline.isLive && link.readOnly === null) {
+    pending = frame;
+    showSpeed(frame.speedFraction);
+  }
+  enable();
+};
+
+/** Frames come faster than some screens are drawn: only the latest is shown. */
+let pending: Frame | null = null;
+function paint(): void {
+  requestAnimationFrame(paint);
+  if (!pending) return;
+  const frame = pending;
+  pending = null;
+  show(frame, false);
+}
+requestAnimationFrame(paint);
+
+link.onEvent = (event: ServerEvent) => {
+  if (event.event === "welcome") void welcome();
+  else if (event.event === "panel") {
+    livePanel = event["panel"] as Panel | null;
+    if (livePanel && timeline.isLive) notices.showPanel(livePanel);
+  } else if (event.event === "registers") {
+    liveRegisters = event["registers"] as Registers | null;
+    if (timeline.isLive) points.showRegisters(liveRegisters);
+  } else if (event.event === "alarm" && event["kind"] === "script") {
+    void programOf(Number(event["program"])).then(() => notices.take(event));
+  } else notices.take(event);
+};
+
+async function welcome(): Promise<void> {
+  hadConnection = true;
+  names.clear();
+  programShown = -1;
+  programs.setReadOnly(link.readOnly !== null);
+  document.body.classList.toggle("read-only", link.readOnly !== null);
+  try {
+    const [about, scene] = await Promise.all([api<{ robot: string; replay?: string }>("/api/v1"), api<SceneData>("/api/v1/scene")]);
+    setText(byId("robot-name"), about.replay ? `${about.robot} · ${about.replay}` : about.robot);
+    document.title = `${about.robot} – eliteserver`;
+    view?.setScene(scene);
+    await timeline.begin(link.readOnly !== null);
+    notices.clearLog();
+    const events = await api<ServerEvent[]>("/api/v1/events");
+    for (const event of events) if (event.event === "log") notices.take(event);
+  } catch (error) {
+    toast((error as Error).message, "error");
+  }
+}
+
+timeline.onFrame = (frame, jumped) => {
+  show(frame, jumped);
+  enable();
+};
+timeline.onMoment = (moment) => {
+  if (moment.panel) notices.showPanel({ ...moment.panel, popups: link.readOnly === null ? (livePanel?.popups ?? []) : [] });
+  points.showRegisters(moment.registers);
+};
+timeline.onLive = () => {
+  if (latest) show(latest, true);
+  if (livePanel) notices.showPanel(livePanel);
+  points.showRegisters(liveRegisters);
+  enable();
+};
+
+link.onTokenAsked = async () => {
+  const input = make("input", { type: "password", "data-testid": "token", "aria-label": t("token"), autocomplete: "off" });
+  input.addEventListener("keydown", (event) => {
+    if (event.key === "Enter") {
+      event.preventDefault();
+      byId<HTMLDialogElement>("dialog").close("ok");
+    }
+  });
+  const answer = await ask([make("p", {}, t("token_asked")), input], [{ text: t("cancel"), value: "" }, { text: t("ok"), value: "ok", primary: true }], t("token"));
+  return answer === "ok" ? input.value.trim() : null;
+};
+
+byId("control").addEventListener("click", () => {
+  link.takeControl(!link.hasControl).catch((error: Error) => toast(error.message, "error"));
+});
+for (const button of document.querySelectorAll<HTMLButtonElement>("[data-order]")) {
+  button.addEventListener("click", () => {
+    const name = button.dataset["order"] ?? "";
+    const isFault = name === "power_on" && latest && SAFETY[latest.safetyMode] === "FAULT";
+    order({ do: isFault ? "restart_safety" : name });
+  });
+}
+byId("play").addEventListener("click", () => (latest?.task === 2 ? order({ do: "play" }) : void programs.run(false)));
+byId("step").addEventListener("click", () => (latest?.task === 2 ? order({ do: "step" }) : void programs.run(true)));
+byId("pause").addEventListener("click", () => order({ do: "pause" }));
+byId("stop").addEventListener("click", () => order({ do: "stop" }));
+byId("reset-view").addEventListener("click", () => view?.resetCamera());
+
+/** Shift+Escape stops from anywhere, also while a text is edited. */
+document.addEventListener("keydown", (event) => {
+  if (event.key === "Escape" && event.shiftKey) {
+    event.preventDefault();
+    order({ do: "stop" });
+  }
+});
+
+type Theme = "dark" | "light";
+const system = matchMedia("(prefers-color-scheme: light)");
+function theme(): Theme {
+  const chosen = remembered("theme");
+  return chosen === "dark" || chosen === "light" ? chosen : system.matches ? "light" : "dark";
+}
+function applyTheme(): void {
+  document.documentElement.dataset["theme"] = theme();
+  view?.setTheme(theme());
+  timeline.rebuild();
+}
+byId("theme").addEventListener("click", () => {
+  remember("theme", theme() === "dark" ? "light" : "dark");
+  applyTheme();
+});
+system.addEventListener("change", applyTheme);
+
+byId("language").addEventListener("click", () => {
+  const next: Language = currentLanguage() === "en" ? "zh" : "en";
+  remember("language", next);
+  setLanguage(next);
+});
+onLanguage(() => {
+  showLink();
+  if (shown) show(shown, false);
+});
+
+for (const anchor of byId("tabs").querySelectorAll<HTMLAnchorElement>("a")) {
+  anchor.addEventListener("click", (event) => {
+    event.preventDefault();
+    const section = byId(anchor.hash.slice(1));
+    byId("panels").scrollTo({ top: section.offsetTop - byId("panels").offsetTop });
+    section.querySelector<HTMLElement>("button:not([disabled]), input:not([disabled]), [tabindex]")?.focus({ preventScroll: true });
+  });
+}
+byId("panels").addEventListener("scroll", () => {
+  const top = byId("panels").scrollTop + byId("panels").offsetTop + 60;
+  let current = "";
+  for (const section of byId("panels").querySelectorAll<HTMLElement>("section")) if (section.offsetTop <= top) current = section.id;
+  for (const anchor of byId("tabs").querySelectorAll("a")) anchor.classList.toggle("here", anchor.hash === `#${current}`);
+});
+
+setInterval(() => {
+  if (!shown) return;
+  const [x = 0, y = 0, z = 0] = shown.actualPose;
+  const text = t("view_text", { mode: t(MOTION[shown.motionMode] ?? "m_unknown"), x: fixed(x, 2), y: fixed(y, 2), z: fixed(z, 2) });
+  byId("view").setAttribute("aria-label", text);
+}, 1000);
+
+translate(document.body);
+const language = remembered("language");
+setLanguage(language === "zh" || (language === null && navigator.language.toLowerCase().startsWith("zh")) ? "zh" : "en");
+applyTheme();
+showLink();
+link.start();
+
+// For measurements: how often the page and the arm were drawn, and how late frames came.
+Object.assign(window, { eliteserver: { frames: () => framesSeen, drawn: () => view?.frames ?? 0, latest: () => latest } });

@@ -1,0 +1,138 @@
+// Inputs that can be set, outputs that are seen, registers.
+
+import { byId, fixed, make, setText, toast } from "./dom";
+import type { Frame } from "./frame";
+import type { Link } from "./link";
+import { onLanguage, t, translate } from "./words";
+
+const DIGITAL = [
+  { group: "standard_digital", word: "standard", first: 0, count: 16 },
+  { group: "configurable_digital", word: "configurable", first: 16, count: 8 },
+  { group: "tool_digital", word: "tool_io", first: 24, count: 4 },
+] as const;
+const ANALOG = [
+  { input: "standard_analog_in[0]", output: "standard_analog_out[0]", short: "A0" },
+  { input: "standard_analog_in[1]", output: "standard_analog_out[1]", short: "A1" },
+  { input: "tool_analog_in", output: "tool_analog_out", short: "AT" },
+] as const;
+
+export interface Bank {
+  boolean: number[];
+  integer: number[];
+  float: (number | null)[];
+}
+export interface Registers {
+  input: Bank;
+  output: Bank;
+}
+
+export class Points {
+  private readonly levels: { element: HTMLElement; bit: number; isInput: boolean }[] = [];
+  private readonly analogs: { element: HTMLElement; index: number; isInput: boolean }[] = [];
+  private readonly controls: (HTMLButtonElement | HTMLInputElement | HTMLSelectElement)[] = [];
+  private readonly registers = make("div", { class: "registers", "data-testid": "registers" });
+  private last = [-1, -1];
+  private latest: Registers | null = null;
+
+  constructor(private readonly link: Link) {
+    const host = byId("io");
+    for (const isInput of [true, false]) {
+      const box = make("div", { class: "bank" }, make("h3", { "data-t": isInput ? "inputs" : "outputs" }));
+      for (const { group, word, first, count } of DIGITAL) {
+        const row = make("div", { class: "bits" }, make("span", { "data-t": word }));
+        for (let n = 0; n < count; n++) row.append(this.bit(`${group}_${isInput ? "in" : "out"}[${n}]`, n, first + n, isInput));
+        box.append(row);
+      }
+      const row = make("div", { class: "bits" }, make("span", { "data-t": "analog" }));
+      ANALOG.forEach((port, index) => row.append(this.analog(isInput ? port.input : port.output, port.short, index, isInput)));
+      box.append(row);
+      host.append(box);
+    }
+    host.append(this.setter(), make("h3", { "data-t": "registers" }), this.registers);
+    translate(host);
+    onLanguage(() => this.showRegisters(this.latest));
+    this.showRegisters(null);
+  }
+
+  private set(values: Record<string, unknown>): void {
+    this.link.order({ do: "inputs", values }).catch((error: Error) => toast(error.message, "error"));
+  }
+
+  private bit(name: string, n: number, bit: number, isInput: boolean): HTMLElement {
+    const props = { class: "bit", "data-testid": name, "data-name": name, title: name, "aria-label": name };
+    if (!isInput) {
+      const element = make("span", { ...props, role: "img", "data-value": "0" }, String(n));
+      this.levels.push({ element, bit, isInput });
+      return element;
+    }
+    const element = make("button", { ...props, type: "button", "aria-pressed": "false", disabled: true, "data-value": "0" }, String(n));
+    element.addEventListener("click", () => this.set({ [name]: element.getAttribute("aria-pressed") !== "true" }));
+    this.controls.push(element);
+    this.levels.push({ element, bit, isInput });
+    return element;
+  }
+
+  private analog(name: string, short: string, index: number, isInput: boolean): HTMLElement {
+    if (!isInput) {
+      const element = make("output", { "data-testid": name, title: name, "aria-label": name });
+      this.analogs.push({ element, index, isInput });
+      return make("label", { class: "analog" }, `${short} `, element);
+    }
+    const element = make("input", { type: "number", step: "0.1", min: "0", max: "20", "data-testid": name, title: name, "aria-label": name, disabled: true, value: "0" });
+    element.addEventListener("change", () => this.set({ [name]: Number(element.value) }));
+    this.controls.push(element);
+    this.analogs.push({ element, index, isInput });
+    return make("label", { class: "analog" }, `${short} `, element);
+  }
+
+  private setter(): HTMLElement {
+    const kind = make("select", { "data-testid": "register-kind", "aria-label": "register" }, ...["boolean", "integer", "float"].map((name) => make("option", {}, name)));
+    const index = make("input", { type: "number", min: "0", max: "127", value: "0", "data-testid": "register-index", "aria-label": "index" });
+    const value = make("input", { type: "number", step: "any", value: "1", "data-testid": "register-value", "data-label": "value" });
+    const button = make("button", { type: "button", "data-t": "set", "data-testid": "register-set", disabled: true });
+    button.addEventListener("click", () => {
+      const name = `input_${kind.value}_register[${index.value}]`;
+      this.set({ [name]: kind.value === "boolean" ? Number(value.value) !== 0 : Number(value.value) });
+    });
+    this.controls.push(kind, index, value, button);
+    return make("div", { class: "row setter" }, make("span", {}, "input_"), kind, make("span", {}, "_register["), index, make("span", {}, "] ="), value, button);
+  }
+
+  show(frame: Frame): void {
+    if (frame.digitalIn !== this.last[0] || frame.digitalOut !== this.last[1]) {
+      this.last = [frame.digitalIn, frame.digitalOut];
+      for (const { element, bit, isInput } of this.levels) {
+        const high = (((isInput ? frame.digitalIn : frame.digitalOut) >>> bit) & 1) === 1;
+        element.classList.toggle("high", high);
+        element.dataset["value"] = high ? "1" : "0";
+        if (isInput) element.setAttribute("aria-pressed", String(high));
+        else element.setAttribute("aria-label", `${element.title}: ${high ? 1 : 0}`);
+      }
+    }
+    for (const { element, index, isInput } of this.analogs) {
+      const text = fixed((isInput ? frame.analogIn : frame.analogOut)[index] ?? 0, 3);
+      if (element instanceof HTMLInputElement) {
+        if (document.activeElement !== element && element.value !== text) element.value = text;
+      } else setText(element, text);
+    }
+  }
+
+  showRegisters(registers: Registers | null): void {
+    this.latest = registers;
+    const rows: HTMLElement[] = [];
+    for (const side of ["input", "output"] as const) {
+      const bank = registers?.[side];
+      const list = (name: string, word: "booleans" | "integers" | "floats", items: string[]): HTMLElement =>
+        make("div", { class: "register", "data-testid": `${side}-${name}` }, make("span", {}, `${t(side === "input" ? "inputs" : "outputs")} · ${t(word)}: `), items.length > 0 ? items.join("  ") : t("none"));
+      const numbers = (values: (number | null)[]): string[] => values.flatMap((value, n) => (value === 0 ? [] : [`[${n}] ${value ?? "NaN"}`]));
+      rows.push(list("boolean", "booleans", (bank?.boolean ?? []).map((n) => `[${n}]`)));
+      rows.push(list("integer", "integers", numbers(bank?.integer ?? [])));
+      rows.push(list("float", "floats", numbers(bank?.float ?? [])));
+    }
+    this.registers.replaceChildren(...rows);
+  }
+
+  enable(may: boolean): void {
+    for (const control of this.controls) control.disabled = !may;
+  }
+}

@@ -1,0 +1,352 @@
+// The time line: live is its right end; everything before can be gone to, played and plotted.
+
+import uPlot from "uplot";
+import "uplot/dist/uPlot.min.css";
+import { byId, fixed, make, setText } from "./dom";
+import { type Frame, indexAt, readFrame, readFrames } from "./frame";
+import { api } from "./link";
+import type { Panel } from "./notices";
+import type { Registers } from "./points";
+import { onLanguage, t, type Word } from "./words";
+
+interface Moment {
+  time: number;
+  frame: string | null;
+  panel: Panel | null;
+  registers: Registers | null;
+}
+export interface TimedEvent {
+  event: string;
+  time: number;
+  [name: string]: unknown;
+}
+
+const PLOTS: { word: Word; unit: string; names: string[]; values: (frame: Frame) => number[] }[] = [
+  { word: "plot_q", unit: "rad", names: ["J1", "J2", "J3", "J4", "J5", "J6"], values: (frame) => frame.actualQ },
+  { word: "plot_qd", unit: "rad/s", names: ["J1", "J2", "J3", "J4", "J5", "J6"], values: (frame) => frame.actualQd },
+  { word: "plot_torque", unit: "Nm", names: ["J1", "J2", "J3", "J4", "J5", "J6"], values: (frame) => frame.actualTorque },
+  { word: "plot_force", unit: "N, Nm", names: ["Fx", "Fy", "Fz", "Mx", "My", "Mz"], values: (frame) => frame.tcpForce },
+];
+const COLORS = ["#4aa3ff", "#ff7a2f", "#37d0a0", "#e5679a", "#b58cff", "#e6c229"];
+const POINTS = 1200;
+const LIVE_FRAMES = 1400;
+
+export class TimeLine {
+  isLive = true;
+  private first = 0;
+  private last = 0;
+  private at = 0;
+  private recent: Frame[] = [];
+  private past: Frame[] = [];
+  private span: [number, number] = [0, 0];
+  private events: TimedEvent[] = [];
+  private plotted = 0;
+  private plot: uPlot | null = null;
+  private isPlaying = false;
+  private playedAt = 0;
+  private drawnAt = 0;
+  private asking = false;
+  private askAgain = false;
+  private isRecording = false;
+  private readonly slider = byId<HTMLInputElement>("timeline");
+
+  /** A moment of the past: its frame, with a jump or played on. */
+  onFrame: (frame: Frame, jumped: boolean) => void = () => undefined;
+  onMoment: (moment: Moment) => void = () => undefined;
+  onLive: () => void = () => undefined;
+
+  constructor() {
+    const choice = byId("plot-choice");
+    PLOTS.forEach((plot, k) => {
+      const button = make("button", { type: "button", class: "quiet", role: "radio", "aria-checked": String(k === 0), "data-t": plot.word, "data-testid": plot.word.replace("_", "-") }, t(plot.word));
+      button.addEventListener("click", () => this.choose(k));
+      choice.append(button);
+    });
+    this.slider.addEventListener("input", () => this.goTo(Number(this.slider.value)));
+    byId("live").addEventListener("click", () => this.goLive());
+    byId("replay-play").addEventListener("click", () => this.playOrPause());
+    byId("event-before").addEventListener("click", () => this.jump(-1));
+    byId("event-after").addEventListener("click", () => this.jump(1));
+    byId("window").addEventListener("change", () => void this.fetchSpan(true));
+    onLanguage(() => this.build());
+    new ResizeObserver(() => this.resize()).observe(byId("plot"));
+    this.build();
+    requestAnimationFrame(() => this.tick());
+    setInterval(() => void this.refresh(), 1000);
+  }
+
+  /** A recording: there is no live end, so its beginning is shown. */
+  async begin(isRecording: boolean): Promise<void> {
+    this.isRecording = isRecording;
+    byId("live").hidden = isRecording;
+    if (isRecording) {
+      this.isLive = false;
+      byId<HTMLSelectElement>("window").value = "0";
+    }
+    this.recent = [];
+    this.past = [];
+    // Whatever there is is news, also if it was asked for before it was known to be a recording.
+    this.last = -1;
+    await this.refresh();
+    if (isRecording) {
+      this.goTo(this.first);
+    }
+  }
+
+  /** A live frame. */
+  push(frame: Frame): void {
+    if (this.isRecording) return;
+    const latest = this.recent.at(-1);
+    if (latest && frame.time < latest.time) {
+      this.recent = [];
+      this.first = frame.time;
+      this.last = frame.time;
+    }
+    if (!latest || frame.time > latest.time) this.recent.push(frame);
+    if (this.recent.length > LIVE_FRAMES) this.recent.splice(0, this.recent.length - LIVE_FRAMES);
+    this.last = Math.max(this.last, frame.time);
+    if (this.isLive) this.at = frame.time;
+  }
+
+  private async refresh(): Promise<void> {
+    try {
+      const answer = await fetch("/api/v1/history?points=1", { cache: "no-store" });
+      this.first = Number(answer.headers.get("x-first-time"));
+      const last = Number(answer.headers.get("x-last-time"));
+      const hasGrown = last !== this.last;
+      this.last = this.isRecording ? last : Math.max(last, this.recent.at(-1)?.time ?? 0);
+      if (this.isRecording ? hasGrown || this.past.length === 0 : this.windowSecs() !== 10) await this.fetchSpan(false);
+      if (this.isRecording && hasGrown) await this.fetchEvents();
+    } catch {
+      // The connection says so itself.
+    }
+  }
+
+  private async fetchEvents(): Promise<void> {
+    this.events = await api<TimedEvent[]>("/api/v1/events");
+  }
+
+  private windowSecs(): number {
+    return Number(byId<HTMLSelectElement>("window").value);
+  }
+
+  /** What the plot shows, s. */
+  private wanted(): [number, number] {
+    const secs = this.windowSecs();
+    if (secs === 0) return [this.first, this.last];
+    if (this.isLive) return [Math.max(this.first, this.last - secs), this.last];
+    const from = Math.min(Math.max(this.first, this.at - secs / 2), Math.max(this.first, this.last - secs));
+    return [from, Math.min(this.last, from + secs)];
+  }
+
+  private async fetchSpan(force: boolean): Promise<void> {
+    if (this.asking) {
+      this.askAgain ||= force;
+      return;
+    }
+    const [from, to] = this.wanted();
+    if (!force && this.span[0] === from && this.span[1] === to) return;
+    this.asking = true;
+    try {
+      const answer = await fetch(`/api/v1/history?from=${from}&to=${to}&points=${POINTS}`, { cache: "no-store" });
+      this.past = readFrames(await answer.arrayBuffer());
+      this.span = [from, to];
+      this.drawnAt = 0;
+    } finally {
+      this.asking = false;
+      if (this.askAgain) {
+        this.askAgain = false;
+        void this.fetchSpan(true);
+      }
+    }
+  }
+
+  goLive(): void {
+    if (this.isRecording) return;
+    this.isLive = true;
+    this.isPlaying = false;
+    this.at = this.last;
+    this.onLive();
+    this.buttons();
+  }
+
+  /** A moment of the past. */
+  goTo(time: number): void {
+    if (!this.isRecording && time >= this.last - 1e-6 && !this.isPlaying) return this.goLive();
+    this.isLive = false;
+    this.seek(Math.min(Math.max(time, this.first), this.last), true);
+    this.buttons();
+  }
+
+  private momentAsked = false;
+  private momentAgain = false;
+
+  private seek(time: number, jumped: boolean): void {
+    this.at = time;
+    const near = this.past.length > 0 && time >= this.span[0] && time <= this.span[1] ? this.past[indexAt(this.past, time)] : undefined;
+    if (near) this.onFrame(near, jumped);
+    void this.moment(jumped);
+    const [from, to] = this.wanted();
+    const isOutside = time < this.span[0] || time > this.span[1] || Math.abs(from - this.span[0]) + Math.abs(to - this.span[1]) > (to - from) * 0.5;
+    if (isOutside) void this.fetchSpan(true);
+  }
+
+  /** Everything of the moment; while one is asked for, only the latest wish is kept. */
+  private async moment(jumped: boolean): Promise<void> {
+    if (this.momentAsked) {
+      this.momentAgain = true;
+      return;
+    }
+    this.momentAsked = true;
+    try {
+      const moment = await api<Moment>(`/api/v1/moment?time=${this.at}`);
+      if (this.isLive) return;
+      if (moment.frame) {
+        const bytes = Uint8Array.from(atob(moment.frame), (letter) => letter.charCodeAt(0));
+        const frame = readFrame(bytes.buffer);
+        if (frame) this.onFrame(frame, jumped && !this.isPlaying);
+      }
+      this.onMoment(moment);
+    } catch {
+      // The connection says so itself.
+    } finally {
+      this.momentAsked = false;
+      if (this.momentAgain) {
+        this.momentAgain = false;
+        if (!this.isLive) void this.moment(jumped);
+      }
+    }
+  }
+
+  private playOrPause(): void {
+    this.isPlaying = !this.isPlaying;
+    if (this.isPlaying) {
+      if (this.isLive || this.at >= this.last - 1e-6) this.at = this.first;
+      this.isLive = false;
+      this.playedAt = performance.now();
+    }
+    this.buttons();
+  }
+
+  /** To the next event in this direction. */
+  private async jump(direction: 1 | -1): Promise<void> {
+    if (!this.isRecording) await this.fetchEvents().catch(() => undefined);
+    const times = this.events.filter((one) => one.event !== "log" || Number(one["level"]) >= 3).map((one) => one.time);
+    const next = direction > 0 ? times.find((time) => time > this.at + 1e-4) : times.findLast((time) => time < this.at - 1e-4);
+    this.isPlaying = false;
+    if (next !== undefined) this.goTo(next);
+    else if (direction > 0) this.goLive();
+    this.buttons();
+  }
+
+  private buttons(): void {
+    byId("live").setAttribute("aria-pressed", String(this.isLive));
+    document.body.classList.toggle("past", !this.isLive);
+    const play = byId("replay-play");
+    setText(play, this.isPlaying ? "❚❚" : "▶");
+    const word: Word = this.isPlaying ? "replay_pause" : "replay_play";
+    play.dataset["label"] = word;
+    play.setAttribute("aria-label", t(word));
+    play.title = t(word);
+  }
+
+  private tick(): void {
+    requestAnimationFrame(() => this.tick());
+    const now = performance.now();
+    if (this.isPlaying) {
+      const rate = Number(byId<HTMLSelectElement>("rate").value);
+      const next = this.at + ((now - this.playedAt) / 1000) * rate;
+      this.playedAt = now;
+      if (next >= this.last) {
+        this.isPlaying = false;
+        this.seek(this.last, false);
+        this.buttons();
+      } else this.seek(next, false);
+    }
+    if (now - this.drawnAt < 100 || document.visibilityState === "hidden") return;
+    this.drawnAt = now;
+    this.slider.min = String(this.first);
+    this.slider.max = String(this.last);
+    if (document.activeElement !== this.slider || this.isLive || this.isPlaying) this.slider.value = String(this.at);
+    this.slider.setAttribute("aria-valuetext", `${fixed(this.at, 2)} s`);
+    setText(byId("time"), fixed(this.at, 3));
+    this.draw();
+  }
+
+  private choose(k: number): void {
+    this.plotted = k;
+    [...byId("plot-choice").children].forEach((button, n) => button.setAttribute("aria-checked", String(n === k)));
+    this.build();
+  }
+
+  private build(): void {
+    const host = byId("plot");
+    const plot = PLOTS[this.plotted];
+    if (!plot) return;
+    this.plot?.destroy();
+    const style = getComputedStyle(document.documentElement);
+    const line = style.getPropertyValue("--line").trim() || "#888";
+    const ink = style.getPropertyValue("--ink2").trim() || "#888";
+    const axis = { stroke: ink, grid: { stroke: line, width: 1 }, ticks: { stroke: line, width: 1 }, font: "11px system-ui" };
+    this.plot = new uPlot(
+      {
+        width: Math.max(host.clientWidth, 200),
+        height: Math.max(host.clientHeight, 80),
+        scales: { x: { time: false } },
+        legend: { show: false },
+        cursor: { drag: { x: true, y: false } },
+        axes: [{ ...axis, size: 24, values: (_: uPlot, values: number[]) => values.map((value) => `${value} s`) }, { ...axis, size: 46, label: plot.unit, labelSize: 14, labelFont: "11px system-ui" }],
+        series: [{}, ...plot.names.map((label, k) => ({ label, stroke: COLORS[k] ?? "#888", width: 1.5, points: { show: false } }))],
+        hooks: {
+          drawClear: [],
+          draw: [(self: uPlot) => this.drawCursor(self, ink)],
+          setSelect: [],
+        },
+      },
+      [[], ...plot.names.map(() => [])] as unknown as uPlot.AlignedData,
+      host,
+    );
+    const over = this.plot.over;
+    over.addEventListener("click", (event) => {
+      const time = this.plot?.posToVal(event.offsetX, "x");
+      if (time !== undefined && Number.isFinite(time)) this.goTo(time);
+    });
+    this.drawnAt = 0;
+  }
+
+  private drawCursor(plot: uPlot, ink: string): void {
+    const x = plot.valToPos(this.at, "x", true);
+    const { ctx, bbox } = plot;
+    if (x < bbox.left || x > bbox.left + bbox.width) return;
+    ctx.save();
+    ctx.strokeStyle = ink;
+    ctx.lineWidth = 2;
+    ctx.beginPath();
+    ctx.moveTo(x, bbox.top);
+    ctx.lineTo(x, bbox.top + bbox.height);
+    ctx.stroke();
+    ctx.restore();
+  }
+
+  private resize(): void {
+    const host = byId("plot");
+    if (host.clientWidth > 0) this.plot?.setSize({ width: host.clientWidth, height: Math.max(host.clientHeight, 80) });
+  }
+
+  private draw(): void {
+    const plot = PLOTS[this.plotted];
+    if (!plot || !this.plot) return;
+    const isRecent = this.isLive && this.windowSecs() === 10;
+    let frames = isRecent ? this.recent : this.past;
+    const [from, to] = isRecent ? [Math.max(this.last - 10, 0), this.last] : this.span;
+    if (isRecent) frames = frames.slice(indexAt(frames, from));
+    const data: number[][] = [frames.map((frame) => frame.time), ...plot.names.map((_, k) => frames.map((frame) => plot.values(frame)[k] ?? 0))];
+    this.plot.setData(data as unknown as uPlot.AlignedData, true);
+    if (to > from) this.plot.setScale("x", { min: from, max: to });
+  }
+
+  /** Colours have changed. */
+  rebuild(): void {
+    this.build();
+  }
+}

@@ -1,0 +1,349 @@
+// The arm in 3D: its shapes with edges, what stands around it, the way of the TCP, force, target and ghost.
+// Draws only when something has changed, and coarser where drawing is slow (software rendering).
+
+import {
+  AmbientLight, ArrowHelper, AxesHelper, BackSide, BoxGeometry, BufferAttribute, BufferGeometry, CapsuleGeometry, CanvasTexture,
+  CylinderGeometry, DirectionalLight, DoubleSide, EdgesGeometry, GridHelper, Group, HemisphereLight, Line, LineBasicMaterial,
+  LineSegments, Matrix4, Mesh, MeshBasicMaterial, MeshStandardMaterial, type Object3D, PerspectiveCamera, PlaneGeometry, Quaternion, Scene,
+  SphereGeometry, Sprite, SpriteMaterial, Vector3, WebGLRenderer,
+} from "three";
+import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import { forward, type Matrix } from "./kinematics";
+
+export interface SceneData {
+  model: string;
+  joints: number[][];
+  flange: number[];
+  links: { from: number[]; to: number[]; radius: number }[][];
+  position_min: number[];
+  position_max: number[];
+  obstacles: { name: string; shape: string; size: number[]; pose: number[]; stiffness: number | null }[];
+  planes: { name: string; point: number[]; normal: number[]; mode: string }[];
+}
+
+export interface Shown {
+  actualQ: readonly number[];
+  targetQ: readonly number[];
+  tcpOffset: readonly number[];
+  tcpForce: readonly number[];
+  time: number;
+}
+
+const TRACE_POINTS = 600;
+const TRACE_SECS = 12;
+const NEWTON_LENGTH = 0.004;
+const ARROW_MAX = 0.6;
+
+const themes = {
+  dark: { ground: 0x2a313b, ground2: 0x20262e, light: 0xdfe4ea, dark: 0x6a7688, accent: 0xff7a2f, outline: 0x0b0e12, trace: [0.25, 0.7, 1], ghost: 0x37d0a0 },
+  light: { ground: 0xb8c0ca, ground2: 0xd4dae1, light: 0xf4f6f8, dark: 0x7f8c9e, accent: 0xe8590c, outline: 0x39424e, trace: [0.05, 0.4, 0.85], ghost: 0x0c9b6f },
+};
+
+function matrix4(m: Matrix): Matrix4 {
+  const a = (k: number): number => m[k] ?? 0;
+  return new Matrix4().set(a(0), a(1), a(2), a(3), a(4), a(5), a(6), a(7), a(8), a(9), a(10), a(11), 0, 0, 0, 1);
+}
+
+function place(object: Object3D, m: Matrix): void {
+  object.matrixAutoUpdate = false;
+  object.matrix.copy(matrix4(m));
+  object.matrixWorldNeedsUpdate = true;
+}
+
+/** A text that floats: drawn, so whatever it says is never markup. */
+function label(text: string, color: string): Sprite {
+  const canvas = document.createElement("canvas");
+  const context = canvas.getContext("2d");
+  canvas.width = 512;
+  canvas.height = 64;
+  if (context) {
+    context.font = "600 44px system-ui, sans-serif";
+    context.textAlign = "center";
+    context.textBaseline = "middle";
+    context.fillStyle = color;
+    context.fillText(text.slice(0, 40), 256, 32, 500);
+  }
+  const sprite = new Sprite(new SpriteMaterial({ map: new CanvasTexture(canvas), transparent: true, depthTest: false }));
+  sprite.scale.set(0.64, 0.08, 1);
+  return sprite;
+}
+
+class Arm {
+  readonly root = new Group();
+  private readonly links: Group[] = [];
+
+  constructor(data: SceneData, ghost: number | null, theme: (typeof themes)["dark"]) {
+    const outline = new MeshBasicMaterial({ color: theme.outline, side: BackSide });
+    data.links.forEach((capsules, index) => {
+      const group = new Group();
+      const material =
+        ghost === null
+          ? new MeshStandardMaterial({ color: index % 2 === 0 ? theme.light : theme.dark, roughness: 0.45, metalness: 0.12 })
+          : new MeshStandardMaterial({ color: ghost, transparent: true, opacity: 0.32, depthWrite: false });
+      for (const { from, to, radius } of capsules) {
+        const [a, b] = [new Vector3(...from), new Vector3(...to)];
+        const axis = b.clone().sub(a);
+        const length = axis.length();
+        const turn = new Quaternion().setFromUnitVectors(new Vector3(0, 1, 0), length > 1e-9 ? axis.normalize() : new Vector3(0, 1, 0));
+        const add = (r: number, m: MeshStandardMaterial | MeshBasicMaterial): void => {
+          const mesh = new Mesh(new CapsuleGeometry(r, length, 8, 28), m);
+          mesh.position.copy(a).add(b).multiplyScalar(0.5);
+          mesh.quaternion.copy(turn);
+          group.add(mesh);
+        };
+        add(radius, material);
+        if (ghost === null) add(radius + 0.0035, outline);
+      }
+      if (ghost === null && index > 0) {
+        // A ring where the joint turns.
+        const radius = Math.max(0.04, ...capsules.map((capsule) => capsule.radius)) * 1.02;
+        const ring = new Mesh(new CylinderGeometry(radius, radius, 0.016, 40, 1, true), new MeshStandardMaterial({ color: theme.accent, roughness: 0.5, side: DoubleSide }));
+        ring.rotation.x = Math.PI / 2;
+        group.add(ring);
+      }
+      this.links.push(group);
+      this.root.add(group);
+    });
+  }
+
+  show(frames: number[][]): void {
+    this.links.forEach((link, k) => place(link, frames[k] ?? []));
+  }
+}
+
+export class View {
+  private readonly scene = new Scene();
+  private readonly camera = new PerspectiveCamera(38, 1, 0.02, 40);
+  private readonly renderer: WebGLRenderer;
+  private readonly controls: OrbitControls;
+  private world = new Group();
+  private arm: Arm | null = null;
+  private ghost: Arm | null = null;
+  private ghostQ: readonly number[] | null = null;
+  private readonly tcpAxes = new AxesHelper(0.12);
+  private readonly targetAxes = new AxesHelper(0.06);
+  private readonly force = new ArrowHelper(new Vector3(0, 0, 1), new Vector3(), 0.1, 0xe5484d, 0.04, 0.024);
+  private readonly trace: Line<BufferGeometry, LineBasicMaterial>;
+  private tracePoints: { time: number; x: number; y: number; z: number }[] = [];
+  private data: SceneData | null = null;
+  private shown: Shown | null = null;
+  private dirty = true;
+  private readonly isSoft: boolean;
+  private slowness = 0;
+  private drawnAt = 0;
+  private theme = themes.dark;
+  frames = 0;
+
+  constructor(private readonly host: HTMLElement) {
+    const drawer = drawerName();
+    if (drawer === null) throw new Error("WebGL is off");
+    this.isSoft = /swiftshader|llvmpipe|software|basic render/i.test(drawer);
+    this.renderer = new WebGLRenderer({ antialias: !this.isSoft, alpha: true, powerPreference: "low-power" });
+    this.renderer.setPixelRatio(this.isSoft ? 0.85 : Math.min(devicePixelRatio, 2));
+    this.host.prepend(this.renderer.domElement);
+    this.renderer.domElement.setAttribute("aria-hidden", "true");
+    this.camera.up.set(0, 0, 1);
+    this.controls = new OrbitControls(this.camera, this.renderer.domElement);
+    this.controls.addEventListener("change", () => (this.dirty = true));
+    this.controls.maxDistance = 12;
+    this.controls.minDistance = 0.25;
+    this.trace = new Line(
+      new BufferGeometry()
+        .setAttribute("position", new BufferAttribute(new Float32Array(TRACE_POINTS * 3), 3))
+        .setAttribute("color", new BufferAttribute(new Float32Array(TRACE_POINTS * 4), 4)),
+      new LineBasicMaterial({ vertexColors: true, transparent: true }),
+    );
+    this.trace.frustumCulled = false;
+    const sun = new DirectionalLight(0xffffff, 2.1);
+    sun.position.set(2.5, -2, 4);
+    const fill = new DirectionalLight(0xffffff, 0.6);
+    fill.position.set(-3, 2, 1.5);
+    this.force.visible = false;
+    this.scene.add(new HemisphereLight(0xffffff, 0x667788, 0.9), new AmbientLight(0xffffff, 0.35), sun, fill);
+    this.scene.add(this.world, this.trace, this.tcpAxes, this.targetAxes, this.force);
+    this.resetCamera();
+    new ResizeObserver(() => this.resize()).observe(host);
+    this.resize();
+    requestAnimationFrame(() => this.draw());
+  }
+
+  resetCamera(): void {
+    const reach = this.reach();
+    this.camera.position.set(reach * 1.15, -reach * 1.75, reach * 1.05);
+    this.controls.target.set(-reach * 0.22, 0, reach * 0.36);
+    this.controls.update();
+    this.dirty = true;
+  }
+
+  setTheme(name: "dark" | "light"): void {
+    this.theme = themes[name];
+    if (this.data) this.setScene(this.data);
+    this.dirty = true;
+  }
+
+  setScene(data: SceneData): void {
+    const isFirst = this.data?.model !== data.model;
+    this.data = data;
+    this.scene.remove(this.world);
+    this.world.traverse((object) => {
+      if (object instanceof Mesh || object instanceof LineSegments) (object.geometry as BufferGeometry).dispose();
+    });
+    this.world = new Group();
+    const grid = new GridHelper(3, 30, this.theme.ground, this.theme.ground2);
+    grid.rotation.x = Math.PI / 2;
+    grid.position.z = -0.001;
+    const base = new AxesHelper(0.25);
+    this.arm = new Arm(data, null, this.theme);
+    this.ghost = new Arm(data, this.theme.ghost, this.theme);
+    this.ghost.root.visible = this.ghostQ !== null;
+    this.world.add(grid, base, this.arm.root, this.ghost.root);
+    const text = this.theme === themes.dark ? "#dfe4ea" : "#20262e";
+    for (const obstacle of data.obstacles) this.world.add(this.obstacle(obstacle, text));
+    for (const plane of data.planes) if (plane.mode !== "off") this.world.add(this.plane(plane, text));
+    this.scene.add(this.world);
+    if (isFirst) this.resetCamera();
+    if (this.shown) this.show(this.shown, true);
+    if (this.ghostQ) this.setGhost(this.ghostQ);
+    this.dirty = true;
+  }
+
+  private reach(): number {
+    const joints = this.data?.joints ?? [];
+    const sum = joints.reduce((total, m) => total + Math.hypot(m[3] ?? 0, m[7] ?? 0, m[11] ?? 0), 0);
+    return sum > 0.2 ? sum * 0.78 : 0.9;
+  }
+
+  private obstacle(one: SceneData["obstacles"][number], text: string): Group {
+    const group = new Group();
+    const [a = 0.1, b = 0.1, c = 0.1] = one.size;
+    let shape: BufferGeometry;
+    if (one.shape === "box") shape = new BoxGeometry(a, b, c);
+    else if (one.shape === "cylinder") shape = new CylinderGeometry(a, a, b, 40).rotateX(Math.PI / 2);
+    else if (one.shape === "sphere") shape = new SphereGeometry(a, 32, 20);
+    else shape = new BoxGeometry(3, 3, 0.004).translate(0, 0, -0.002);
+    const soft = one.stiffness !== null;
+    const material = new MeshStandardMaterial({ color: soft ? 0x7aa06a : 0x9d8f6f, roughness: 0.8, transparent: true, opacity: one.shape === "plane" ? 0.35 : 0.85 });
+    const edges = new LineSegments(new EdgesGeometry(shape, 30), new LineBasicMaterial({ color: this.theme.outline, transparent: true, opacity: 0.6 }));
+    const name = label(one.stiffness === null ? one.name : `${one.name} · ${(one.stiffness / 1000).toFixed(1)} N/mm`, text);
+    name.position.z = (one.shape === "box" ? c / 2 : one.shape === "cylinder" ? b / 2 : one.shape === "sphere" ? a : 0) + 0.05;
+    group.add(new Mesh(shape, material), edges, name);
+    place(group, one.pose);
+    return group;
+  }
+
+  private plane(one: SceneData["planes"][number], text: string): Group {
+    const group = new Group();
+    const color = one.mode === "reduced" ? 0xf5a524 : 0xe5484d;
+    const shape = new PlaneGeometry(1.6, 1.6, 8, 8);
+    group.add(new Mesh(shape, new MeshBasicMaterial({ color, transparent: true, opacity: 0.1, side: DoubleSide, depthWrite: false })));
+    group.add(new LineSegments(new EdgesGeometry(new PlaneGeometry(1.6, 1.6)), new LineBasicMaterial({ color })));
+    group.add(new ArrowHelper(new Vector3(0, 0, 1), new Vector3(), 0.2, color, 0.06, 0.03));
+    const name = label(one.name, text);
+    name.position.set(0, 0.85, 0.02);
+    group.add(name);
+    group.position.set(...(one.point as [number, number, number]));
+    group.quaternion.setFromUnitVectors(new Vector3(0, 0, 1), new Vector3(...one.normal).normalize());
+    return group;
+  }
+
+  /** The arm at a moment. After a jump in time the way begins anew. */
+  show(shown: Shown, jumped = false): void {
+    const before = this.shown;
+    this.shown = shown;
+    if (!this.data || !this.arm) return;
+    const isSame = !jumped && before !== null && before.actualQ.every((q, k) => Math.abs(q - (shown.actualQ[k] ?? 0)) < 1e-6);
+    const forceChanged = before === null || before.tcpForce.some((f, k) => Math.abs(f - (shown.tcpForce[k] ?? 0)) > 0.5);
+    const targetChanged = before === null || before.targetQ.some((q, k) => Math.abs(q - (shown.targetQ[k] ?? 0)) > 1e-6);
+    const isAging = this.tracePoints.length > 1 && shown.time - (before?.time ?? 0) > 0;
+    if (isSame && !forceChanged && !targetChanged && !isAging) return;
+    const frames = forward(this.data.joints, this.data.flange, shown.actualQ, shown.tcpOffset);
+    this.arm.show(frames);
+    const tcp = frames[8] ?? [];
+    place(this.tcpAxes, tcp);
+    const target = forward(this.data.joints, this.data.flange, shown.targetQ, shown.tcpOffset)[8] ?? [];
+    place(this.targetAxes, target);
+    this.showForce(tcp, shown.tcpForce);
+    this.showTrace(tcp, shown.time, jumped);
+    this.dirty = true;
+  }
+
+  private showForce(tcp: Matrix, wrench: readonly number[]): void {
+    const [x = 0, y = 0, z = 0] = wrench;
+    const force = new Vector3(x, y, z);
+    const newtons = force.length();
+    this.force.visible = newtons >= 1;
+    if (!this.force.visible) return;
+    const frame = matrix4(tcp);
+    const direction = force.transformDirection(frame);
+    const length = Math.min(newtons * NEWTON_LENGTH, ARROW_MAX);
+    this.force.position.setFromMatrixPosition(frame);
+    this.force.setDirection(direction);
+    this.force.setLength(Math.max(length, 0.02), Math.min(0.05, length * 0.4), 0.03);
+  }
+
+  private showTrace(tcp: Matrix, time: number, jumped: boolean): void {
+    const points = this.tracePoints;
+    const last = points.at(-1);
+    if (jumped || (last && time < last.time)) points.length = 0;
+    const [x = 0, y = 0, z = 0] = [tcp[3], tcp[7], tcp[11]];
+    const end = points.at(-1);
+    if (!end || Math.hypot(end.x - x, end.y - y, end.z - z) > 0.001) points.push({ time, x, y, z });
+    while (points.length > TRACE_POINTS || (points[0] && time - points[0].time > TRACE_SECS)) points.shift();
+    const position = this.trace.geometry.getAttribute("position") as BufferAttribute;
+    const color = this.trace.geometry.getAttribute("color") as BufferAttribute;
+    const [r = 0, g = 0, b = 0] = this.theme.trace;
+    points.forEach((point, k) => {
+      position.setXYZ(k, point.x, point.y, point.z);
+      color.setXYZW(k, r, g, b, Math.max(0.05, 1 - (time - point.time) / TRACE_SECS));
+    });
+    position.needsUpdate = true;
+    color.needsUpdate = true;
+    this.trace.geometry.setDrawRange(0, points.length);
+  }
+
+  /** Where the arm would go; null hides it. */
+  setGhost(q: readonly number[] | null): void {
+    this.ghostQ = q;
+    if (!this.data || !this.ghost) return;
+    this.ghost.root.visible = q !== null;
+    if (q) this.ghost.show(forward(this.data.joints, this.data.flange, q, this.shown?.tcpOffset ?? []));
+    this.dirty = true;
+  }
+
+  get ghostShown(): boolean {
+    return this.ghost?.root.visible ?? false;
+  }
+
+  private resize(): void {
+    const { clientWidth: width, clientHeight: height } = this.host;
+    if (width === 0 || height === 0) return;
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    this.dirty = true;
+  }
+
+  /** Where drawing is slow it is done less often, so that buttons and signs of life are never late for it. */
+  private draw(): void {
+    requestAnimationFrame(() => this.draw());
+    const now = performance.now();
+    const pause = this.isSoft ? Math.min(200, Math.max(45, this.slowness * 2.5)) : this.slowness > 25 ? 30 : 0;
+    if (!this.dirty || document.visibilityState === "hidden" || now - this.drawnAt < pause) return;
+    this.dirty = false;
+    this.drawnAt = now;
+    this.renderer.render(this.scene, this.camera);
+    this.frames += 1;
+    // What drawing has cost shows in how late the next turn of the page comes.
+    setTimeout(() => (this.slowness = 0.85 * this.slowness + 0.15 * (performance.now() - now)), 0);
+  }
+}
+
+/** What draws here, as the browser names it; null where nothing does. */
+function drawerName(): string | null {
+  const context = document.createElement("canvas").getContext("webgl2");
+  if (!context) return null;
+  const info = context.getExtension("WEBGL_debug_renderer_info");
+  const name = info ? String(context.getParameter(info.UNMASKED_RENDERER_WEBGL)) : "";
+  context.getExtension("WEBGL_lose_context")?.loseContext();
+  return name;
+}
