@@ -65,9 +65,38 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
         ],
     ),
     (
+        "editor",
+        &[
+            "controller",
+            "elite-lang",
+            "elite-runtime",
+            "io-bus",
+            "kinematics",
+            "motion-api",
+            "recorder",
+            "script-test",
+            "supervision",
+        ],
+    ),
+    (
+        "pendant",
+        &[
+            "controller",
+            "editor",
+            "elite-lang",
+            "elite-runtime",
+            "io-bus",
+            "kinematics",
+            "motion-api",
+            "recorder",
+            "supervision",
+        ],
+    ),
+    (
         "server",
         &[
             "controller",
+            "editor",
             "elite-lang",
             "elite-runtime",
             "force",
@@ -75,6 +104,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "kinematics",
             "motion",
             "motion-api",
+            "pendant",
             "recorder",
             "robot-client",
             "script-test",
@@ -99,6 +129,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
         "dev",
         &[
             "controller",
+            "editor",
             "elite-lang",
             "elite-runtime",
             "io-bus",
@@ -135,6 +166,8 @@ const KEPT_IN: &[(&str, &[&str])] = &[
         ],
     ),
     ("tokio-modbus", &["io-bus"]),
+    ("ls-types", &["editor"]),
+    ("lsp-server", &["editor"]),
     ("pyo3", &["pybind"]),
 ];
 

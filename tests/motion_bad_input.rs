@@ -197,3 +197,18 @@ fn a_second_thread_cannot_move_the_arm_and_does_not_disturb_it() {
         assert_eq!(pair[1].target_q[1..], pair[0].target_q[1..]);
     }
 }
+
+#[test]
+fn gain_and_damping_outside_their_ranges_are_clamped_with_a_warning() {
+    let folder = tempfile::tempdir().unwrap();
+    let script = "def p():\n    force_mode_set_gain_scaling(scoring=3)\n    force_mode_set_damping(-1)\n    print('on')\nend\n";
+    let output = run_script(folder.path(), script, &[]);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(
+        (&output.stdout[..], output.status.code()),
+        (&b"on\n"[..], Some(0)),
+        "{said}"
+    );
+    assert!(said.contains("allowed are 0 to 2; 2 is used"), "{said}");
+    assert!(said.contains("allowed are 0 to 1; 0 is used"), "{said}");
+}

@@ -203,3 +203,13 @@ fn check_knows_the_object_of_tests_and_what_it_has() {
     );
     assert!(check("a.script").contains("undefined-name"));
 }
+
+/// System tests that are shorter as programs: motion modes, belts, planes, wired encoders, force mode.
+#[test]
+fn the_programs_of_this_folder_pass() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/programs");
+    let output = test_in(&folder, &[]);
+    let out = text(&output.stdout);
+    assert_eq!(output.status.code(), Some(0), "{out}");
+    assert!(out.contains("16 passed; "), "{out}");
+}

@@ -372,13 +372,6 @@ pub fn run_in_cell(text: &str, cell: &str, options: &[&str]) -> (String, String,
     )
 }
 
-/// What a program prints that ends well in a cell.
-pub fn printed_in_cell(text: &str, cell: &str) -> String {
-    let (out, err, status) = run_in_cell(text, cell, &[]);
-    assert_eq!(status, Some(0), "{err}");
-    out
-}
-
 /// The example program of the README.
 pub fn first_light() -> String {
     std::fs::read_to_string(example_path()).unwrap()

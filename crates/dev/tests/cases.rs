@@ -52,6 +52,7 @@ targets_and_counts! {
     primary: 3000,
     interpreter: 5000,
     dashboard: 10_000,
+    debugger: 40,
     rtsi: 10_000,
     opening: 10_000,
     http: 1500,
@@ -69,6 +70,8 @@ targets_and_counts! {
     calibration: 2000,
     points: 5000,
     task_names: 3000,
+    lsp: 40,
+    lsp_edits: 15,
 }
 
 /// `kept/TARGET/NAME`: an input that broke a promise once.
@@ -88,19 +91,20 @@ fn what_was_found_once_is_not_found_again() {
     assert!(count > 0);
 }
 
-/// The generators make programs that compile and that run: without this a slip in one of them would go unseen.
+/// The generators make programs that compile and that run: without this a slip in one of them would go unseen. How many
+/// come to their end within the processor time they get is a matter of the machine; those that do not run on.
 #[test]
-fn generated_programs_compile_and_mostly_come_to_their_end() {
+fn generated_programs_compile_and_mostly_run() {
     use dev::language::{Outcome, judged};
-    let mut done = 0;
+    let mut run = 0;
     for number in 0..60 {
         let target = target("containers").expect("a target of this name");
         let input = target.input(&[], 3, number);
         let text = String::from_utf8(input).unwrap();
         let outcome = std::panic::catch_unwind(|| judged(text.clone()));
-        done += usize::from(outcome.is_ok_and(|outcome| outcome == Outcome::Done));
+        run += usize::from(matches!(outcome, Ok(Outcome::Done | Outcome::Stopped)));
     }
-    assert!(done > 30, "{done} of 60 come to their end");
+    assert!(run > 30, "{run} of 60 run");
 }
 
 #[test]

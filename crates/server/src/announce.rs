@@ -22,6 +22,7 @@ use tracing::Span;
 use crate::feed::Feed;
 use crate::log_dir::InterpreterLog;
 use crate::logging;
+use crate::ports::http::page::ShownProgram;
 use wire::primary::exception::TEXT_BYTES_MAX;
 
 /// How many messages a port may be behind before it misses some.
@@ -46,6 +47,7 @@ pub enum Console {
 
 /// A program that was started.
 struct KnownProgram {
+    name: String,
     span: Span,
     has_run: bool,
 }
@@ -180,15 +182,25 @@ impl Observer for Announcer {
         // Of the highest level: who it is about is told with every message that is shown.
         let span = tracing::error_span!(target: "script", parent: None, "program", called = name, id = program.0);
         let known = KnownProgram {
+            name: cut(name, PORT_TEXT_BYTES).unwrap_or_else(|| name.to_owned()),
             span,
             has_run: false,
         };
         programs.insert(program, known);
     }
 
-    fn program_runs(&self, program: ProgramId, _: &str) {
-        if let Some(known) = self.programs().get_mut(&program) {
+    fn program_runs(&self, program: ProgramId, text: &str) {
+        let name = self.programs().get_mut(&program).map(|known| {
             known.has_run = true;
+            known.name.clone()
+        });
+        // Secondary programs run beside the one that people look at.
+        if !text.trim_start().starts_with("sec ") {
+            self.feed.program_runs(ShownProgram {
+                number: program.0,
+                name: name.unwrap_or_default(),
+                text: text.into(),
+            });
         }
     }
 

@@ -58,6 +58,8 @@ pub enum Command {
     /// Run the tests of programs: every test_ function of test_*.script and *_test.script files.
     /// Exit status: 0 all passed, 1 some failed, 2 nothing to run
     Test(TestArgs),
+    /// Debug a program from an editor (Debug Adapter Protocol), forwards and backwards, on standard input and output
+    Debug(DebugArgs),
     /// Read a recording: a summary, a state, a table, or run it again
     Replay(ReplayArgs),
     /// List every builtin function of the script language
@@ -72,6 +74,8 @@ pub enum Command {
     Record(RecordArgs),
     /// Lay two recordings over each other and tell how far they are apart. Exit status: 0 within the bound, 1 beyond, 2 unreadable
     Compare(CompareArgs),
+    /// The language server for editors, on standard input and output. Exit status: 0 after 'shutdown', 1 the client vanished
+    Lsp(LspArgs),
     /// Wait until a server answers. Exit status: 0 it does, 1 it did not in time
     Wait(WaitArgs),
 }
@@ -82,6 +86,32 @@ pub struct LogArgs {
     /// Log lines on stderr for people (text) or machines (json) [default: text]. RUST_LOG filters them
     #[arg(long, value_name = "text|json")]
     pub log_format: Option<LogFormat>,
+}
+
+/// Options of `lsp`.
+#[derive(Args, Clone, Debug, Default)]
+pub struct LspArgs {
+    /// The language of hover texts and hints: en or zh [default: that of the client's locale]
+    #[arg(long, value_name = "en|zh")]
+    pub language: Option<TextLanguage>,
+    /// Standard input and output; the only way there is, some editors say so
+    #[arg(long)]
+    pub stdio: bool,
+    /// Process of the editor; the server ends with it, as with the one that 'initialize' names
+    #[arg(long = "clientProcessId", value_name = "PID", hide = true)]
+    pub client: Option<u32>,
+    /// Logging.
+    #[command(flatten)]
+    pub log: LogArgs,
+}
+
+/// A language of texts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum TextLanguage {
+    /// English.
+    En,
+    /// Chinese.
+    Zh,
 }
 
 /// Options of `serve` and `run`.
@@ -253,6 +283,17 @@ pub struct BuiltinsArgs {
     /// Columns for people, or a JSON array
     #[arg(long, value_enum, default_value_t)]
     pub format: ListFormat,
+    #[command(flatten)]
+    #[allow(missing_docs)]
+    pub log: LogArgs,
+}
+
+/// Options of `debug`.
+#[derive(Args, Clone, Debug)]
+pub struct DebugArgs {
+    /// Listen on this port of this machine instead, for one client after the other; 0: any free port
+    #[arg(long, value_name = "N")]
+    pub port: Option<u16>,
     #[command(flatten)]
     #[allow(missing_docs)]
     pub log: LogArgs,

@@ -3,7 +3,8 @@
 //! Called on whichever thread takes the events of a cycle (the pump under the real clock, the task's under the virtual
 //! one), for every cycle in order, also when that thread was held up; waits for nobody. Who listens too slowly loses the oldest cycles.
 
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::collections::VecDeque;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use elite_lang::TaskNode;
@@ -13,6 +14,7 @@ use motion_api::{Frame, RobotState, ThreadNumber};
 use tokio::sync::{broadcast, watch};
 
 use crate::ports::description::{Peripherals, TaskStatus};
+use crate::ports::http::page::ShownProgram;
 use crate::ports::sample::{Beats, Sample};
 
 /// How many cycles a listener may be behind before it loses some: a quarter of a second.
@@ -27,7 +29,23 @@ pub struct Feed {
     script_line: AtomicU32,
     /// Only read for people, never in a cycle.
     script_node: Mutex<Option<TaskNode>>,
+    /// The newest main programs, for people.
+    programs: Mutex<VecDeque<ShownProgram>>,
+    /// Somebody waits for the next line.
+    has_step: AtomicBool,
+    step: Mutex<Option<Step>>,
 }
+
+/// What is done at the first line that is another one.
+struct Step {
+    from: u32,
+    then: Box<dyn FnOnce() + Send>,
+}
+
+/// Programs whose text is kept for people.
+const PROGRAMS_MAX: usize = 8;
+/// Bytes of all their texts.
+const PROGRAM_BYTES_MAX: usize = 8 << 20;
 
 impl Feed {
     /// A feed without listeners.
@@ -39,6 +57,48 @@ impl Feed {
             task: OnceLock::new(),
             script_line: AtomicU32::new(0),
             script_node: Mutex::default(),
+            programs: Mutex::default(),
+            has_step: AtomicBool::new(false),
+            step: Mutex::default(),
+        }
+    }
+
+    /// A main program is about to run.
+    pub fn program_runs(&self, program: ShownProgram) {
+        let mut programs = locked(&self.programs);
+        programs.push_back(program);
+        let bytes = |programs: &VecDeque<ShownProgram>| -> usize {
+            programs.iter().map(|program| program.text.len()).sum()
+        };
+        while programs.len() > PROGRAMS_MAX
+            || (programs.len() > 1 && bytes(&programs) > PROGRAM_BYTES_MAX)
+        {
+            programs.pop_front();
+        }
+    }
+
+    /// A program that has run lately.
+    pub fn program(&self, number: u32) -> Option<ShownProgram> {
+        let programs = locked(&self.programs);
+        let mut programs = programs.iter();
+        programs.find(|program| program.number == number).cloned()
+    }
+
+    /// At the first line of the main thread that is not the one of now, `then` is called, once, on the program's thread.
+    pub fn at_next_line(&self, then: Box<dyn FnOnce() + Send>) {
+        let from = self.script_line.load(Ordering::Relaxed);
+        *locked(&self.step) = Some(Step { from, then });
+        self.has_step.store(true, Ordering::Release);
+    }
+
+    fn step_at(&self, line: u32) {
+        if !self.has_step.load(Ordering::Acquire) {
+            return;
+        }
+        let due = locked(&self.step).take_if(|step| step.from != line);
+        if let Some(step) = due {
+            self.has_step.store(false, Ordering::Release);
+            (step.then)();
         }
     }
 
@@ -69,6 +129,7 @@ impl Feed {
         if thread == ThreadNumber(0) {
             self.script_line.store(line, Ordering::Relaxed);
             *self.script_node() = node.cloned();
+            self.step_at(line);
         }
     }
 
@@ -82,12 +143,12 @@ impl Feed {
     pub fn program_ended(&self) {
         self.script_line.store(0, Ordering::Relaxed);
         *self.script_node() = None;
+        self.has_step.store(false, Ordering::Release);
+        *locked(&self.step) = None;
     }
 
-    /// The value is whole at every moment, so a poisoned lock is as good as any.
     fn script_node(&self) -> MutexGuard<'_, Option<TaskNode>> {
-        let node = self.script_node.lock();
-        node.unwrap_or_else(PoisonError::into_inner)
+        locked(&self.script_node)
     }
 
     /// Shows a cycle to whoever listens.
@@ -119,6 +180,11 @@ impl Feed {
             peripherals: Peripherals::of(state),
         }
     }
+}
+
+/// The value is whole at every moment, so a poisoned lock is as good as any.
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// The task's state in the words of the ports.

@@ -75,6 +75,10 @@ fn execute(command: Command) -> Result<u8, String> {
             plain(&args.log)?;
             Ok(commands::test::test(&args))
         }
+        Command::Debug(args) => {
+            plain(&args.log)?;
+            commands::debug::debug(&args).map_err(|error| format!("the debugger ends: {error}"))
+        }
         Command::Replay(args) => {
             plain(&args.log)?;
             Ok(replay::run(&args))
@@ -102,6 +106,10 @@ fn execute(command: Command) -> Result<u8, String> {
         Command::Compare(args) => {
             plain(&args.log)?;
             Ok(commands::compare::compare(&args))
+        }
+        Command::Lsp(args) => {
+            plain(&args.log)?;
+            commands::lsp::lsp(&args)
         }
         Command::Wait(args) => {
             plain(&args.log)?;

@@ -3,6 +3,8 @@
 #[cfg(feature = "ports")]
 mod builtins;
 #[cfg(feature = "ports")]
+mod editors;
+#[cfg(feature = "ports")]
 mod files;
 mod language;
 #[cfg(feature = "ports")]
@@ -37,7 +39,8 @@ pub fn targets() -> Vec<&'static Target> {
     let all = all
         .chain(builtins::TARGETS)
         .chain(ports::TARGETS)
-        .chain(files::TARGETS);
+        .chain(files::TARGETS)
+        .chain(editors::TARGETS);
     all.collect()
 }
 

@@ -4,12 +4,17 @@
 
 mod dashboard;
 mod lifetime;
+mod page;
 mod rtsi;
 
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
+use controller::LogLines;
+use controller::cell::Cell;
+use controller::cell::point::Direction;
 use elite_lang::{KnownNames, SourceFile};
 use elite_runtime::interpreter::{Statement, Submitted, ThrownAway};
 use elite_runtime::message::{Message, RECORDING_ALARM_CODE, Severity};
@@ -66,6 +71,10 @@ pub struct Backend {
     /// Programs from the network are run.
     remote: AtomicBool,
     task_folder: TaskFolder,
+    task_dir: PathBuf,
+    /// What the page draws.
+    scene: Value,
+    log_lines: LogLines,
     start_configuration: Configuration,
     loaded: Mutex<Loaded>,
     /// What `play` has started last: its number and its name in the folder.
@@ -93,6 +102,9 @@ impl Backend {
             feed: host.feed().clone(),
             announcer: host.announcer().clone(),
             task_folder: TaskFolder::new(&robot.task_dir),
+            task_dir: robot.task_dir.clone(),
+            scene: scene(host, robot.cell.as_deref()),
+            log_lines: controller.log_lines(),
             start_configuration: Configuration {
                 tcp: Some(robot.tcp.to_array()),
                 payload: Some([robot.payload.mass, cog[0], cog[1], cog[2]]),
@@ -210,6 +222,12 @@ fn clamp(number: u32) -> i32 {
 fn unix_millis() -> u64 {
     let since = SystemTime::now().duration_since(UNIX_EPOCH);
     since.map_or(0, |d| u64::try_from(d.as_millis()).unwrap_or(u64::MAX))
+}
+
+/// What the page draws of the arm and what stands around it. The cell file was read when the controller started.
+fn scene(host: &Host, cell: Option<&Path>) -> Value {
+    let cell = cell.and_then(|path| Cell::load(path).ok());
+    pendant::scene::describe(host.controller().robot().model(), cell.as_ref())
 }
 
 /// Carries messages to the clients of port 30001 until `shutdown`.
@@ -485,7 +503,7 @@ impl http::Source for Backend {
         let sent = self.robot.send_all(Origin::default(), &points);
         sent.map_err(|full| NotSet::Unavailable(format!("nothing was set: {full}")))?;
         for value in &changes.registers {
-            value.write(&self.robot.registers().input);
+            value.write(Direction::In, self.robot.registers());
         }
         Ok(())
     }

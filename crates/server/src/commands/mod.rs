@@ -4,6 +4,8 @@ pub mod builtins;
 pub mod calibrate;
 pub mod check;
 pub mod compare;
+pub mod debug;
+pub mod lsp;
 pub mod record;
 mod robot;
 pub mod run;

@@ -11,16 +11,19 @@ use crate::config::{PortSettings, ServeConfig};
 use crate::host::{Host, HostError};
 use crate::options::PortSetting;
 use crate::ports::callers::{Callers, machine_name};
+use crate::ports::http::Pages;
+use crate::ports::http::page::Page;
 use crate::ports::listen::{BindError, PortMeter, bind, start_port};
 use crate::ports::{dashboard, foxglove, http, interpreter, modbus, primary, rtsi};
 use crate::ready_file;
 use crate::shutdown::{FAULT_EXIT, Shutdown};
 use controller::options::RecordTarget;
-use supervision::Kind;
+use supervision::{Faults, Kind};
 use thiserror::Error;
 use tokio::net::TcpListener;
 use tokio::runtime::Runtime;
 use tokio::time::timeout;
+use tokio_util::sync::CancellationToken;
 
 /// What kept the server from starting.
 #[derive(Debug, Error)]
@@ -187,6 +190,29 @@ pub(crate) fn bound_ports(
     Ok(bound)
 }
 
+/// The pendant page of the controller, which from now on shows what happens.
+fn open_page(
+    config: &ServeConfig,
+    backend: &Arc<Backend>,
+    faults: &Faults,
+    token: &CancellationToken,
+) -> std::io::Result<Arc<Page<Backend>>> {
+    let is_given = config.bind.is_loopback();
+    let page = Arc::new(Page::new(backend.clone(), is_given)?);
+    if !is_given && config.ports.http != PortSetting::Off {
+        // For whoever started the server; pages from other machines are asked for it.
+        crate::logging::say(&format!(
+            "eliteserver: the token of the pendant page is {}",
+            page.token().reveal()
+        ));
+    }
+    let (shown, watch, token) = (page.clone(), faults.clone(), token.clone());
+    faults.spawn(Kind::Service, "page", async move {
+        watch.keep_up("page", || shown.run(&token)).await;
+    });
+    Ok(page)
+}
+
 async fn serve_ports(
     config: &ServeConfig,
     host: &Host,
@@ -209,6 +235,7 @@ async fn serve_ports(
         })
     };
 
+    let page = open_page(config, &backend, faults, &token)?;
     let image = controller.fieldbus().port_image.clone();
     let callers = Callers::of(
         config.bind,
@@ -230,6 +257,7 @@ async fn serve_ports(
         };
         let (backend, token) = (backend.clone(), token.clone());
         let (all, one, callers) = (meters.clone(), meter.clone(), callers.clone());
+        let page = page.clone();
         match name {
             "primary" => {
                 let hub = hub.clone();
@@ -242,14 +270,8 @@ async fn serve_ports(
                 interpreter::serve(listener, backend.clone(), one.clone(), token.clone())
             })?,
             "http" => start_port(&mut services, listener, &meter, move |listener| {
-                http::serve(
-                    listener,
-                    backend.clone(),
-                    all.clone(),
-                    one.clone(),
-                    callers.clone(),
-                    token.clone(),
-                )
+                let pages = Pages::of(backend.clone(), all.clone()).with_page(page.clone());
+                http::serve(listener, pages, one.clone(), callers.clone(), token.clone())
             })?,
             "modbus" => {
                 let (image, robot) = (image.clone(), controller.robot().clone());

@@ -17,5 +17,6 @@ pub mod rtsi;
 pub mod sample;
 pub mod shown;
 pub mod text;
+pub mod websocket;
 
 pub use listen::ClientId;

@@ -23,7 +23,7 @@ pub(super) fn print(
     text: &str,
     out: &mut impl Write,
 ) -> Result<(), ReplayError> {
-    let condition = Condition::new(text)?;
+    let condition = Condition::new("--find", text)?;
     let mut doing = Doing::default();
     let mut commands: BTreeMap<u64, CommandMessage> = BTreeMap::new();
     let mut current: Option<Stretch> = None;

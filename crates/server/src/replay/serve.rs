@@ -3,10 +3,12 @@
 //! Owns the ports and the pace. [`Playback`] is what the ports see; it is read-only: whoever sends a program or claims
 //! an input is told so. The ports close when the recording ends.
 
+mod page;
 mod playback;
+mod time_line;
 
 use std::net::{IpAddr, Ipv4Addr};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use recorder::lengths::cut;
@@ -26,6 +28,8 @@ use crate::describe::describe;
 use crate::options::PortSetting;
 use crate::ports::callers::{Callers, machine_name};
 use crate::ports::foxglove::View;
+use crate::ports::http::Pages;
+use crate::ports::http::page::{Page, Stage};
 use crate::ports::listen::{PortMeter, start_port};
 use crate::ports::{foxglove, http, primary, rtsi};
 use crate::ready_file;
@@ -33,6 +37,7 @@ use crate::shutdown::Shutdown;
 use controller::cell::{Cell, CellError};
 use controller::start_configuration::cycle_config;
 use playback::Playback;
+use time_line::Shown;
 
 /// Messages read ahead from the file.
 const READ_AHEAD: usize = 1024;
@@ -42,6 +47,10 @@ const PAUSE_MAX: f64 = 10.0;
 const SHOWN_BYTES: usize = 16 << 10;
 /// Clients hear the last state before the ports close.
 const FAREWELL: Duration = Duration::from_millis(250);
+/// A page that is opened, or loaded again, after the end of the recording finds it for so long …
+const PAGE_WITHIN: Duration = Duration::from_secs(30);
+/// … unless it was played at more than this, as nobody looks at it.
+const RATE_TO_LOOK_AT: f64 = 10.0;
 
 /// Why a recording cannot be served.
 #[derive(Debug, Error)]
@@ -86,7 +95,16 @@ pub(super) fn serve(
     let viewer = Viewer::new(model.clone(), obstacles, setup.epoch_ns);
     let config = cycle_config(setup, model.clone(), cell.as_ref()).map_err(RerunError::Setup)?;
     let description = describe(&config).map_err(RerunError::Config)?;
-    let playback = Arc::new(Playback::new(recording.name(), model, description, setup));
+    let shown = Arc::new(Shown {
+        scene: pendant::scene::describe(&model, cell.as_ref()),
+        ..Shown::default()
+    });
+    let follow = || Playback::new(recording.name(), model.clone(), description.clone(), setup);
+    let playback = Arc::new(follow().with_page(shown.clone()));
+    if args.http_port != Some(PortSetting::Off) {
+        time_line::read(recording.clone(), follow(), shown)?;
+    }
+    let page = Arc::new(Page::new(playback.clone(), false)?);
 
     let fixed =
         |setting: Option<PortSetting>, number| setting.unwrap_or(PortSetting::Number(number));
@@ -105,6 +123,7 @@ pub(super) fn serve(
         .worker_threads(2)
         .enable_all()
         .build()?;
+    let faults = Faults::default();
     let served = runtime.block_on(async {
         let stop = shutdown.token().child_token();
         let listeners = open_ports(bind, &mut ports).await?;
@@ -117,7 +136,7 @@ pub(super) fn serve(
         }
         let trusted = crate::config::trusted_hosts(args.trust_host.clone());
         let callers = Callers::of(bind, machine_name().as_deref(), &trusted);
-        let services = open_services(listeners, &playback, viewer, &callers, &stop)?;
+        let services = open_services(listeners, &playback, &page, viewer, &callers, &stop)?;
         if let Some(path) = &args.ready_file {
             ready_file::write(path, std::process::id(), &bound).map_err(|source| {
                 ServeError::ReadyFile {
@@ -126,10 +145,19 @@ pub(super) fn serve(
                 }
             })?;
         }
+        let (shown, until) = (page.clone(), stop.clone());
+        faults.spawn(
+            Kind::Service,
+            "page",
+            async move { shown.run(&until).await },
+        );
         let played = stop
             .run_until_cancelled(play(recording, rate, &playback))
             .await;
         stop.run_until_cancelled(tokio::time::sleep(FAREWELL)).await;
+        if played.as_ref().is_some_and(Result::is_ok) && ports.http != PortSetting::Off {
+            stop.run_until_cancelled(linger(page.stage(), rate)).await;
+        }
         stop.cancel();
         services.join_all().await;
         played.unwrap_or(Ok(()))
@@ -143,9 +171,30 @@ pub(super) fn serve(
     served
 }
 
+/// A recording that is over is still shown: for a while to whoever opens the page, then for as long as a page is open.
+async fn linger(stage: &Stage, rate: f64) {
+    let patience = match rate <= RATE_TO_LOOK_AT {
+        true => PAGE_WITHIN,
+        false => Duration::ZERO,
+    };
+    let mut last_seen = Instant::now();
+    while stage.pages() > 0 || last_seen.elapsed() < patience {
+        if stage.pages() > 0 {
+            last_seen = Instant::now();
+        }
+        tokio::time::sleep(FAREWELL).await;
+    }
+}
+
+/// The value is whole at every moment, so a poisoned lock is as good as any.
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 fn open_services(
     listeners: Listeners,
     playback: &Arc<Playback>,
+    page: &Arc<Page<Playback>>,
     viewer: Viewer,
     callers: &Callers,
     stop: &CancellationToken,
@@ -163,6 +212,7 @@ fn open_services(
         };
         let (playback, stop) = (playback.clone(), stop.clone());
         let (all, one, callers) = (meters.clone(), meter.clone(), callers.clone());
+        let page = page.clone();
         match name {
             "primary" => start_port(&mut services, listener, &meter, move |listener| {
                 let hub = playback.hub().clone();
@@ -172,14 +222,8 @@ fn open_services(
                 rtsi::serve(listener, playback.clone(), one.clone(), stop.clone())
             })?,
             "http" => start_port(&mut services, listener, &meter, move |listener| {
-                http::serve(
-                    listener,
-                    playback.clone(),
-                    all.clone(),
-                    one.clone(),
-                    callers.clone(),
-                    stop.clone(),
-                )
+                let pages = Pages::of(playback.clone(), all.clone()).with_page(page.clone());
+                http::serve(listener, pages, one.clone(), callers.clone(), stop.clone())
             })?,
             "foxglove" => {
                 let viewer = viewer.clone();

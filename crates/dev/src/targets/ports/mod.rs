@@ -2,6 +2,7 @@
 
 mod conversation;
 mod dashboard;
+mod debugger;
 mod foxglove;
 mod http;
 mod http_inputs;
@@ -92,6 +93,25 @@ pub(super) const TARGETS: &[Target] = &[
             b"\xc3\xa4",
         ],
         bytes_max: 300,
+    },
+    Target {
+        name: "debugger",
+        about: "the debugger: sessions of any messages, every answer is one",
+        judge: debugger::judge,
+        shown: as_they_are,
+        seeds: debugger::seeds,
+        words: &[
+            b"Content-Length: 2\r\n\r\n{}",
+            b"\r\n\r\n",
+            b"\"arguments\":",
+            b"\"command\":\"next\"",
+            b"\"threadId\":",
+            b"-1",
+            b"99999999999",
+            b"null",
+            b"[]",
+        ],
+        bytes_max: 3000,
     },
     Target {
         name: "rtsi",

@@ -3,19 +3,12 @@
 //! Messages go to all clients through one channel of the port; a client that is behind loses the oldest and holds up
 //! nobody. So a connection holds no more than what it is sent at the moment.
 
-use std::sync::{Arc, Mutex, PoisonError};
-
-use axum::body::Body;
-use axum::http::{HeaderMap, HeaderName, Request, StatusCode, header};
-use axum::response::{IntoResponse, Response};
 use futures_util::{SinkExt as _, StreamExt as _};
-use hyper::body::Incoming;
-use hyper::upgrade::{OnUpgrade, Upgraded};
+use hyper::upgrade::Upgraded;
 use hyper_util::rt::TokioIo;
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::sync::broadcast::error::RecvError;
 use tokio_tungstenite::WebSocketStream;
-use tokio_tungstenite::tungstenite::handshake::derive_accept_key;
 use tokio_tungstenite::tungstenite::protocol::{Role, WebSocketConfig};
 use tokio_tungstenite::tungstenite::{Error, Message};
 use tokio_util::sync::CancellationToken;
@@ -27,6 +20,7 @@ use super::{Packet, Stage, TOPICS};
 use crate::ports::callers::Callers;
 use crate::ports::http::connection;
 use crate::ports::peer::Peer;
+use crate::ports::websocket::Upgrade;
 
 /// Serves one client until it leaves or the server ends.
 pub(super) async fn serve<S>(
@@ -37,17 +31,13 @@ pub(super) async fn serve<S>(
 ) where
     S: AsyncRead + AsyncWrite + Unpin + Send + 'static,
 {
-    let upgrade = Arc::new(Mutex::new(None));
+    let upgrade = Upgrade::default();
     connection::serve(peer, callers, shutdown, |request| {
-        let response = shake_hands(request, &upgrade);
+        let response = upgrade.shake_hands(request, &SUBPROTOCOLS);
         async { response }
     })
     .await;
-    let upgrade = upgrade
-        .lock()
-        .unwrap_or_else(PoisonError::into_inner)
-        .take();
-    let Some(upgrade) = upgrade else {
+    let Some(upgrade) = upgrade.take() else {
         return;
     };
     let ended = match upgrade.await {
@@ -59,52 +49,6 @@ pub(super) async fn serve<S>(
     };
     if let Err(error) = ended {
         tracing::debug!(%error, "foxglove: the connection broke");
-    }
-}
-
-/// Answers a request: with the change to WebSocket, or why not. The stream is then in `upgrade`.
-fn shake_hands(mut request: Request<Incoming>, upgrade: &Mutex<Option<OnUpgrade>>) -> Response {
-    let (accept, protocol) = match accepted(request.headers()) {
-        Ok(accepted) => accepted,
-        Err(reason) => return (StatusCode::BAD_REQUEST, format!("{reason}\n")).into_response(),
-    };
-    *upgrade.lock().unwrap_or_else(PoisonError::into_inner) =
-        Some(hyper::upgrade::on(&mut request));
-    let headers = [
-        (header::CONNECTION, "Upgrade".to_owned()),
-        (header::UPGRADE, "websocket".to_owned()),
-        (header::SEC_WEBSOCKET_ACCEPT, accept),
-        (header::SEC_WEBSOCKET_PROTOCOL, protocol.to_owned()),
-    ];
-    (StatusCode::SWITCHING_PROTOCOLS, headers, Body::empty()).into_response()
-}
-
-/// The answer to the client's key, and the subprotocol that is spoken (RFC 6455, 4.2).
-fn accepted(headers: &HeaderMap) -> Result<(String, &'static str), String> {
-    let has = |name: HeaderName, wanted: &str, exact: bool| {
-        let values = headers.get_all(name);
-        values.iter().any(|value| {
-            let words = value.to_str().unwrap_or_default().split(',').map(str::trim);
-            words.into_iter().any(|word| match exact {
-                true => word == wanted,
-                false => word.eq_ignore_ascii_case(wanted),
-            })
-        })
-    };
-    if !has(header::UPGRADE, "websocket", false)
-        || !has(header::CONNECTION, "upgrade", false)
-        || !has(header::SEC_WEBSOCKET_VERSION, "13", true)
-    {
-        return Err("this port speaks WebSocket, version 13".to_owned());
-    }
-    let offered = |protocol: &&str| has(header::SEC_WEBSOCKET_PROTOCOL, protocol, true);
-    let Some(protocol) = SUBPROTOCOLS.into_iter().find(offered) else {
-        let names = SUBPROTOCOLS.join(" or ");
-        return Err(format!("the client must offer the subprotocol {names}"));
-    };
-    match headers.get(header::SEC_WEBSOCKET_KEY) {
-        Some(key) => Ok((derive_accept_key(key.as_bytes()), protocol)),
-        None => Err("the header Sec-WebSocket-Key is missing".to_owned()),
     }
 }
 

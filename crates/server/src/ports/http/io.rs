@@ -8,7 +8,7 @@ use serde_json::{Map, Value, json};
 use thiserror::Error;
 
 use controller::cell::point::{Direction, Group, Point};
-use controller::inputs::{self, InputChange, InputValue, RegisterValue};
+use controller::points::{PointChange, PointError, PointValue, RegisterValue};
 
 /// What a request wants to be changed.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -32,7 +32,7 @@ pub enum InputError {
     NotAnObject,
     /// An input cannot be set so.
     #[error(transparent)]
-    Input(#[from] inputs::InputError),
+    Input(#[from] PointError),
 }
 
 /// Reads a request. `config` tells domains and pins.
@@ -49,24 +49,24 @@ pub fn read(body: &[u8], config: &IoConfig) -> Result<InputChanges, InputError> 
     let (mut mask, mut levels) = (0, 0);
     for (name, value) in &members {
         let value = match value {
-            Value::Bool(level) => InputValue::Level(*level),
+            Value::Bool(level) => PointValue::Level(*level),
             Value::Number(number) => match (number.as_i64(), number.as_f64()) {
-                (Some(whole), _) => InputValue::Whole(whole),
-                (None, Some(number)) => InputValue::Number(number),
-                (None, None) => InputValue::Other(shown(value)),
+                (Some(whole), _) => PointValue::Whole(whole),
+                (None, Some(number)) => PointValue::Number(number),
+                (None, None) => PointValue::Other(shown(value)),
             },
-            _ => InputValue::Other(shown(value)),
+            _ => PointValue::Other(shown(value)),
         };
-        match InputChange::new(name, &value, config)? {
-            InputChange::Point(IoChange::DigitalIn {
+        match PointChange::of_input(name, &value, config)? {
+            PointChange::Io(IoChange::DigitalIn {
                 mask: one,
                 levels: level,
             }) => {
                 mask |= one;
                 levels |= level;
             }
-            InputChange::Point(change) => changes.points.push(change),
-            InputChange::Register(value) => changes.registers.push(value),
+            PointChange::Io(change) => changes.points.push(change),
+            PointChange::Register(_, value) => changes.registers.push(value),
         }
     }
     if mask != 0 {
@@ -141,7 +141,7 @@ pub fn describe(state: &RobotState, registers: &RegisterImages) -> Value {
 mod tests {
     use super::*;
     use kinematics::JointPositions;
-    use motion_api::{AnalogDomain, RegisterBank, Registers};
+    use motion_api::{AnalogDomain, Registers};
     use proptest::prelude::*;
 
     #[test]
@@ -160,11 +160,12 @@ mod tests {
             assert!(changes.points.contains(&wanted), "{wanted:?}");
         }
         assert_eq!(changes.points.len(), 4);
-        let bank = RegisterBank::default();
+        let registers = Registers::default();
         changes
             .registers
             .iter()
-            .for_each(|value| value.write(&bank));
+            .for_each(|value| value.write(Direction::In, &registers));
+        let bank = &registers.input;
         assert!(bank.boolean(127));
         assert_eq!((bank.integer(0), bank.float(47)), (i32::MIN, -1e300));
     }

@@ -7,6 +7,7 @@ pub mod connection;
 pub mod guard;
 pub mod io;
 pub mod metrics;
+pub mod page;
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -30,7 +31,9 @@ use crate::ports::callers::Callers;
 use crate::ports::description::TaskStatus;
 use crate::ports::listen::{PortMeter, serve_port};
 use crate::ports::peer::{Peer, Speaks};
+use crate::ports::websocket::Upgrade;
 use metrics::{Figures, Measurements, render};
+use page::{Cockpit, Live, Page};
 
 /// Largest body of a request, bytes: several times what all inputs take.
 const BODY_BYTES_MAX: usize = 64 * 1024;
@@ -86,16 +89,14 @@ struct Shared<S> {
     pulse: Mutex<Option<(u64, Instant)>>,
 }
 
-/// Serves the port until `shutdown`; returns when every client is closed. `ports` are those whose clients are counted.
-pub async fn serve<S: Source>(
+/// Serves the port until `shutdown`; returns when every client is closed.
+pub async fn serve(
     listener: TcpListener,
-    source: Arc<S>,
-    ports: Vec<PortMeter>,
+    pages: Pages,
     meter: PortMeter,
     callers: Callers,
     shutdown: CancellationToken,
 ) {
-    let pages = Pages::of(source, ports);
     let callers = Arc::new(callers);
     serve_port(
         listener,
@@ -111,13 +112,27 @@ pub async fn serve<S: Source>(
 }
 
 /// Every page, for any number of clients.
-#[derive(Clone, Debug)]
-pub struct Pages(Router);
+#[derive(Clone)]
+pub struct Pages {
+    router: Router,
+    live: Option<Arc<dyn Live>>,
+}
 
 impl Pages {
     /// The pages of a controller; `ports` are those whose clients are counted.
     pub fn of<S: Source>(source: Arc<S>, ports: Vec<PortMeter>) -> Self {
-        Self(router(source, ports))
+        Self {
+            router: router(source, ports),
+            live: None,
+        }
+    }
+
+    /// With the pendant page.
+    pub fn with_page<C: Cockpit>(self, page: Arc<Page<C>>) -> Self {
+        Self {
+            router: self.router.merge(page::router(Arc::clone(&page))),
+            live: Some(page),
+        }
     }
 
     /// Answers the requests of one client, over any stream, until it leaves, is too slow, or `shutdown`.
@@ -125,15 +140,29 @@ impl Pages {
     where
         T: AsyncRead + AsyncWrite + Unpin + Send + 'static,
     {
-        let service = TowerToHyperService::new(self.0.clone());
+        let service = TowerToHyperService::new(self.router.clone());
+        let upgrade = Upgrade::default();
         connection::serve(peer, callers, shutdown, |request| {
-            let answering = service.call(request);
+            let is_live = self.live.is_some() && request.uri().path() == page::LIVE_PATH;
+            let answering = match is_live {
+                true => Err(page::shake_hands(request, &upgrade)),
+                false => Ok(service.call(request)),
+            };
             async move {
-                let Ok(response) = answering.await;
-                response
+                match answering {
+                    Ok(answering) => {
+                        let Ok(response) = answering.await;
+                        response
+                    }
+                    Err(response) => response,
+                }
             }
         })
         .await;
+        // The connection keeps its place among the clients of the port.
+        if let (Some(upgrade), Some(live)) = (upgrade.take(), &self.live) {
+            live.attend(upgrade, shutdown).await;
+        }
     }
 }
 

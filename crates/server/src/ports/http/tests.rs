@@ -87,7 +87,13 @@ async fn port(source: Arc<Fake>) -> (SocketAddr, CancellationToken, JoinHandle<(
     let meter = PortMeter::new("http");
     let ports = vec![PortMeter::new("primary"), meter.clone()];
     let callers = Callers::of(address.ip(), None, &[]);
-    let served = serve(listener, source, ports, meter, callers, shutdown.clone());
+    let served = serve(
+        listener,
+        Pages::of(source, ports),
+        meter,
+        callers,
+        shutdown.clone(),
+    );
     let port = tokio::spawn(served);
     (address, shutdown, port)
 }

@@ -14,6 +14,7 @@ use recorder::{
 use serde_json::{Value, json};
 use tokio::sync::{broadcast, watch};
 
+use super::time_line::Shown;
 use crate::feed::elbow_velocity;
 use crate::ports::ClientId;
 use crate::ports::description::{Peripherals, RobotDescription, TaskStatus, ToolSerial};
@@ -33,7 +34,8 @@ const WAITING_MAX: usize = 256;
 /// Global variables that are kept for `/panel`.
 const VARIABLES_MAX: usize = 1000;
 /// What clients are told that want to change something.
-const READ_ONLY: &str = "this is a replay of a recording, it takes no programs and no inputs";
+pub(super) const READ_ONLY: &str =
+    "this is a replay of a recording, it takes no programs and no inputs";
 
 /// What is played, at the moment.
 pub(super) struct Playback {
@@ -49,12 +51,14 @@ pub(super) struct Playback {
     latencies: Histogram,
     registers: Registers,
     now: Mutex<Now>,
+    shown: Arc<Shown>,
 }
 
 struct Now {
     state: RobotState,
     task: TaskStatus,
     program: String,
+    program_number: u32,
     line: u32,
     /// Number and label of the node of the pendant's task.
     node: Option<(u32, Option<String>)>,
@@ -74,6 +78,7 @@ impl Playback {
             state: RobotState::at_start(setup.home, setup.step_time),
             task: TaskStatus::Stopped,
             program: String::new(),
+            program_number: 0,
             line: 0,
             node: None,
             variables: BTreeMap::new(),
@@ -92,7 +97,44 @@ impl Playback {
             latencies: Histogram::default(),
             registers: Registers::default(),
             now: Mutex::new(now),
+            shown: Arc::default(),
         }
+    }
+
+    /// With what the pendant page shows.
+    pub(super) fn with_page(self, shown: Arc<Shown>) -> Self {
+        Self { shown, ..self }
+    }
+
+    /// What the pendant page shows.
+    pub(super) fn shown(&self) -> &Shown {
+        &self.shown
+    }
+
+    /// The file, for people.
+    pub(super) fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The arm.
+    pub(super) const fn model(&self) -> &RobotModel {
+        &self.model
+    }
+
+    /// The arm's name for people.
+    pub(super) fn robot_name(&self) -> &str {
+        &self.description.name
+    }
+
+    /// Line and node of the moment.
+    pub(super) fn place_now(&self) -> (u32, u32) {
+        let now = self.now();
+        (now.line, now.node.as_ref().map_or(0, |(number, _)| *number))
+    }
+
+    /// Number of the program of the moment.
+    pub(super) fn program_now(&self) -> u32 {
+        self.now().program_number
     }
 
     /// The clients of port 30001.
@@ -167,6 +209,7 @@ impl Playback {
         if script.text.is_some() {
             now.task = TaskStatus::Running;
             now.program.clone_from(&script.program);
+            now.program_number = script.program_id;
             now.variables.clear();
         }
         if let (Some(0), Some(line)) = (script.thread, script.line) {

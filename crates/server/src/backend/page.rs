@@ -1,0 +1,262 @@
+//! What the pendant page asks of the controller: its orders go the way of every other port's.
+
+use std::path::Path;
+use std::time::Duration;
+
+use elite_runtime::message::Message;
+use elite_runtime::panel::PopupId;
+use elite_runtime::task_folder::TaskFolder;
+use elite_runtime::{ProgramText, TaskState};
+use kinematics::{JointPositions, Pose, RpyPose};
+use motion_api::{CommandId, CommandKind, MotionMode, Origin, Outcome};
+use pendant::Order;
+use pendant::jog::JogFrame;
+use serde_json::{Value, json};
+use tokio::sync::broadcast;
+
+use super::{Backend, LOOK_AGAIN};
+use crate::ports::dashboard::Dashboard as _;
+use crate::ports::http::page::{Cockpit, ShownProgram};
+use crate::ports::http::{NotSet, Source as _, io};
+
+/// Who wants a program to run, in messages.
+const SENDER: &str = "the pendant page";
+
+/// The answer to an order waits so long for what the arm says to it. What takes longer has begun.
+const ANSWERED_WITHIN: Duration = Duration::from_millis(300);
+
+/// Links may overlap so much, m: their shapes are rounder than they are.
+const OVERLAP_MAX: f64 = 0.015;
+
+impl Cockpit for Backend {
+    fn read_only(&self) -> Option<String> {
+        None
+    }
+
+    fn scene(&self) -> Value {
+        let mut scene = self.scene.clone();
+        let description = &self.description;
+        let limits = |end: fn(&(f64, f64)) -> f64| -> Value {
+            description.position_limits.iter().map(end).collect()
+        };
+        scene["position_min"] = limits(|range| range.0);
+        scene["position_max"] = limits(|range| range.1);
+        scene["speed_max"] = json!(description.speed_limits);
+        scene
+    }
+
+    fn about(&self) -> Value {
+        json!({
+            "version": env!("CARGO_PKG_VERSION"),
+            "robot": self.description.name,
+            "step_time": self.robot.state().step_time,
+            "remote_control": self.remote.load(std::sync::atomic::Ordering::Relaxed),
+            "recording": self.recording.is_some(),
+        })
+    }
+
+    fn place(&self) -> (u32, u32) {
+        let (line, node) = self.feed.place();
+        (line, node.map_or(0, |node| node.number))
+    }
+
+    fn program_number(&self) -> u32 {
+        self.supervisor.status().program.0
+    }
+
+    fn program(&self, number: u32) -> Option<ShownProgram> {
+        self.feed.program(number)
+    }
+
+    fn told(
+        &self,
+    ) -> (
+        broadcast::Receiver<controller::LogLine>,
+        Option<broadcast::Receiver<Message>>,
+    ) {
+        (self.log_lines.subscribe(), Some(self.announcer.subscribe()))
+    }
+
+    async fn order(&self, order: Order) -> Result<Value, String> {
+        tracing::debug!(?order, "page");
+        match order {
+            Order::PowerOn => self.ask(CommandKind::PowerOn).await,
+            Order::PowerOff => {
+                self.supervisor.stop();
+                self.ask(CommandKind::PowerOff).await
+            }
+            Order::BrakeRelease => self.ask(CommandKind::ReleaseBrakes).await,
+            Order::Unlock => self.ask(CommandKind::UnlockProtectiveStop).await,
+            Order::RestartSafety => self.ask(CommandKind::RestartSafetyBoard).await,
+            Order::EmergencyStop { pressed } => {
+                self.ask(CommandKind::EmergencyStop { pressed }).await
+            }
+            Order::Speed { fraction } => self.ask(CommandKind::SetSpeedFraction(fraction)).await,
+            Order::Push {
+                wrench,
+                duration,
+                frame,
+            } => {
+                let push = CommandKind::Push {
+                    wrench,
+                    in_tool_axes: frame == JogFrame::Tool,
+                    duration,
+                    replaces: true,
+                };
+                self.ask(push).await
+            }
+            Order::Play => self.play().await.map(|()| Value::Null),
+            Order::Pause => {
+                self.supervisor.pause();
+                Ok(Value::Null)
+            }
+            Order::Stop => {
+                self.stop_everything();
+                Ok(Value::Null)
+            }
+            Order::Step => {
+                if self.supervisor.status().state != TaskState::Paused {
+                    return Err("no program is held; pause it first".to_owned());
+                }
+                self.hold_at_next_line();
+                self.supervisor.resume();
+                Ok(Value::Null)
+            }
+            Order::Run { name, text, step } => self.run(ProgramText { name, text }, step).await,
+            Order::RunTask { name } => {
+                let task = self.task_folder.task(&name);
+                let task = task.map_err(|error| error.to_string())?;
+                let (name, text) = (task.name, task.text);
+                self.run(ProgramText { name, text }, false).await
+            }
+            Order::ClosePopup { popup, stop } => {
+                if stop {
+                    // First, so that the program does not go on behind the popup.
+                    self.supervisor.stop();
+                }
+                let is_closed = self.supervisor.panel().close_popup(PopupId(popup));
+                match is_closed || stop {
+                    true => Ok(Value::Null),
+                    false => Err(format!("popup {popup} is not open")),
+                }
+            }
+            Order::Inputs { values } => {
+                let config = self.robot.state().io_config;
+                let body = Value::Object(values).to_string();
+                let changes = io::read(body.as_bytes(), &config).map_err(|e| e.to_string())?;
+                match self.set_inputs(&changes) {
+                    Ok(()) => Ok(Value::Null),
+                    Err(NotSet::ReadOnly(reason) | NotSet::Unavailable(reason)) => Err(reason),
+                }
+            }
+            Order::Jog { .. } | Order::MoveTo { .. } | Order::Freedrive | Order::Release => {
+                Err("what is held is held by a page".to_owned())
+            }
+        }
+    }
+
+    fn begin(&self, command: CommandKind) -> Result<CommandId, String> {
+        let asked = self.robot.request(Origin::default(), command);
+        asked.map_err(|full| format!("{} was not begun: {full}", command.name()))
+    }
+
+    fn end(&self, command: CommandKind) {
+        self.supervisor.command(command);
+    }
+
+    fn outcome(&self, id: CommandId) -> Option<Outcome> {
+        self.robot.take_outcome(id)
+    }
+
+    fn forget(&self, id: CommandId) {
+        self.robot.forget(id);
+    }
+
+    fn reach(&self, pose: [f64; 6]) -> Result<[f64; 6], String> {
+        if pose.iter().any(|x| !x.is_finite()) {
+            return Err("a pose has six finite numbers".to_owned());
+        }
+        let state = self.robot.state();
+        let base_from_tcp = Pose::from_rpy(&RpyPose::from_array(pose));
+        let flange_from_tcp = Pose::from_rpy(&state.tcp_offset);
+        let model = self.robot.model();
+        let found = model.inverse_nearest(&base_from_tcp, &flange_from_tcp, &state.target_q);
+        found
+            .map(|joints| joints.0)
+            .ok_or_else(|| "the pose is out of reach".to_owned())
+    }
+
+    fn may_stand(&self, joints: [f64; 6]) -> Result<[f64; 6], String> {
+        let limits = self.description.position_limits.iter().enumerate();
+        for ((joint, (min, max)), q) in limits.zip(joints) {
+            if !(*min..=*max).contains(&q) {
+                return Err(format!(
+                    "joint {} would stand at {q:.4} rad, allowed is {min:.4} to {max:.4} rad",
+                    joint + 1
+                ));
+            }
+        }
+        let model = self.robot.model();
+        let frames = model.forward(&JointPositions(joints));
+        match model.collision().self_distance(&frames) {
+            Some(near) if near.distance < -OVERLAP_MAX => Err(format!(
+                "{} and {} of the arm would touch",
+                kinematics::collision::link_name(near.links.0),
+                kinematics::collision::link_name(near.links.1)
+            )),
+            _ => Ok(joints),
+        }
+    }
+
+    fn tasks(&self) -> Option<(&TaskFolder, &Path)> {
+        Some((&self.task_folder, &self.task_dir))
+    }
+
+    async fn findings(&self, name: String, text: String) -> Result<Value, String> {
+        let pool = self.supervisor.compile_pool();
+        let checking = pool.run(text.len(), move || pendant::programs::findings(&name, text));
+        checking.await.map_err(|trouble| trouble.to_string())
+    }
+}
+
+impl Backend {
+    /// Asks the arm for something and says how that went, as far as it is known soon.
+    async fn ask(&self, command: CommandKind) -> Result<Value, String> {
+        let id = self.begin(command)?;
+        let patience = tokio::time::Instant::now() + ANSWERED_WITHIN;
+        loop {
+            match self.robot.take_outcome(id) {
+                Some(Outcome::Refused(refusal)) => return Err(refusal.to_string()),
+                Some(_) => return Ok(Value::Null),
+                None if tokio::time::Instant::now() >= patience => {
+                    self.robot.forget(id);
+                    return Ok(json!("begun"));
+                }
+                None => tokio::time::sleep(LOOK_AGAIN).await,
+            }
+        }
+    }
+
+    async fn run(&self, program: ProgramText, steps: bool) -> Result<Value, String> {
+        if steps {
+            self.hold_at_next_line();
+        }
+        let started = self.supervisor.submit(program, SENDER).await;
+        let id = started.map_err(|error| error.to_string())?;
+        Ok(json!({"program": id.0}))
+    }
+
+    fn hold_at_next_line(&self) {
+        let supervisor = self.supervisor.clone();
+        self.feed.at_next_line(Box::new(move || supervisor.pause()));
+    }
+
+    fn stop_everything(&self) {
+        self.supervisor.stop();
+        if self.robot.state().motion_mode == MotionMode::Freedrive {
+            self.supervisor.command(CommandKind::EndFreedrive);
+        }
+        let only = CommandId::NONE;
+        self.supervisor.command(CommandKind::Stop { only });
+    }
+}

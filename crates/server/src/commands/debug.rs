@@ -1,0 +1,214 @@
+//! `eliteserver debug`: the debugger over standard input and output, or over a port for one client after the other.
+
+mod recording;
+
+use std::io::{self, BufReader};
+use std::net::{Ipv4Addr, TcpListener};
+use std::path::Path;
+
+use clap::Parser;
+use editor::dap::{Debuggee, serve};
+use serde_json::{Map, Value as Json};
+
+use controller::options::ClockChoice;
+
+use crate::cli::{Cli, Command, DebugArgs};
+use crate::commands::check::read_script;
+use crate::config::RunConfig;
+use crate::logging;
+
+/// Keys of `launch` that are no options of the robot: the debugger's own, and those that clients add.
+const OWN_KEYS: [&str; 14] = [
+    "program",
+    "recording",
+    "stopOnEntry",
+    "stopAtEnd",
+    "noDebug",
+    "set",
+    "name",
+    "type",
+    "request",
+    "cwd",
+    "internalConsoleOptions",
+    "preLaunchTask",
+    "postDebugTask",
+    "presentation",
+];
+
+/// Options that a recording does not hold.
+const RECORDING_KEYS: [&str; 4] = ["allow", "cell", "record", "task-dir"];
+
+/// Options that mean nothing here.
+const REFUSED_KEYS: [&str; 2] = ["log-dir", "log-format"];
+
+/// Exit status: 0 the client has left, 2 the port cannot be opened.
+///
+/// # Errors
+/// The operating system gives no thread.
+pub fn debug(args: &DebugArgs) -> io::Result<u8> {
+    let Some(port) = args.port else {
+        let mut output = io::stdout();
+        serve(BufReader::new(io::stdin()), &mut output, &launch)?;
+        return Ok(0);
+    };
+    let listener = match TcpListener::bind((Ipv4Addr::LOCALHOST, port)) {
+        Ok(listener) => listener,
+        Err(error) => {
+            logging::say(&format!("eliteserver: cannot open port {port}: {error}"));
+            return Ok(2);
+        }
+    };
+    logging::say(&format!(
+        "the debugger listens on {}",
+        listener.local_addr()?
+    ));
+    loop {
+        let (client, _) = listener.accept()?;
+        // Answers are small and waited for.
+        client.set_nodelay(true)?;
+        let mut output = client.try_clone()?;
+        serve(BufReader::new(client), &mut output, &launch)?;
+    }
+}
+
+/// The robot and the program of a `launch`.
+fn launch(arguments: &Json) -> Result<Debuggee, String> {
+    let Some(fields) = arguments.as_object() else {
+        return Err("launch needs program, the path of a script".to_owned());
+    };
+    if let Some(recording) = fields.get("recording") {
+        return launch_recording(fields, recording);
+    }
+    let program = fields.get("program").and_then(Json::as_str);
+    let program = program.ok_or("launch needs program, the path of a script")?;
+    if program == "-" {
+        return Err("program is the path of a script; standard input is the client's".to_owned());
+    }
+    let text = read_script(Path::new(program))?;
+    let config = options(fields, program)?;
+    Ok(Debuggee {
+        program: text,
+        robot: config.robot,
+        presets: config.presets,
+    })
+}
+
+/// The robot and the program of a recording.
+fn launch_recording(fields: &Map<String, Json>, recording: &Json) -> Result<Debuggee, String> {
+    let path = recording.as_str();
+    let path = path.ok_or("recording is the path of a recording")?;
+    if fields.contains_key("program") {
+        return Err("give either program or recording: a recording has its own program".to_owned());
+    }
+    let is_free = |key: &&String| {
+        let key = key.as_str();
+        OWN_KEYS.contains(&key) || key.starts_with("__") || RECORDING_KEYS.contains(&key)
+    };
+    if let Some(key) = fields.keys().find(|key| !is_free(key)) {
+        return Err(format!(
+            "{key} is in the recording; beside it there may be {}",
+            RECORDING_KEYS.join(", ")
+        ));
+    }
+    let config = options(fields, "-")?;
+    let (program, robot) = recording::open(Path::new(path), &config.robot)?;
+    Ok(Debuggee {
+        program,
+        robot,
+        presets: config.presets,
+    })
+}
+
+/// The options of `run` among the arguments.
+fn options(fields: &Map<String, Json>, program: &str) -> Result<RunConfig, String> {
+    let mut line = vec!["eliteserver".to_owned(), "run".to_owned()];
+    for (key, value) in fields {
+        if OWN_KEYS.contains(&key.as_str()) || key.starts_with("__") {
+            continue;
+        }
+        if REFUSED_KEYS.contains(&key.as_str()) {
+            return Err(format!("{key} means nothing to the debugger"));
+        }
+        add_option(&mut line, key, value)?;
+    }
+    presets(&mut line, fields.get("set"))?;
+    line.push("--".to_owned());
+    line.push(program.to_owned());
+    let config = configured(line)?;
+    if config.robot.clock == ClockChoice::Realtime {
+        return Err(
+            "the debugger runs programs under the virtual clock only; leave clock out".to_owned(),
+        );
+    }
+    Ok(config)
+}
+
+fn configured(line: Vec<String>) -> Result<RunConfig, String> {
+    let cli = Cli::try_parse_from(line).map_err(|error| {
+        let text = error.to_string();
+        let first = text.lines().next().unwrap_or_default();
+        first.trim_start_matches("error: ").to_owned()
+    })?;
+    match cli.into_command() {
+        Command::Run(args) => RunConfig::load(*args).map_err(|error| error.to_string()),
+        _ => Err("these are no options of run".to_owned()),
+    }
+}
+
+/// `"home": [0, -1.57, …]` is as good as `"home": "0,-1.57,…"`; a list of texts is an option given several times.
+fn add_option(line: &mut Vec<String>, key: &str, value: &Json) -> Result<(), String> {
+    let is_name = !key.is_empty() && key.chars().all(|c| c.is_ascii_lowercase() || c == '-');
+    if !is_name {
+        return Err(format!(
+            "launch knows no key {key:?}; there are program, stopOnEntry, stopAtEnd, set and the options of run"
+        ));
+    }
+    match value {
+        Json::Array(items) if items.iter().all(Json::is_number) => {
+            let numbers: Vec<String> = items.iter().map(ToString::to_string).collect();
+            line.push(format!("--{key}={}", numbers.join(",")));
+        }
+        Json::Array(items) => {
+            for item in items {
+                line.push(format!("--{key}={}", plain(item)));
+            }
+        }
+        Json::Null => {}
+        other => line.push(format!("--{key}={}", plain(other))),
+    }
+    Ok(())
+}
+
+/// `"set": {"speed": 0.25}` or `"set": ["speed=0.25"]`.
+fn presets(line: &mut Vec<String>, set: Option<&Json>) -> Result<(), String> {
+    match set {
+        None | Some(Json::Null) => {}
+        Some(Json::Object(values)) => {
+            for (name, value) in values {
+                let value = match value {
+                    Json::Bool(true) => "True".to_owned(),
+                    Json::Bool(false) => "False".to_owned(),
+                    Json::Null => "None".to_owned(),
+                    other => other.to_string(),
+                };
+                line.push(format!("--set={name}={value}"));
+            }
+        }
+        Some(Json::Array(items)) => {
+            line.extend(items.iter().map(|item| format!("--set={}", plain(item))));
+        }
+        Some(other) => {
+            return Err(format!(
+                "set is {other}; an object of names and values is needed"
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn plain(value: &Json) -> String {
+    match value {
+        Json::String(text) => text.clone(),
+        other => other.to_string(),
+    }
+}

@@ -1,0 +1,105 @@
+//! A recording of `run` as something to debug: its first program, on the robot that it says it was started with. The run is
+//! repeated, so that everything can be looked at, and in both directions.
+//!
+//! What a recording does not hold has to be said again: permissions, globals that were set, files.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use controller::RobotConfig;
+use controller::options::{MODEL_NAMES, ModelChoice, PlantChoice};
+use controller::start_configuration::{IDEAL, RAPIER, RIGID};
+use elite_runtime::ProgramText;
+use kinematics::Calibration;
+use recorder::{Entry, Recording, Setup, Topic};
+
+/// The program and the robot of a recording; `given` is what `launch` says beside it.
+///
+/// # Errors
+/// A sentence.
+pub(super) fn open(path: &Path, given: &RobotConfig) -> Result<(ProgramText, RobotConfig), String> {
+    let shown = path.display();
+    let recording = Recording::open(path).map_err(|error| error.to_string())?;
+    let setup = recording.setup().ok_or_else(|| {
+        format!("{shown} does not say how the controller was started, it cannot be run again")
+    })?;
+    let robot = robot(setup, given).map_err(|why| format!("{shown} cannot be run again: {why}"))?;
+    let entries = recording
+        .entries(&[Topic::Script])
+        .map_err(|error| error.to_string())?;
+    for entry in entries {
+        let (_, entry) = entry.map_err(|error| error.to_string())?;
+        if let Entry::Script(script) = entry
+            && let Some(text) = script.text
+        {
+            let name = script.program;
+            return Ok((ProgramText { name, text }, robot));
+        }
+    }
+    Err(format!("no program ran in {shown}"))
+}
+
+fn robot(setup: &Setup, given: &RobotConfig) -> Result<RobotConfig, String> {
+    if setup.clock != "virtual" {
+        return Err(
+            "it was recorded under the real clock, where no two runs are the same".to_owned(),
+        );
+    }
+    if setup.powered_off {
+        return Err("the arm was started without power, by people at its ports".to_owned());
+    }
+    if setup.part != 1 {
+        return Err(format!("it is part {} of several files", setup.part));
+    }
+    let millis = (setup.step_time * 1000.0).round();
+    let known = MODEL_NAMES.iter().find(|name| **name == setup.model);
+    let model = match (known, &setup.urdf) {
+        (Some(name), _) => ModelChoice::BuiltIn(name),
+        (None, Some(urdf)) => {
+            let path = PathBuf::from(&setup.model);
+            same_text("model", &path, urdf)?;
+            ModelChoice::Urdf(path)
+        }
+        (None, None) => return Err(format!("the model {} is not known", setup.model)),
+    };
+    let calibration = setup.calibration.as_ref().map(|text| {
+        Calibration::from_text(text, Path::new("the recorded calibration"))
+            .map_err(|error| error.to_string())
+    });
+    match (&setup.cell, &given.cell) {
+        (Some(text), Some(path)) => same_text("cell", path, text)?,
+        (Some(_), None) => {
+            return Err(
+                "something stood around the arm: say cell, the path of its file".to_owned(),
+            );
+        }
+        (None, Some(_)) => return Err("nothing stood around the arm: leave cell out".to_owned()),
+        (None, None) => {}
+    }
+    Ok(RobotConfig {
+        model,
+        calibration: calibration.transpose()?,
+        step: millis.to_string().parse()?,
+        plant: match setup.plant.as_str() {
+            RIGID => PlantChoice::Rigid,
+            RAPIER => PlantChoice::Rapier,
+            IDEAL => PlantChoice::Ideal,
+            other => return Err(format!("the plant {other} is not known")),
+        },
+        tcp: setup.tcp,
+        payload: setup.payload,
+        home: setup.home,
+        seed: setup.seed,
+        ..given.clone()
+    })
+}
+
+fn same_text(what: &str, path: &Path, recorded: &str) -> Result<(), String> {
+    let shown = path.display();
+    let text = fs::read_to_string(path)
+        .map_err(|error| format!("its {what} {shown} cannot be read: {error}"))?;
+    match text == recorded {
+        true => Ok(()),
+        false => Err(format!("its {what} {shown} has changed since")),
+    }
+}

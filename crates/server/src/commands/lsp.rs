@@ -1,0 +1,28 @@
+//! `eliteserver lsp`: the language server on standard input and output.
+
+use std::io::{stdin, stdout};
+
+use editor::analysis::words::Language;
+use editor::lsp::{End, Options, serve};
+
+use crate::cli::{LspArgs, TextLanguage};
+
+/// Exit status: 0 after `shutdown` and `exit`, 1 when the client went without a word.
+///
+/// # Errors
+/// A sentence: the client takes no answers.
+pub fn lsp(args: &LspArgs) -> Result<u8, String> {
+    let options = Options {
+        language: args.language.map(|language| match language {
+            TextLanguage::En => Language::English,
+            TextLanguage::Zh => Language::Chinese,
+        }),
+        client: args.client,
+        follow_client: true,
+    };
+    match serve(stdin(), &mut stdout().lock(), &options) {
+        Ok(End::Orderly) => Ok(0),
+        Ok(End::Vanished) => Ok(1),
+        Err(error) => Err(error.to_string()),
+    }
+}

@@ -1,0 +1,175 @@
+//! The pendant page on the http port: its files, `/api/v1`, and the live view.
+//!
+//! Owns the routes and who may use them; what an order is and what a frame looks like is in the crate `pendant`, what the
+//! controller answers comes from [`Cockpit`]. The live connections are in `live`, what they are shown comes from `stage`.
+
+mod files;
+mod live;
+mod routes;
+mod stage;
+
+use std::path::Path;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use elite_runtime::message::Message;
+use elite_runtime::task_folder::TaskFolder;
+use futures_util::FutureExt as _;
+use futures_util::future::BoxFuture;
+use hyper::upgrade::OnUpgrade;
+use motion_api::{CommandId, CommandKind, Outcome};
+use pendant::{Desk, History, Order, Token};
+use serde_json::Value;
+use tokio::sync::broadcast;
+use tokio_util::sync::CancellationToken;
+
+use super::Source;
+pub use live::{LIVE_PATH, shake_hands};
+pub use routes::router;
+pub use stage::{Modes, Stage, line_event, registers_text};
+
+/// The program that is shown: number, name and text.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ShownProgram {
+    /// Its number.
+    pub number: u32,
+    /// Its name.
+    pub name: String,
+    /// Its text.
+    pub text: Arc<str>,
+}
+
+/// What the page asks of a controller, beside what every http client may.
+pub trait Cockpit: Source {
+    /// Why nothing can be ordered, if so.
+    fn read_only(&self) -> Option<String>;
+    /// What the page draws.
+    fn scene(&self) -> Value;
+    /// Version, clock, cycle and the like.
+    fn about(&self) -> Value;
+    /// Line of the main thread, and number of the node of the pendant's task.
+    fn place(&self) -> (u32, u32);
+    /// Number of the newest program.
+    fn program_number(&self) -> u32;
+    /// A program by its number, while it is known.
+    fn program(&self, number: u32) -> Option<ShownProgram>;
+    /// Everything that is told from now on.
+    fn told(
+        &self,
+    ) -> (
+        broadcast::Receiver<controller::LogLine>,
+        Option<broadcast::Receiver<Message>>,
+    );
+    /// Carries an order out that is not held; what it answers.
+    fn order(&self, order: Order) -> impl Future<Output = Result<Value, String>> + Send;
+    /// Gives the arm a command that is held.
+    ///
+    /// # Errors
+    /// A sentence.
+    fn begin(&self, command: CommandKind) -> Result<CommandId, String>;
+    /// Ends what is held; never refused.
+    fn end(&self, command: CommandKind);
+    /// How a command ended, once.
+    fn outcome(&self, id: CommandId) -> Option<Outcome>;
+    /// Nobody asks for that any more.
+    fn forget(&self, id: CommandId);
+    /// Joint positions near the arm's at which the TCP has a pose: x, y, z, Rx, Ry, Rz.
+    ///
+    /// # Errors
+    /// A sentence.
+    fn reach(&self, pose: [f64; 6]) -> Result<[f64; 6], String>;
+    /// Whether the arm may be asked to be at joint positions.
+    ///
+    /// # Errors
+    /// A sentence.
+    fn may_stand(&self, joints: [f64; 6]) -> Result<[f64; 6], String>;
+    /// The programs, and where they are.
+    fn tasks(&self) -> Option<(&TaskFolder, &Path)>;
+    /// What `check` finds, as JSON.
+    fn findings(
+        &self,
+        name: String,
+        text: String,
+    ) -> impl Future<Output = Result<Value, String>> + Send;
+    /// The history of a recording; a controller that runs has one that the stage fills.
+    fn recorded(&self) -> Option<Arc<Mutex<History>>> {
+        None
+    }
+}
+
+/// The page of one controller: who is at the desk, what was, what is.
+pub struct Page<C> {
+    cockpit: Arc<C>,
+    token: Token,
+    /// Whoever asks gets the token: only with a port that only this machine reaches.
+    is_given: bool,
+    desk: Mutex<Desk>,
+    stage: Arc<Stage>,
+}
+
+/// The value is whole at every moment, so a poisoned lock is as good as any.
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl<C: Cockpit> Page<C> {
+    /// The page of a controller. With `is_given` the token is given to whoever may ask here.
+    ///
+    /// # Errors
+    /// The operating system gives no random numbers.
+    pub fn new(cockpit: Arc<C>, is_given: bool) -> std::io::Result<Self> {
+        let history = cockpit.recorded().unwrap_or_default();
+        Ok(Self {
+            stage: Arc::new(Stage::new(history)),
+            cockpit,
+            token: Token::random()?,
+            is_given,
+            desk: Mutex::default(),
+        })
+    }
+
+    /// What orders must carry.
+    pub const fn token(&self) -> &Token {
+        &self.token
+    }
+
+    /// What pages are shown.
+    pub const fn stage(&self) -> &Arc<Stage> {
+        &self.stage
+    }
+
+    /// Shows what happens until `shutdown`.
+    pub async fn run(&self, shutdown: &CancellationToken) {
+        self.stage.run(&*self.cockpit, shutdown).await;
+    }
+
+    fn desk(&self) -> MutexGuard<'_, Desk> {
+        locked(&self.desk)
+    }
+
+    /// Tells every page who has control.
+    fn tell_control(&self) {
+        let holder = self.desk().holder();
+        let control = serde_json::json!({"event": "control", "page": holder.map(|page| page.0)});
+        self.stage.tell(control.to_string().into());
+    }
+}
+
+/// A page's connection, whichever controller it shows.
+pub trait Live: Send + Sync {
+    /// Serves one page until it leaves or `shutdown`.
+    fn attend<'a>(
+        &'a self,
+        upgrade: OnUpgrade,
+        shutdown: &'a CancellationToken,
+    ) -> BoxFuture<'a, ()>;
+}
+
+impl<C: Cockpit> Live for Page<C> {
+    fn attend<'a>(
+        &'a self,
+        upgrade: OnUpgrade,
+        shutdown: &'a CancellationToken,
+    ) -> BoxFuture<'a, ()> {
+        live::attend(self, upgrade, shutdown).boxed()
+    }
+}

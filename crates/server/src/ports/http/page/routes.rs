@@ -1,0 +1,357 @@
+//! The routes of `/api/v1` that are not live: what the arm is, programs, findings, the history, and orders of programs.
+
+use std::sync::Arc;
+
+use axum::Router;
+use axum::extract::{Path, Request, State};
+use axum::http::{HeaderMap, StatusCode, Uri, header};
+use axum::response::{IntoResponse, Response};
+use axum::routing::{get, post};
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use pendant::orders::Alone;
+use pendant::programs::{self, SaveError};
+use pendant::{DeskError, FRAME_BYTES, FRAME_VERSION};
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use serde_json::{Value, json};
+
+use super::super::{BODY_TIMEOUT, answer, guard, refuse};
+use super::{Cockpit, Page, files, locked};
+
+/// Largest body of a request here, bytes: a program with every character escaped.
+const BODY_BYTES_MAX: usize = 8 << 20;
+
+/// Every route of the page.
+pub fn router<C: Cockpit>(page: Arc<Page<C>>) -> Router {
+    Router::new()
+        .route("/api/v1", get(about::<C>))
+        .route("/api/v1/session", get(session::<C>))
+        .route("/api/v1/scene", get(scene::<C>))
+        .route("/api/v1/state", get(state::<C>))
+        .route("/api/v1/builtins", get(builtins))
+        .route("/api/v1/tasks", get(tasks::<C>))
+        .route("/api/v1/tasks/{*name}", get(open::<C>).put(save::<C>))
+        .route("/api/v1/program", get(program::<C>))
+        .route("/api/v1/check", post(check::<C>))
+        .route("/api/v1/reach", post(reach::<C>))
+        .route("/api/v1/orders", post(order::<C>))
+        .route("/api/v1/history", get(history::<C>))
+        .route("/api/v1/moment", get(moment::<C>))
+        .route("/api/v1/events", get(events::<C>))
+        .with_state(page)
+        .fallback(files::file)
+}
+
+type Shared<C> = State<Arc<Page<C>>>;
+
+async fn about<C: Cockpit>(State(page): Shared<C>) -> Response {
+    let mut about = page.cockpit.about();
+    about["interface"] = json!("v1");
+    about["frame"] = json!({"version": FRAME_VERSION, "bytes": FRAME_BYTES});
+    about["read_only"] = json!(page.cockpit.read_only());
+    answer(StatusCode::OK, &about)
+}
+
+/// The token, where it is given. A page of another server on this machine cannot read the answer.
+async fn session<C: Cockpit>(State(page): Shared<C>, headers: HeaderMap) -> Response {
+    // What a browser says of requests that a page of another site causes.
+    let site = headers.get("sec-fetch-site").and_then(|v| v.to_str().ok());
+    let is_own = site.is_none_or(|site| site == "same-origin" || site == "none");
+    let is_given = page.is_given && is_own && page.cockpit.read_only().is_none();
+    let token = is_given.then(|| page.token.reveal());
+    let session = json!({
+        "token": token,
+        "asks_for_token": !page.is_given && page.cockpit.read_only().is_none(),
+    });
+    let mut response = answer(StatusCode::OK, &session);
+    let never = header::HeaderValue::from_static("no-store");
+    response.headers_mut().insert(header::CACHE_CONTROL, never);
+    response
+}
+
+async fn scene<C: Cockpit>(State(page): Shared<C>) -> Response {
+    answer(StatusCode::OK, &page.cockpit.scene())
+}
+
+/// What the arm is doing now, for programs that want no frames.
+async fn state<C: Cockpit>(State(page): Shared<C>) -> Response {
+    let cockpit = &page.cockpit;
+    let state = cockpit.state();
+    let holder = page.desk().holder();
+    answer(
+        StatusCode::OK,
+        &json!({
+            "time": state.time,
+            "cycle": state.cycle,
+            "robot_mode": state.robot_mode.name(),
+            "safety_mode": state.safety_mode.name(),
+            "motion_mode": state.motion_mode.name(),
+            "program_state": cockpit.task_status().name(),
+            "speed": state.target_speed_fraction,
+            "actual_q": state.actual_q.0,
+            "actual_qd": state.actual_qd.0,
+            "actual_tcp_pose": state.actual_tcp_pose.to_array(),
+            "tcp_force": state.tcp_force,
+            "control": holder.map(|page| page.0),
+            "pages": page.stage.pages(),
+            "panel": cockpit.panel(),
+        }),
+    )
+}
+
+async fn builtins() -> Response {
+    answer(StatusCode::OK, &programs::builtins())
+}
+
+async fn tasks<C: Cockpit>(State(page): Shared<C>) -> Response {
+    let Some((_, root)) = page.cockpit.tasks() else {
+        return answer(StatusCode::OK, &json!([]));
+    };
+    let rows = programs::list(root).into_iter();
+    let rows: Value = rows
+        .map(|(name, bytes)| json!({"name": name, "bytes": bytes}))
+        .collect();
+    answer(StatusCode::OK, &rows)
+}
+
+async fn open<C: Cockpit>(State(page): Shared<C>, Path(name): Path<String>) -> Response {
+    let Some((folder, _)) = page.cockpit.tasks() else {
+        return refuse(StatusCode::NOT_FOUND, "a recording has no task folder");
+    };
+    match programs::open(folder, &name) {
+        Ok(program) => answer(StatusCode::OK, &program),
+        Err(error) => refuse(StatusCode::NOT_FOUND, &error.to_string()),
+    }
+}
+
+/// A program by its number; without one the newest.
+async fn program<C: Cockpit>(State(page): Shared<C>, uri: Uri) -> Response {
+    let newest = page.cockpit.program_number();
+    let number = match number(&uri, "number", newest.into()) {
+        Ok(number) => number as u32,
+        Err(refused) => return *refused,
+    };
+    let shown = page.cockpit.program(number).map(
+        |program| json!({"number": program.number, "name": program.name, "text": &*program.text}),
+    );
+    answer(StatusCode::OK, &shown.unwrap_or(Value::Null))
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Saved {
+    text: String,
+    /// The mark of the text that this one was made from; none for a new file.
+    before: Option<String>,
+}
+
+async fn save<C: Cockpit>(
+    State(page): Shared<C>,
+    Path(name): Path<String>,
+    request: Request,
+) -> Response {
+    if let Err(refused) = may_order(&page, request.headers()) {
+        return *refused;
+    }
+    let saved: Saved = match body(request).await {
+        Ok(saved) => saved,
+        Err(refused) => return refused,
+    };
+    let Some((_, root)) = page.cockpit.tasks() else {
+        return refuse(StatusCode::NOT_FOUND, "a recording has no task folder");
+    };
+    match programs::save(root, &name, &saved.text, saved.before.as_deref()) {
+        Ok(etag) => answer(StatusCode::OK, &json!({"name": name, "etag": etag})),
+        Err(error) => {
+            let status = match error {
+                SaveError::Changed { .. } => StatusCode::CONFLICT,
+                SaveError::System { .. } => StatusCode::INTERNAL_SERVER_ERROR,
+                _ => StatusCode::UNPROCESSABLE_ENTITY,
+            };
+            refuse(status, &error.to_string())
+        }
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Checked {
+    #[serde(default)]
+    name: String,
+    text: String,
+}
+
+async fn check<C: Cockpit>(State(page): Shared<C>, request: Request) -> Response {
+    let Checked { name, text } = match body(request).await {
+        Ok(checked) => checked,
+        Err(refused) => return refused,
+    };
+    match page.cockpit.findings(name, text).await {
+        Ok(findings) => answer(StatusCode::OK, &findings),
+        Err(reason) => refuse(StatusCode::SERVICE_UNAVAILABLE, &reason),
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "snake_case")]
+enum Place {
+    Pose([f64; 6]),
+    Joints([f64; 6]),
+}
+
+/// Where the arm would stand: the look before a move.
+async fn reach<C: Cockpit>(State(page): Shared<C>, request: Request) -> Response {
+    let place: Place = match body(request).await {
+        Ok(place) => place,
+        Err(refused) => return refused,
+    };
+    let cockpit = &page.cockpit;
+    let found = match place {
+        Place::Pose(pose) => cockpit
+            .reach(pose)
+            .and_then(|joints| cockpit.may_stand(joints)),
+        Place::Joints(joints) => cockpit.may_stand(joints),
+    };
+    match found {
+        Ok(joints) => answer(StatusCode::OK, &json!({"joints": joints})),
+        Err(reason) => refuse(StatusCode::UNPROCESSABLE_ENTITY, &reason),
+    }
+}
+
+/// One order of a program, while no page has control.
+async fn order<C: Cockpit>(State(page): Shared<C>, request: Request) -> Response {
+    if let Err(refused) = may_order(&page, request.headers()) {
+        return *refused;
+    }
+    let order = match body(request).await {
+        Ok(Alone(Some(order))) => order,
+        Ok(Alone(None)) => return refuse(StatusCode::UNPROCESSABLE_ENTITY, "there is no order"),
+        Err(refused) => return refused,
+    };
+    if let Err(error) = order.check() {
+        return refuse(StatusCode::UNPROCESSABLE_ENTITY, &error.to_string());
+    }
+    if order.is_held() {
+        let text = "what is held needs signs of life: give this order over /api/v1/live";
+        return refuse(StatusCode::UNPROCESSABLE_ENTITY, text);
+    }
+    if order.needs_control()
+        && let Err(error) = page.desk().check_visitor()
+    {
+        return refuse(StatusCode::CONFLICT, &error.to_string());
+    }
+    match page.cockpit.order(order).await {
+        Ok(value) => answer(StatusCode::OK, &json!({"ok": true, "value": value})),
+        Err(reason) => refuse(StatusCode::CONFLICT, &reason),
+    }
+}
+
+/// Whether a request may change something: not from a foreign page, and with the token.
+fn may_order<C: Cockpit>(page: &Page<C>, headers: &HeaderMap) -> Result<(), Box<Response>> {
+    if let Some(reason) = page.cockpit.read_only() {
+        return Err(refuse(StatusCode::CONFLICT, &reason).into());
+    }
+    let given = headers
+        .get(header::AUTHORIZATION)
+        .and_then(|v| v.to_str().ok());
+    let given = given.and_then(|value| value.strip_prefix("Bearer "));
+    match given.is_some_and(|given| page.token.is(given.trim())) {
+        true => Ok(()),
+        false => Err(refuse(StatusCode::UNAUTHORIZED, &DeskError::Token.to_string()).into()),
+    }
+}
+
+/// The body of a request that no foreign page can have sent, as JSON of one form.
+async fn body<T: DeserializeOwned>(request: Request) -> Result<T, Response> {
+    let (head, body) = request.into_parts();
+    if let Err(turned_away) = guard::check(&head.headers) {
+        return Err(refuse(turned_away.status(), &turned_away.to_string()));
+    }
+    let read = axum::body::to_bytes(body, BODY_BYTES_MAX);
+    let bytes = match tokio::time::timeout(BODY_TIMEOUT, read).await {
+        Ok(Ok(bytes)) => bytes,
+        Ok(Err(_too_long_or_broken)) => {
+            let text = format!("the body is cut off or longer than {BODY_BYTES_MAX} bytes");
+            return Err(refuse(StatusCode::PAYLOAD_TOO_LARGE, &text));
+        }
+        Err(_elapsed) => {
+            let secs = BODY_TIMEOUT.as_secs();
+            let text = format!("the body was not complete after {secs} s");
+            return Err(refuse(StatusCode::REQUEST_TIMEOUT, &text));
+        }
+    };
+    serde_json::from_slice(&bytes).map_err(|error| {
+        let text = format!("the body does not fit: {error}");
+        refuse(StatusCode::UNPROCESSABLE_ENTITY, &text)
+    })
+}
+
+/// A number of the query, and where it is missing another.
+fn number(uri: &Uri, name: &str, otherwise: f64) -> Result<f64, Box<Response>> {
+    let query = uri.query().unwrap_or_default().split('&');
+    let mut values = query.filter_map(|part| part.split_once('=').filter(|(n, _)| *n == name));
+    let Some((_, text)) = values.next() else {
+        return Ok(otherwise);
+    };
+    match text.parse::<f64>() {
+        Ok(number) if number.is_finite() => Ok(number),
+        _ => {
+            let text = format!("{name} must be a number");
+            Err(refuse(StatusCode::UNPROCESSABLE_ENTITY, &text).into())
+        }
+    }
+}
+
+/// Frames of a span of time, one behind the other; the span that there is, in headers.
+async fn history<C: Cockpit>(State(page): Shared<C>, uri: Uri) -> Response {
+    let asked = || -> Result<_, Box<Response>> {
+        Ok((
+            number(&uri, "from", f64::MIN)?,
+            number(&uri, "to", f64::MAX)?,
+            number(&uri, "points", 1000.0)?,
+        ))
+    };
+    let (from, to, points) = match asked() {
+        Ok(asked) => asked,
+        Err(refused) => return *refused,
+    };
+    let history = locked(page.stage.history());
+    let frames = history.frames(from, to, points.max(1.0) as usize);
+    let (first, last) = history.span().unwrap_or((0.0, 0.0));
+    let whole = history.is_whole();
+    drop(history);
+    let headers = [
+        ("content-type", "application/octet-stream".to_owned()),
+        ("cache-control", "no-store".to_owned()),
+        ("x-first-time", first.to_string()),
+        ("x-last-time", last.to_string()),
+        ("x-complete", whole.to_string()),
+    ];
+    (headers, frames).into_response()
+}
+
+/// One moment: its frame, and what was there beside it.
+async fn moment<C: Cockpit>(State(page): Shared<C>, uri: Uri) -> Response {
+    let time = match number(&uri, "time", f64::MAX) {
+        Ok(time) => time,
+        Err(refused) => return *refused,
+    };
+    let history = locked(page.stage.history());
+    let frame = history.frame_at(time).map(|frame| STANDARD.encode(frame));
+    let mut moment = history.beside(time);
+    drop(history);
+    moment["frame"] = json!(frame);
+    answer(StatusCode::OK, &moment)
+}
+
+/// What happened in a span of time.
+async fn events<C: Cockpit>(State(page): Shared<C>, uri: Uri) -> Response {
+    let (from, to) = match (number(&uri, "from", f64::MIN), number(&uri, "to", f64::MAX)) {
+        (Ok(from), Ok(to)) => (from, to),
+        (Err(refused), _) | (_, Err(refused)) => return *refused,
+    };
+    let text = locked(page.stage.history()).events(from, to);
+    let kind = [(header::CONTENT_TYPE, "application/json")];
+    (kind, text).into_response()
+}

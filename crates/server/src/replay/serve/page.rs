@@ -1,0 +1,112 @@
+//! A recording on the pendant page: everything can be looked at, at any time, and nothing ordered.
+
+use std::path::Path;
+use std::sync::{Arc, Mutex};
+
+use controller::LogLine;
+use elite_runtime::message::Message;
+use elite_runtime::task_folder::TaskFolder;
+use kinematics::{JointPositions, Pose, RpyPose};
+use motion_api::{CommandId, CommandKind, Outcome};
+use pendant::{History, Order};
+use serde_json::{Value, json};
+use tokio::sync::broadcast;
+
+use super::playback::{Playback, READ_ONLY};
+use crate::ports::http::Source as _;
+use crate::ports::http::page::{Cockpit, ShownProgram};
+
+impl Cockpit for Playback {
+    fn read_only(&self) -> Option<String> {
+        Some(READ_ONLY.to_owned())
+    }
+
+    fn scene(&self) -> Value {
+        self.shown().scene.clone()
+    }
+
+    fn about(&self) -> Value {
+        json!({
+            "version": env!("CARGO_PKG_VERSION"),
+            "robot": self.robot_name(),
+            "step_time": self.state().step_time,
+            "replay": self.name(),
+        })
+    }
+
+    fn place(&self) -> (u32, u32) {
+        self.place_now()
+    }
+
+    fn program_number(&self) -> u32 {
+        self.program_now()
+    }
+
+    fn program(&self, number: u32) -> Option<ShownProgram> {
+        let programs = super::locked(&self.shown().programs);
+        let mut programs = programs.iter();
+        programs.find(|program| program.number == number).cloned()
+    }
+
+    fn told(
+        &self,
+    ) -> (
+        broadcast::Receiver<LogLine>,
+        Option<broadcast::Receiver<Message>>,
+    ) {
+        (self.log_lines(), None)
+    }
+
+    async fn order(&self, _: Order) -> Result<Value, String> {
+        Err(READ_ONLY.to_owned())
+    }
+
+    fn begin(&self, _: CommandKind) -> Result<CommandId, String> {
+        Err(READ_ONLY.to_owned())
+    }
+
+    /// Nothing is held.
+    fn end(&self, _: CommandKind) {}
+
+    fn outcome(&self, _: CommandId) -> Option<Outcome> {
+        None
+    }
+
+    /// Nobody has asked for anything.
+    fn forget(&self, _: CommandId) {}
+
+    fn reach(&self, pose: [f64; 6]) -> Result<[f64; 6], String> {
+        if pose.iter().any(|x| !x.is_finite()) {
+            return Err("a pose has six finite numbers".to_owned());
+        }
+        let state = self.state();
+        let base_from_tcp = Pose::from_rpy(&RpyPose::from_array(pose));
+        let flange_from_tcp = Pose::from_rpy(&state.tcp_offset);
+        let near: &JointPositions = &state.actual_q;
+        let found = self
+            .model()
+            .inverse_nearest(&base_from_tcp, &flange_from_tcp, near);
+        found
+            .map(|joints| joints.0)
+            .ok_or_else(|| "the pose is out of reach".to_owned())
+    }
+
+    fn may_stand(&self, joints: [f64; 6]) -> Result<[f64; 6], String> {
+        match self.model().limits().contains(&JointPositions(joints)) {
+            true => Ok(joints),
+            false => Err("a joint would leave its range".to_owned()),
+        }
+    }
+
+    fn tasks(&self) -> Option<(&TaskFolder, &Path)> {
+        None
+    }
+
+    async fn findings(&self, name: String, text: String) -> Result<Value, String> {
+        Ok(pendant::programs::findings(&name, text))
+    }
+
+    fn recorded(&self) -> Option<Arc<Mutex<History>>> {
+        Some(self.shown().history.clone())
+    }
+}

@@ -1,0 +1,174 @@
+//! The whole recording as the page's time line: read once from its beginning, on a thread of its own, while it is shown.
+//!
+//! A second [`Playback`] that nobody listens to follows the messages, so that each moment shows what it would show live.
+
+use std::sync::{Arc, Mutex};
+
+use motion_api::RobotState;
+use pendant::History;
+use pendant::frame::{Beside, encode};
+use recorder::{Entry, Recording, Topic};
+use serde_json::{Value, json};
+use supervision::{Faults, Kind};
+
+use super::locked;
+use super::playback::Playback;
+use crate::ports::description::TaskStatus;
+use crate::ports::http::Source as _;
+use crate::ports::http::page::{Cockpit as _, Modes, ShownProgram, line_event, registers_text};
+
+/// Programs whose text is kept.
+const PROGRAMS_MAX: usize = 64;
+/// Bytes of all their texts.
+const PROGRAM_BYTES_MAX: usize = 16 << 20;
+/// Panel and registers are looked at so often, s.
+const PANEL_PERIOD: f64 = 0.1;
+
+/// What the page shows of a recording, beside what all ports show.
+#[derive(Default)]
+pub(super) struct Shown {
+    /// The arm and its cell.
+    pub(super) scene: Value,
+    /// Everything that was.
+    pub(super) history: Arc<Mutex<History>>,
+    /// The programs.
+    pub(super) programs: Mutex<Vec<ShownProgram>>,
+}
+
+/// Reads the recording into the history of `shown`; `shadow` follows it.
+pub(super) fn read(
+    recording: Recording,
+    shadow: Playback,
+    shown: Arc<Shown>,
+) -> std::io::Result<()> {
+    Faults::default().start(Kind::Service, "time line", move || {
+        let mut reading = Reading {
+            shadow,
+            shown: &shown,
+            modes: Modes::default(),
+            next_panel: f64::NEG_INFINITY,
+            panel: Arc::from(""),
+            registers: Arc::from(""),
+            sequence: 0,
+        };
+        match recording.entries(&Topic::ALL) {
+            Ok(entries) => entries
+                .map_while(Result::ok)
+                .for_each(|(time, entry)| reading.take(time, entry)),
+            Err(error) => tracing::warn!("the page has no time line: {error}"),
+        }
+        locked(&shown.history).complete();
+    })?;
+    Ok(())
+}
+
+struct Reading<'s> {
+    shadow: Playback,
+    shown: &'s Shown,
+    modes: Modes,
+    next_panel: f64,
+    panel: Arc<str>,
+    registers: Arc<str>,
+    sequence: u32,
+}
+
+impl Reading<'_> {
+    fn take(&mut self, time: f64, entry: Entry) {
+        match &entry {
+            Entry::Script(script) => {
+                if let Some(text) = &script.text {
+                    self.keep(ShownProgram {
+                        number: script.program_id,
+                        name: script.program.clone(),
+                        text: text.as_str().into(),
+                    });
+                }
+            }
+            Entry::Log(message) => {
+                let event = line_event(time, message.level, &message.source, &message.message);
+                self.event(time, &event);
+                if message.level >= recorder::LogLevel::Error {
+                    let mut alarm = event;
+                    alarm["event"] = "alarm".into();
+                    alarm["kind"] = "recorded".into();
+                    self.event(time, &alarm);
+                }
+            }
+            Entry::Command(command) => {
+                let event = json!({
+                    "event": "command",
+                    "time": time,
+                    "name": command.name,
+                    "program": command.program,
+                    "line": command.line,
+                });
+                self.event(time, &event);
+            }
+            Entry::Cycle(_) | Entry::Io(_) | Entry::Variable(_) => {}
+        }
+        let is_cycle = matches!(entry, Entry::Cycle(_));
+        self.shadow.take(time, entry);
+        if is_cycle {
+            self.cycle();
+        }
+    }
+
+    fn cycle(&mut self) {
+        let state = self.shadow.state();
+        let (line, node) = self.shadow.place();
+        self.sequence = self.sequence.wrapping_add(1);
+        let beside = Beside {
+            sequence: self.sequence,
+            wall_ms: 0.0,
+            task: match self.shadow.task_status() {
+                TaskStatus::Stopped => 0,
+                TaskStatus::Running => 1,
+                TaskStatus::Paused => 2,
+            },
+            line,
+            node,
+            program: self.shadow.program_number(),
+        };
+        locked(&self.shown.history).frame(state.time, &encode(&state, &beside));
+        if let Some(event) = self.modes.changes(&state, beside.task) {
+            self.event(state.time, &event);
+        }
+        if state.time >= self.next_panel {
+            self.next_panel = state.time + PANEL_PERIOD;
+            self.beside(&state);
+        }
+    }
+
+    fn beside(&mut self, state: &RobotState) {
+        let mut panel = self.shadow.panel();
+        panel["name"] = panel["program"].clone();
+        // Those change with every line and are in the frame.
+        for name in ["line", "node"] {
+            panel[name] = Value::Null;
+        }
+        let panel: Arc<str> = panel.to_string().into();
+        let registers = registers_text(&self.shadow.registers());
+        let mut history = locked(&self.shown.history);
+        if panel != self.panel {
+            history.panel(state.time, panel.clone());
+            self.panel = panel;
+        }
+        if registers != self.registers {
+            history.registers(state.time, registers.clone());
+            self.registers = registers;
+        }
+    }
+
+    fn event(&self, time: f64, event: &Value) {
+        locked(&self.shown.history).event(time, event.to_string().into());
+    }
+
+    fn keep(&self, program: ShownProgram) {
+        let mut programs = locked(&self.shown.programs);
+        let bytes: usize = programs.iter().map(|program| program.text.len()).sum();
+        // The first ones: those of a recording that began with them.
+        if programs.len() < PROGRAMS_MAX && bytes + program.text.len() <= PROGRAM_BYTES_MAX {
+            programs.push(program);
+        }
+    }
+}

@@ -1,0 +1,318 @@
+//! `eliteserver lsp` as editors start it: over pipes, with messages whose shapes are those of the protocol.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "a test helper fails by panicking"
+)]
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+
+use serde_json::{Value, json};
+
+const URI: &str = "file:///programs/pick.script";
+
+struct Client {
+    child: Child,
+    input: ChildStdin,
+    output: BufReader<ChildStdout>,
+    number: i64,
+    noted: Vec<Value>,
+}
+
+impl Client {
+    fn start(arguments: &[&str], initialize: Value) -> (Self, Value) {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_eliteserver"))
+            .arg("lsp")
+            .args(arguments)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let (input, output) = (child.stdin.take().unwrap(), child.stdout.take().unwrap());
+        let mut client = Client {
+            child,
+            input,
+            output: BufReader::new(output),
+            number: 0,
+            noted: Vec::new(),
+        };
+        let told = client.ask("initialize", initialize);
+        client.note("initialized", json!({}));
+        (client, told)
+    }
+
+    fn send(&mut self, message: &Value) {
+        let body = message.to_string();
+        write!(self.input, "Content-Length: {}\r\n\r\n{body}", body.len()).unwrap();
+        self.input.flush().unwrap();
+    }
+
+    fn receive(&mut self) -> Value {
+        let mut length = 0;
+        loop {
+            let mut line = String::new();
+            assert!(
+                self.output.read_line(&mut line).unwrap() > 0,
+                "the server has gone"
+            );
+            match line.trim_end().split_once(": ") {
+                Some(("Content-Length", count)) => length = count.parse().unwrap(),
+                Some(_) => {}
+                None => break,
+            }
+        }
+        let mut body = vec![0; length];
+        self.output.read_exact(&mut body).unwrap();
+        let message: Value = serde_json::from_slice(&body).unwrap();
+        assert_eq!(message["jsonrpc"], "2.0");
+        // A message is an answer with one of the two, or a note.
+        match message.get("id") {
+            Some(_) => assert!(message.get("result").is_some() != message.get("error").is_some()),
+            None => assert!(message["method"].is_string() && message["params"].is_object()),
+        }
+        message
+    }
+
+    fn note(&mut self, method: &str, params: Value) {
+        self.send(&json!({ "jsonrpc": "2.0", "method": method, "params": params }));
+    }
+
+    fn ask(&mut self, method: &str, params: Value) -> Value {
+        self.number += 1;
+        let id = self.number;
+        self.send(&json!({ "jsonrpc": "2.0", "id": id, "method": method, "params": params }));
+        loop {
+            let message = self.receive();
+            if message["id"] == id {
+                return message;
+            }
+            self.noted.push(message);
+        }
+    }
+
+    fn findings(&mut self) -> Value {
+        loop {
+            let known = self
+                .noted
+                .iter()
+                .position(|m| m["method"] == "textDocument/publishDiagnostics");
+            let message = match known {
+                Some(at) => self.noted.remove(at),
+                None => self.receive(),
+            };
+            if message["method"] == "textDocument/publishDiagnostics" {
+                return message["params"].clone();
+            }
+        }
+    }
+
+    fn open(&mut self, text: &str) {
+        let document =
+            json!({ "uri": URI, "languageId": "elitescript", "version": 1, "text": text });
+        self.note("textDocument/didOpen", json!({ "textDocument": document }));
+    }
+
+    fn leave(mut self) -> i32 {
+        assert_eq!(self.ask("shutdown", Value::Null)["result"], Value::Null);
+        self.note("exit", Value::Null);
+        self.child.wait().unwrap().code().unwrap()
+    }
+}
+
+fn plain() -> Value {
+    json!({ "processId": std::process::id(), "rootUri": null, "capabilities": {} })
+}
+
+#[test]
+fn a_session_from_initialize_to_exit() {
+    let (mut client, told) = Client::start(&["--stdio"], plain());
+    let can = &told["result"]["capabilities"];
+    assert_eq!(can["positionEncoding"], "utf-16");
+    assert_eq!(
+        can["textDocumentSync"],
+        json!({ "openClose": true, "change": 2 })
+    );
+    for ability in [
+        "hover",
+        "definition",
+        "references",
+        "documentHighlight",
+        "documentSymbol",
+        "workspaceSymbol",
+        "foldingRange",
+        "inlayHint",
+        "documentFormatting",
+    ] {
+        assert_eq!(can[format!("{ability}Provider")], true, "{ability}");
+    }
+    client.open("def f():\n    movej([0, -90, 0, 0, 0, 0])\nf()\n");
+    let found = client.findings();
+    assert_eq!(found["uri"], URI);
+    assert_eq!(found["diagnostics"][0]["code"], "degrees");
+    client.note("textDocument/didChange", json!({
+        "textDocument": { "uri": URI, "version": 2 },
+        "contentChanges": [{ "range": { "start": { "line": 1, "character": 14 }, "end": { "line": 1, "character": 17 } }, "text": "0" }],
+    }));
+    let found = client.findings();
+    assert_eq!(
+        (&found["version"], &found["diagnostics"]),
+        (&json!(2), &json!([]))
+    );
+    let place =
+        json!({ "textDocument": { "uri": URI }, "position": { "line": 1, "character": 6 } });
+    let hover = client.ask("textDocument/hover", place.clone());
+    assert!(
+        hover["result"]["contents"]["value"]
+            .as_str()
+            .unwrap()
+            .contains("Manual 3.1")
+    );
+    let completion = client.ask("textDocument/completion", place);
+    let items = completion["result"]["items"].as_array().unwrap();
+    for item in items {
+        assert!(
+            item["label"].is_string()
+                && item["kind"].is_u64()
+                && item["textEdit"]["range"].is_object(),
+            "{item}"
+        );
+    }
+    assert!(items.iter().any(|item| item["label"] == "movej"));
+    assert_eq!(client.leave(), 0);
+}
+
+#[test]
+fn texts_are_in_the_language_that_was_asked_for() {
+    let place =
+        json!({ "textDocument": { "uri": URI }, "position": { "line": 0, "character": 2 } });
+    let (mut client, _) = Client::start(&["--language", "zh"], plain());
+    client.open("movej()\n");
+    assert!(
+        client.ask("textDocument/hover", place.clone())["result"]
+            .to_string()
+            .contains("手册 3.1")
+    );
+    assert_eq!(client.leave(), 0);
+    let mut chinese = plain();
+    chinese["locale"] = json!("zh-cn");
+    let (mut client, _) = Client::start(&[], chinese);
+    client.open("movej()\n");
+    assert!(
+        client.ask("textDocument/hover", place)["result"]
+            .to_string()
+            .contains("参数")
+    );
+    assert_eq!(client.leave(), 0);
+}
+
+#[test]
+fn the_server_goes_with_its_client() {
+    let (client, _) = Client::start(&[], plain());
+    let Client {
+        mut child,
+        input,
+        output,
+        ..
+    } = client;
+    drop((input, output));
+    assert_eq!(child.wait().unwrap().code(), Some(1));
+    // A client that is gone but whose pipe is held open by another.
+    let mut gone = Command::new("true").spawn().unwrap();
+    let number = gone.id();
+    gone.wait().unwrap();
+    let mut params = plain();
+    params["processId"] = json!(number);
+    let (client, _) = Client::start(&[], params);
+    let Client {
+        mut child,
+        input: _held,
+        output: _kept,
+        ..
+    } = client;
+    assert_eq!(child.wait().unwrap().code(), Some(1));
+}
+
+#[test]
+fn symbols_of_files_that_are_not_open_are_found() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(
+        folder.path().join("other.script"),
+        "def polish():\n    pass\n",
+    )
+    .unwrap();
+    let mut params = plain();
+    params["rootUri"] = json!(format!("file://{}", folder.path().display()));
+    let (mut client, _) = Client::start(&[], params);
+    let found = client.ask("workspace/symbol", json!({ "query": "POLI" }));
+    assert_eq!(found["result"][0]["name"], "polish");
+    assert!(
+        found["result"][0]["location"]["uri"]
+            .as_str()
+            .unwrap()
+            .ends_with("/other.script")
+    );
+    assert_eq!(client.leave(), 0);
+}
+
+#[test]
+fn neovim_is_set_up_by_the_lines_of_the_docs() {
+    let nvim = Command::new("nvim")
+        .arg("--version")
+        .stdout(Stdio::null())
+        .status();
+    if nvim.is_err() {
+        // Not on this machine.
+        return;
+    }
+    let docs = include_str!("../docs/editors.md");
+    let (_, rest) = docs.split_once("```lua\n").unwrap();
+    let (lines, _) = rest.split_once("```").unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    file("init.lua", lines);
+    file(
+        "pick.script",
+        "def pick():\n    movej([0, -90, 0, 0, 0, 0])\npick()\n",
+    );
+    file(
+        "probe.lua",
+        r#"
+vim.wait(60000, function() return #vim.diagnostic.get(0) > 0 end, 20)
+for _, found in ipairs(vim.diagnostic.get(0)) do print("found", found.code) end
+local place = { textDocument = { uri = vim.uri_from_bufnr(0) }, position = { line = 1, character = 6 } }
+for _, told in pairs(vim.lsp.buf_request_sync(0, "textDocument/hover", place, 60000) or {}) do
+  print("told", told.result.contents.value)
+end
+vim.cmd("qa!")
+"#,
+    );
+    let binary = std::path::Path::new(env!("CARGO_BIN_EXE_eliteserver"));
+    let path = format!(
+        "{}:{}",
+        binary.parent().unwrap().display(),
+        std::env::var("PATH").unwrap()
+    );
+    let output = Command::new("nvim")
+        .args([
+            "--headless",
+            "-u",
+            "init.lua",
+            "pick.script",
+            "-c",
+            "luafile probe.lua",
+        ])
+        .current_dir(folder.path())
+        .env("PATH", path)
+        .env("XDG_STATE_HOME", folder.path())
+        .env("XDG_DATA_HOME", folder.path())
+        .output()
+        .unwrap();
+    let told = String::from_utf8_lossy(&output.stderr).into_owned()
+        + &String::from_utf8_lossy(&output.stdout);
+    assert!(
+        told.contains("found degrees") && told.contains("movej(q,"),
+        "{told}"
+    );
+}
