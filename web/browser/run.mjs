@@ -136,6 +136,27 @@ async function alone() {
     await page.context().close();
     await server.end();
   });
+  await scenario("a condition is looked for in a recording and jumped to", async () => {
+    const server = await Server.replay(recording);
+    const page = await open(browser, server);
+    await until(async () => Number(await page.id("timeline").getAttribute("max")) > 2, "the time line");
+    await page.id("find").fill("actual_qd[0] < -0.9");
+    await page.id("find").press("Enter");
+    await until(async () => (await page.text("find-result")).startsWith("1 times"), "one stretch of time");
+    await until(async () => (await page.id("running-line").innerText()).includes("movej([-0.5"), "the line there");
+    const there = Number(await page.text("time"));
+    await page.id("timeline").fill("0.1");
+    await page.id("event-after").click();
+    await until(async () => Math.abs(Number(await page.text("time")) - there) < 0.01, "the jump");
+    await page.id("find").fill("no_such_name > 1");
+    await page.id("find").press("Enter");
+    await until(async () => (await page.text("find-result")).includes("no_such_name"), "what is wrong with it");
+    check((await page.id("find").getAttribute("aria-invalid")) === "true", "the field says so");
+    await page.id("find").fill("");
+    await until(async () => (await page.text("find-result")) === "", "events again");
+    await page.context().close();
+    await server.end();
+  });
   await scenario("events of a recording are jumped to, and it is played", async () => {
     const server = await Server.replay(recording);
     const page = await open(browser, server);

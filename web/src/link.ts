@@ -203,7 +203,7 @@ export class Link {
 }
 
 /** An answer of /api/v1 as JSON; what is refused is an error with the server's sentence. */
-export async function api<T>(path: string, init: { method?: string; body?: unknown; token?: string | null } = {}): Promise<T> {
+export async function api<T>(path: string, init: { method?: string; body?: unknown; token?: string | null; signal?: AbortSignal } = {}): Promise<T> {
   const headers: Record<string, string> = {};
   if (init.body !== undefined) headers["content-type"] = "application/json";
   if (init.token) headers["authorization"] = `Bearer ${init.token}`;
@@ -211,6 +211,7 @@ export async function api<T>(path: string, init: { method?: string; body?: unkno
     method: init.method ?? (init.body === undefined ? "GET" : "POST"),
     headers,
     cache: "no-store",
+    ...(init.signal ? { signal: init.signal } : {}),
     ...(init.body === undefined ? {} : { body: JSON.stringify(init.body) }),
   });
   const value = (await answer.json()) as T & { error?: string };

@@ -7,6 +7,7 @@ import { type Frame, indexAt, readFrame, readFrames } from "./frame";
 import { api } from "./link";
 import type { Panel } from "./notices";
 import type { Registers } from "./points";
+import { Search } from "./search";
 import { onLanguage, t, type Word } from "./words";
 
 interface Moment {
@@ -48,6 +49,7 @@ export class TimeLine {
   private asking = false;
   private askAgain = false;
   private isRecording = false;
+  private readonly search = new Search();
   private readonly slider = byId<HTMLInputElement>("timeline");
 
   /** A moment of the past: its frame, with a jump or played on. */
@@ -68,6 +70,11 @@ export class TimeLine {
     byId("event-before").addEventListener("click", () => this.jump(-1));
     byId("event-after").addEventListener("click", () => this.jump(1));
     byId("window").addEventListener("change", () => void this.fetchSpan(true));
+    this.search.onFound = () => {
+      this.drawnAt = 0;
+      const first = this.search.stretches?.[0];
+      if (first) this.goTo(first.from);
+    };
     onLanguage(() => this.build());
     new ResizeObserver(() => this.resize()).observe(byId("plot"));
     this.build();
@@ -228,10 +235,17 @@ export class TimeLine {
     this.buttons();
   }
 
-  /** To the next event in this direction. */
-  private async jump(direction: 1 | -1): Promise<void> {
+  /** What is jumped to: when the condition began to hold, and without one the events. */
+  private async times(): Promise<number[]> {
+    const stretches = this.search.stretches;
+    if (stretches) return stretches.map((stretch) => stretch.from);
     if (!this.isRecording) await this.fetchEvents().catch(() => undefined);
-    const times = this.events.filter((one) => one.event !== "log" || Number(one["level"]) >= 3).map((one) => one.time);
+    return this.events.filter((one) => one.event !== "log" || Number(one["level"]) >= 3).map((one) => one.time);
+  }
+
+  /** To the next of these in this direction. */
+  private async jump(direction: 1 | -1): Promise<void> {
+    const times = await this.times();
     const next = direction > 0 ? times.find((time) => time > this.at + 1e-4) : times.findLast((time) => time < this.at - 1e-4);
     this.isPlaying = false;
     if (next !== undefined) this.goTo(next);
@@ -298,7 +312,7 @@ export class TimeLine {
         axes: [{ ...axis, size: 24, values: (_: uPlot, values: number[]) => values.map((value) => `${value} s`) }, { ...axis, size: 46, label: plot.unit, labelSize: 14, labelFont: "11px system-ui" }],
         series: [{}, ...plot.names.map((label, k) => ({ label, stroke: COLORS[k] ?? "#888", width: 1.5, points: { show: false } }))],
         hooks: {
-          drawClear: [],
+          drawClear: [(self: uPlot) => this.drawFound(self, ink)],
           draw: [(self: uPlot) => this.drawCursor(self, ink)],
           setSelect: [],
         },
@@ -312,6 +326,22 @@ export class TimeLine {
       if (time !== undefined && Number.isFinite(time)) this.goTo(time);
     });
     this.drawnAt = 0;
+  }
+
+  /** Where the condition holds. */
+  private drawFound(plot: uPlot, ink: string): void {
+    const stretches = this.search.stretches;
+    if (!stretches) return;
+    const { ctx, bbox } = plot;
+    ctx.save();
+    ctx.fillStyle = ink;
+    ctx.globalAlpha = 0.25;
+    for (const { from, to } of stretches) {
+      const left = Math.max(plot.valToPos(from, "x", true), bbox.left);
+      const right = Math.min(plot.valToPos(to, "x", true), bbox.left + bbox.width);
+      if (right >= left) ctx.fillRect(left, bbox.top, Math.max(right - left, 1), bbox.height);
+    }
+    ctx.restore();
   }
 
   private drawCursor(plot: uPlot, ink: string): void {

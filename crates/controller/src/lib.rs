@@ -26,6 +26,7 @@ pub mod peaks;
 pub mod points;
 mod recording_files;
 mod running;
+pub mod search;
 mod start;
 pub mod start_configuration;
 pub mod stepped;

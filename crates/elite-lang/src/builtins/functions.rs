@@ -61,7 +61,7 @@ fn print(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
         match args.keyword(name) {
             None | Some(Value::None) => Ok(default.to_owned()),
             Some(value) => match ev.plain(value) {
-                Value::Str(text) => Ok(text.as_str().to_owned()),
+                Value::Str(text) => ev.copied_text(text.as_str()),
                 other => {
                     let (name, type_name) =
                         (ev.core.symbols.name(name), ev.core.types.name_of(&other));
@@ -200,7 +200,7 @@ fn delattr(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 fn format(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let spec = match args[1].given() {
         None => String::new(),
-        Some(Value::Str(text)) => text.as_str().to_owned(),
+        Some(Value::Str(text)) => ev.copied_text(text.as_str())?,
         Some(other) => {
             let name = ev.core.types.name_of(other);
             return Err(ev.type_error(format!("format() argument 2 must be str, not {name}")));
@@ -208,7 +208,7 @@ fn format(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     };
     let mut out = String::new();
     ev.format_into(&args[0], &spec, &mut out)?;
-    Ok(Value::str(out))
+    ev.string(out)
 }
 
 fn id(_: &Evaluator<'_>, args: &mut [Value]) -> R {

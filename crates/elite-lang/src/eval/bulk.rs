@@ -175,6 +175,14 @@ impl Evaluator<'_> {
         Ok(())
     }
 
+    /// A copy of a text.
+    #[inline]
+    pub fn copied_text(&self, text: &str) -> R<String> {
+        let mut out = String::new();
+        self.push_text(&mut out, text)?;
+        Ok(out)
+    }
+
     /// A copy of bytes.
     pub fn copied_bytes(&self, data: &[u8]) -> R<Vec<u8>> {
         let mut out = Vec::new();
@@ -230,9 +238,7 @@ impl Evaluator<'_> {
             self.worked(many(part.len()))?;
             return Ok(Value::str(part));
         }
-        let mut text = String::new();
-        self.push_text(&mut text, part)?;
-        self.string(text)
+        self.string(self.copied_text(part)?)
     }
 
     /// Number of characters of a text.

@@ -18,7 +18,7 @@ impl Evaluator<'_> {
     /// Python's `str(value)`.
     pub fn str(&self, value: &Value) -> R<String> {
         match value {
-            Value::Str(text) => Ok(text.as_str().to_owned()),
+            Value::Str(text) => self.copied_text(text.as_str()),
             Value::Int(int) => {
                 let mut text = String::with_capacity(20);
                 push_int(*int, &mut text);
@@ -192,7 +192,7 @@ impl Evaluator<'_> {
 
     pub(super) fn expect_text(&self, value: &Value, method: &str) -> R<String> {
         match self.plain(value) {
-            Value::Str(text) => Ok(text.as_str().to_owned()),
+            Value::Str(text) => self.copied_text(text.as_str()),
             other => {
                 let name = self.core.types.name_of(&other);
                 Err(self.type_error(format!("{method} returned non-string (type {name})")))
@@ -244,8 +244,8 @@ impl Evaluator<'_> {
         match conversion {
             Conversion::None => Ok(value),
             Conversion::Str => self.str_value(&value),
-            Conversion::Repr => self.repr(&value).map(Value::str),
-            Conversion::Ascii => self.ascii(&value).map(Value::str),
+            Conversion::Repr => self.string(self.repr(&value)?),
+            Conversion::Ascii => self.string(self.ascii(&value)?),
         }
     }
 

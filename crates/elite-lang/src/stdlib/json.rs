@@ -405,7 +405,7 @@ fn write(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let option = |index: usize| options.get(index).cloned().unwrap_or(Value::None);
     let indent = match option(4) {
         Value::None => None,
-        Value::Str(text) => Some(text.as_str().to_owned()),
+        Value::Str(text) => Some(ev.copied_text(text.as_str())?),
         count => {
             let count = ev.index(&count)?.clamp(0, 1000) as usize;
             Some(" ".repeat(count))
@@ -417,10 +417,10 @@ fn write(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     };
     let separator =
         |index: usize, default: &str| match separators.as_ref().and_then(|s| s.get(index)) {
-            Some(Value::Str(text)) => text.as_str().to_owned(),
-            _ => default.to_owned(),
+            Some(Value::Str(text)) => ev.copied_text(text.as_str()),
+            _ => Ok(default.to_owned()),
         };
-    let item = separator(0, if indent.is_some() { "," } else { ", " });
+    let item = separator(0, if indent.is_some() { "," } else { ", " })?;
     let mut writer = Writer {
         ev,
         out: String::new(),
@@ -430,7 +430,7 @@ fn write(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         allow_nan: ev.truth(&option(3))?,
         indent,
         item,
-        key: separator(1, ": "),
+        key: separator(1, ": ")?,
         default: option(6),
         sort_keys: ev.truth(&option(7))?,
         open: Vec::new(),
@@ -659,7 +659,7 @@ impl Writer<'_, '_> {
     fn key_text(&self, key: &Value) -> R<Option<String>> {
         let plain = self.ev.plain(key);
         Ok(Some(match &plain {
-            Value::Str(text) => text.as_str().to_owned(),
+            Value::Str(text) => self.ev.copied_text(text.as_str())?,
             Value::None => "null".to_owned(),
             Value::Bool(flag) => flag.to_string(),
             Value::Float(float) => self.float(*float)?,

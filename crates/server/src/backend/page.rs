@@ -11,6 +11,7 @@ use kinematics::{JointPositions, Pose, RpyPose};
 use motion_api::{CommandId, CommandKind, MotionMode, Origin, Outcome};
 use pendant::Order;
 use pendant::jog::JogFrame;
+use recorder::Recording;
 use serde_json::{Value, json};
 use tokio::sync::broadcast;
 
@@ -210,6 +211,15 @@ impl Cockpit for Backend {
 
     fn tasks(&self) -> Option<(&TaskFolder, &Path)> {
         Some((&self.task_folder, &self.task_dir))
+    }
+
+    fn recording(&self) -> Result<Recording, String> {
+        let Some(path) = &self.recording_path else {
+            return Err(
+                "this server records nothing, so there is nothing to look through".to_owned(),
+            );
+        };
+        Recording::open(path).map_err(|error| error.to_string())
     }
 
     async fn findings(&self, name: String, text: String) -> Result<Value, String> {

@@ -15,12 +15,11 @@ mod serve;
 mod state;
 mod summary;
 
-use std::collections::BTreeMap;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 
 use kinematics::{Calibration, RobotModel};
-use recorder::{CommandMessage, Ending, ReadError, Recording, Setup, Summary};
+use recorder::{Ending, ReadError, Recording, Setup, Summary};
 use thiserror::Error;
 
 use crate::cli::ReplayArgs;
@@ -32,8 +31,6 @@ pub use plot::PictureError;
 pub use rerun::{Comparison, RerunError};
 pub use serve::ServeRecordingError;
 
-/// Commands that may be waiting or running; the ring of a controller holds fewer.
-const MAX_COMMANDS: usize = 1024;
 /// Characters of a sentence; what a file says of itself may be of any length.
 const SENTENCE_CHARS: usize = 1000;
 
@@ -192,15 +189,6 @@ fn answer_about(
         summary::print(recording, &summary, out)?;
     }
     Ok(0)
-}
-
-/// Keeps a command that may be running, without its arguments. Of more than a controller can have waiting, the oldest go.
-fn remember(commands: &mut BTreeMap<u64, CommandMessage>, mut command: CommandMessage) {
-    command.arguments.clear();
-    commands.insert(command.id, command);
-    if commands.len() > MAX_COMMANDS {
-        commands.pop_first();
-    }
 }
 
 /// The arm of a recording: the URDF it carries, or the built-in model it names, with what was measured of it.

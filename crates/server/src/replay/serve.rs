@@ -97,6 +97,7 @@ pub(super) fn serve(
     let description = describe(&config).map_err(RerunError::Config)?;
     let shown = Arc::new(Shown {
         scene: pendant::scene::describe(&model, cell.as_ref()),
+        recording: Some(recording.clone()),
         ..Shown::default()
     });
     let follow = || Playback::new(recording.name(), model.clone(), description.clone(), setup);

@@ -11,6 +11,8 @@ use crate::ports::shown::Shown;
 
 /// Script threads whose lines are kept: more than can run at once.
 const MAX_LINES: usize = 1024;
+/// Commands that may be waiting or running; the ring of a controller holds fewer.
+const MAX_COMMANDS: usize = 1024;
 
 /// What was known when the cycle ended.
 #[derive(Default)]
@@ -101,7 +103,7 @@ fn moment_at(
             Entry::Command(command) => {
                 let running = moment.cycle.as_ref().map_or(0, |cycle| cycle.command_id);
                 moment.commands.retain(|id, _| *id >= running);
-                super::remember(&mut moment.commands, command);
+                remember(&mut moment.commands, command);
             }
             Entry::Script(script) => {
                 if let (Some(thread), Some(line)) = (script.thread, script.line) {
@@ -157,5 +159,14 @@ fn unit(name: &str) -> &'static str {
         "step_time" => " s",
         "step_duration_us" | "wakeup_latency_us" => " µs",
         _ => "",
+    }
+}
+
+/// Keeps a command that may be running, without its arguments. Of more than a controller can have waiting, the oldest go.
+fn remember(commands: &mut BTreeMap<u64, CommandMessage>, mut command: CommandMessage) {
+    command.arguments.clear();
+    commands.insert(command.id, command);
+    if commands.len() > MAX_COMMANDS {
+        commands.pop_first();
     }
 }

@@ -120,13 +120,13 @@ const HASH: List = &[("__hash__", "", |ev, args| {
 
 const TEXT: List = &[
     ("__repr__", "", |ev, args| {
-        ev.extended_repr(&args[0]).map(Value::str)
+        ev.string(ev.extended_repr(&args[0])?)
     }),
     ("__format__", "spec /", |ev, args| {
         let mut out = String::new();
         let spec = ev.str(&args[1])?;
         if spec.is_empty() {
-            return ev.str(&args[0]).map(Value::str);
+            return ev.string(ev.str(&args[0])?);
         }
         let plain = ev.plain(&args[0]);
         let takes_spec = matches!(
@@ -145,7 +145,7 @@ const TEXT: List = &[
             )));
         }
         ev.format_into(&plain, &spec, &mut out)?;
-        Ok(Value::str(out))
+        ev.string(out)
     }),
 ];
 

@@ -134,10 +134,10 @@ fn install_natural(core: &Rc<Core>) {
         natural,
         &[
             ("__str__", "", |ev, args| {
-                ev.natural_str(&args[0]).map(Value::str)
+                ev.string(ev.natural_str(&args[0])?)
             }),
             ("__repr__", "", |ev, args| {
-                ev.natural_repr(&args[0]).map(Value::str)
+                ev.string(ev.natural_repr(&args[0])?)
             }),
             ("__format__", "spec /", |ev, args| {
                 if ev.truth(&args[1])? {
@@ -149,7 +149,7 @@ fn install_natural(core: &Rc<Core>) {
                 let mut out = String::new();
                 let (text, spec) = (ev.str_value(&args[0])?, ev.str(&args[1])?);
                 ev.format_into(&text, &spec, &mut out)?;
-                Ok(Value::str(out))
+                ev.string(out)
             }),
             ("__hash__", "", |_, args| {
                 Ok(Value::Int(

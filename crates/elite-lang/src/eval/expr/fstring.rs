@@ -1,6 +1,7 @@
 //! f-strings.
 
 use crate::ast::Conversion;
+use crate::eval::bulk::STRIDE;
 use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
 use crate::source::Span;
 use crate::value::trash::Nodes;
@@ -32,7 +33,11 @@ impl Expression for FString {
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let mut out = String::with_capacity(16 * self.0.len());
         join(&self.0, ev, f, &mut out)?;
-        Ok(Value::str(out))
+        if out.len() <= STRIDE {
+            return Ok(Value::str(out));
+        }
+        // Its characters are counted with pauses.
+        ev.string(out)
     }
 }
 

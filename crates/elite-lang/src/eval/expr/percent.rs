@@ -7,7 +7,7 @@ use crate::eval::run::with_slots;
 use crate::eval::{Evaluator, Expression, Frame, Located};
 use crate::source::Span;
 use crate::value::trash::Nodes;
-use crate::value::{R, Str, Value};
+use crate::value::{R, Str};
 
 /// `format % (a, b)`
 pub struct PercentFormat {
@@ -26,7 +26,7 @@ impl Expression for PercentFormat {
                 slot.put(item.eval(ev, f)?);
             }
             let text = ev.percent_format_items(self.format.as_str(), slots);
-            text.map(Value::str).at(ev, f, self.span)
+            text.and_then(|text| ev.string(text)).at(ev, f, self.span)
         })
     }
 }

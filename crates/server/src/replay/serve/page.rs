@@ -9,6 +9,7 @@ use elite_runtime::task_folder::TaskFolder;
 use kinematics::{JointPositions, Pose, RpyPose};
 use motion_api::{CommandId, CommandKind, Outcome};
 use pendant::{History, Order};
+use recorder::Recording;
 use serde_json::{Value, json};
 use tokio::sync::broadcast;
 
@@ -100,6 +101,14 @@ impl Cockpit for Playback {
 
     fn tasks(&self) -> Option<(&TaskFolder, &Path)> {
         None
+    }
+
+    fn recording(&self) -> Result<Recording, String> {
+        let none = "no recording is shown";
+        self.shown()
+            .recording
+            .clone()
+            .ok_or_else(|| none.to_owned())
     }
 
     async fn findings(&self, name: String, text: String) -> Result<Value, String> {

@@ -31,6 +31,8 @@ pub(super) struct Shown {
     pub(super) scene: Value,
     /// Everything that was.
     pub(super) history: Arc<Mutex<History>>,
+    /// What is played; none where no page shows it.
+    pub(super) recording: Option<Recording>,
     /// The programs.
     pub(super) programs: Mutex<Vec<ShownProgram>>,
 }

@@ -229,7 +229,7 @@ impl Evaluator<'_> {
                     return Err(self.handler_error("decoding", "(str, int)"));
                 };
                 return Ok(Mended {
-                    text: made.as_str().to_owned(),
+                    text: self.copied_text(made.as_str())?,
                     next,
                     data: None,
                 });

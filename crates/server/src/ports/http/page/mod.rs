@@ -6,6 +6,7 @@
 mod files;
 mod live;
 mod routes;
+mod search;
 mod stage;
 
 use std::path::Path;
@@ -18,6 +19,7 @@ use futures_util::future::BoxFuture;
 use hyper::upgrade::OnUpgrade;
 use motion_api::{CommandId, CommandKind, Outcome};
 use pendant::{Desk, History, Order, Token};
+use recorder::Recording;
 use serde_json::Value;
 use tokio::sync::broadcast;
 use tokio_util::sync::CancellationToken;
@@ -90,6 +92,11 @@ pub trait Cockpit: Source {
         name: String,
         text: String,
     ) -> impl Future<Output = Result<Value, String>> + Send;
+    /// The recording that is shown, or being made.
+    ///
+    /// # Errors
+    /// A sentence: there is none, or it cannot be opened.
+    fn recording(&self) -> Result<Recording, String>;
     /// The history of a recording; a controller that runs has one that the stage fills.
     fn recorded(&self) -> Option<Arc<Mutex<History>>> {
         None
@@ -104,6 +111,8 @@ pub struct Page<C> {
     is_given: bool,
     desk: Mutex<Desk>,
     stage: Arc<Stage>,
+    /// One search through a recording at a time.
+    searching: tokio::sync::Semaphore,
 }
 
 /// The value is whole at every moment, so a poisoned lock is as good as any.
@@ -124,6 +133,7 @@ impl<C: Cockpit> Page<C> {
             token: Token::random()?,
             is_given,
             desk: Mutex::default(),
+            searching: tokio::sync::Semaphore::new(1),
         })
     }
 

@@ -17,7 +17,7 @@ use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
 use super::super::{BODY_TIMEOUT, answer, guard, refuse};
-use super::{Cockpit, Page, files, locked};
+use super::{Cockpit, Page, files, locked, search};
 
 /// Largest body of a request here, bytes: a program with every character escaped.
 const BODY_BYTES_MAX: usize = 8 << 20;
@@ -39,6 +39,7 @@ pub fn router<C: Cockpit>(page: Arc<Page<C>>) -> Router {
         .route("/api/v1/history", get(history::<C>))
         .route("/api/v1/moment", get(moment::<C>))
         .route("/api/v1/events", get(events::<C>))
+        .route("/api/v1/find", post(find::<C>))
         .with_state(page)
         .fallback(files::file)
 }
@@ -190,6 +191,18 @@ async fn check<C: Cockpit>(State(page): Shared<C>, request: Request) -> Response
     match page.cockpit.findings(name, text).await {
         Ok(findings) => answer(StatusCode::OK, &findings),
         Err(reason) => refuse(StatusCode::SERVICE_UNAVAILABLE, &reason),
+    }
+}
+
+/// When a condition held in the recording.
+async fn find<C: Cockpit>(State(page): Shared<C>, request: Request) -> Response {
+    let question: search::Question = match body(request).await {
+        Ok(question) => question,
+        Err(refused) => return refused,
+    };
+    match search::find(&page, question).await {
+        Ok(found) => answer(StatusCode::OK, &found),
+        Err(reason) => refuse(StatusCode::UNPROCESSABLE_ENTITY, &reason),
     }
 }
 

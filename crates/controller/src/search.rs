@@ -1,0 +1,118 @@
+//! When a condition held in a recording: rows of cycles, with what the script was doing then.
+//!
+//! Reads a recording once, from its beginning, and gives each row to its caller as it ends; keeps none of them.
+
+use std::collections::BTreeMap;
+
+use recorder::{Cycle, Entry, ReadError, Recording, Topic};
+
+use crate::condition::{Condition, ConditionError, Doing};
+
+/// Commands that are remembered by name; more than a controller can have waiting.
+const COMMANDS_MAX: usize = 1024;
+
+/// A row of cycles in which the condition held.
+#[derive(Clone, Debug)]
+pub struct Stretch {
+    /// The first of them.
+    pub first: Cycle,
+    /// Time of the last one, s.
+    pub last: f64,
+    /// How many there are.
+    pub cycles: u64,
+    /// What the script was doing in the first.
+    pub doing: Doing,
+}
+
+/// How often the condition held.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Tally {
+    /// Rows of cycles.
+    pub stretches: u64,
+    /// Cycles in which it held.
+    pub found: u64,
+    /// Cycles that were looked at.
+    pub cycles: u64,
+}
+
+/// Looks at every cycle of a recording. `place` is what the condition is called in messages; `each` is given every row as it
+/// ends and says whether the search goes on, `wanted` is asked before every cycle.
+///
+/// # Errors
+/// The condition cannot be read or fails, the recording cannot be read, or `each` fails.
+pub fn search<E>(
+    recording: &Recording,
+    (place, text): (&str, &str),
+    wanted: impl Fn() -> bool,
+    mut each: impl FnMut(&Stretch) -> Result<bool, E>,
+) -> Result<Tally, E>
+where
+    E: From<ReadError> + From<ConditionError>,
+{
+    let condition = Condition::new(place, text)?;
+    let mut doing = Doing::default();
+    let mut commands: BTreeMap<u64, String> = BTreeMap::new();
+    let mut current: Option<Stretch> = None;
+    let mut tally = Tally::default();
+    for entry in recording.entries(&[Topic::Cycle, Topic::Command, Topic::Script])? {
+        match entry?.1 {
+            Entry::Command(command) => {
+                commands.insert(command.id, command.name);
+                if commands.len() > COMMANDS_MAX {
+                    commands.pop_first();
+                }
+            }
+            Entry::Script(script) => match (script.thread, script.line) {
+                (Some(0), Some(line)) => doing.line = line,
+                (Some(_), _) => {}
+                _ => {
+                    doing.program = script.program;
+                    doing.line = 0;
+                }
+            },
+            Entry::Cycle(cycle) => {
+                if !wanted() {
+                    return Ok(tally);
+                }
+                tally.cycles += 1;
+                while let Some(oldest) = commands.first_entry()
+                    && *oldest.key() < cycle.command_id
+                {
+                    oldest.remove();
+                }
+                doing.command.clear();
+                if let Some(name) = commands.get(&cycle.command_id) {
+                    doing.command.push_str(name);
+                }
+                if condition.holds(&cycle, &doing)? {
+                    tally.found += 1;
+                    match &mut current {
+                        Some(stretch) => {
+                            stretch.last = cycle.time;
+                            stretch.cycles += 1;
+                        }
+                        None => {
+                            current = Some(Stretch {
+                                last: cycle.time,
+                                first: *cycle,
+                                cycles: 1,
+                                doing: doing.clone(),
+                            });
+                        }
+                    }
+                } else if let Some(stretch) = current.take() {
+                    tally.stretches += 1;
+                    if !each(&stretch)? {
+                        return Ok(tally);
+                    }
+                }
+            }
+            Entry::Log(_) | Entry::Io(_) | Entry::Variable(_) => {}
+        }
+    }
+    if let Some(stretch) = current.take() {
+        tally.stretches += 1;
+        each(&stretch)?;
+    }
+    Ok(tally)
+}

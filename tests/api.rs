@@ -1,0 +1,316 @@
+//! The interface behind the page over real sockets, as a program uses it: token and control, frames, what is held and how it
+//! ends, what is refused, and searches through the recording that is being made. Browsers are tried in `web/browser`.
+
+#![allow(clippy::unwrap_used, reason = "a test helper fails by panicking")]
+
+mod common;
+
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::time::{Duration, Instant};
+
+use common::{PATIENCE, Server};
+use serde_json::{Value, json};
+use tokio_tungstenite::tungstenite::{Message, WebSocket, client};
+
+/// Bytes of a frame, and where in it what the tests look at is (docs/api.md).
+const FRAME_BYTES: usize = 392;
+const NUMBER: usize = 4;
+const TIME: usize = 8;
+const ACTUAL_Q: usize = 120;
+const ACTUAL_QD: usize = 168;
+
+/// A request with a body; the status and the answer.
+fn post(server: &Server, path: &str, token: &str, body: &str) -> (u16, Value) {
+    let mut stream = TcpStream::connect(("127.0.0.1", server.ports["http"])).unwrap();
+    stream.set_read_timeout(Some(PATIENCE)).unwrap();
+    let request = format!(
+        "POST {path} HTTP/1.1\r\nHost: localhost\r\nAuthorization: Bearer {token}\r\nContent-Type: application/json\r\n\
+         Content-Length: {}\r\nConnection: close\r\n\r\n{body}",
+        body.len()
+    );
+    stream.write_all(request.as_bytes()).unwrap();
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).unwrap();
+    let (head, body) = answer.split_once("\r\n\r\n").unwrap();
+    let status = head.split(' ').nth(1).unwrap().parse().unwrap();
+    (status, serde_json::from_str(body).unwrap_or(Value::Null))
+}
+
+fn token_of(server: &Server) -> String {
+    let (status, body) = server.page("/api/v1/session");
+    assert_eq!(status, 200, "{body}");
+    let session: Value = serde_json::from_str(&body).unwrap();
+    session["token"].as_str().unwrap().to_owned()
+}
+
+/// A live view.
+struct Page {
+    socket: WebSocket<TcpStream>,
+    number: u64,
+    frame: Vec<u8>,
+}
+
+impl Page {
+    fn open(server: &Server) -> Self {
+        let stream = TcpStream::connect(("127.0.0.1", server.ports["http"])).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        let address = format!("ws://127.0.0.1:{}/api/v1/live", server.ports["http"]);
+        let (socket, _) = client(address, stream).unwrap();
+        Page {
+            socket,
+            number: 0,
+            frame: Vec::new(),
+        }
+    }
+
+    fn send(&mut self, message: Value) {
+        self.socket
+            .send(Message::text(message.to_string()))
+            .unwrap();
+    }
+
+    /// The next message that is text; frames are kept as they come.
+    fn text(&mut self) -> Value {
+        loop {
+            match self.socket.read().unwrap() {
+                Message::Text(text) => return serde_json::from_str(&text).unwrap(),
+                Message::Binary(frame) => self.frame = frame.to_vec(),
+                _ => {}
+            }
+        }
+    }
+
+    /// The next frame.
+    fn frame(&mut self) -> Vec<u8> {
+        loop {
+            if let Message::Binary(frame) = self.socket.read().unwrap() {
+                return frame.to_vec();
+            }
+        }
+    }
+
+    /// Asks without waiting; the number of the question.
+    fn begin(&mut self, mut message: Value) -> u64 {
+        self.number += 1;
+        message["id"] = self.number.into();
+        self.send(message);
+        self.number
+    }
+
+    /// The answer to a question.
+    fn answer(&mut self, number: u64) -> Value {
+        loop {
+            let text = self.text();
+            if text["answer"] == number {
+                return text;
+            }
+        }
+    }
+
+    fn ask(&mut self, message: Value) -> Value {
+        let number = self.begin(message);
+        self.answer(number)
+    }
+
+    /// Gives the token and takes control.
+    fn take_control(&mut self, token: &str) {
+        assert_eq!(self.ask(json!({"token": token}))["ok"], true);
+        assert_eq!(self.ask(json!({"control": true}))["ok"], true);
+    }
+}
+
+fn f32_at(frame: &[u8], offset: usize) -> f32 {
+    f32::from_le_bytes(frame[offset..offset + 4].try_into().unwrap())
+}
+
+fn f64_at(frame: &[u8], offset: usize) -> f64 {
+    f64::from_le_bytes(frame[offset..offset + 8].try_into().unwrap())
+}
+
+#[test]
+fn frames_have_the_layout_that_is_documented() {
+    let folder = tempfile::tempdir().unwrap();
+    let server = Server::start(folder.path(), &[]);
+    let (_, about) = server.page("/api/v1");
+    let about: Value = serde_json::from_str(&about).unwrap();
+    assert_eq!(about["frame"], json!({"version": 1, "bytes": FRAME_BYTES}));
+
+    let mut page = Page::open(&server);
+    let welcome = loop {
+        let event = page.text();
+        if event["event"] == "welcome" {
+            break event;
+        }
+    };
+    assert_eq!(welcome["read_only"], Value::Null);
+    let first = page.frame();
+    let mut last = first.clone();
+    for _ in 0..10 {
+        let frame = page.frame();
+        assert_eq!(frame.len(), FRAME_BYTES);
+        assert_eq!(frame[..4], [1, 0, 136, 1], "version and length");
+        let number =
+            |frame: &[u8]| u32::from_le_bytes(frame[NUMBER..NUMBER + 4].try_into().unwrap());
+        assert!(number(&frame) > number(&last));
+        assert!(f64_at(&frame, TIME) >= f64_at(&last, TIME));
+        last = frame;
+    }
+    let (_, state) = server.page("/api/v1/state");
+    let state: Value = serde_json::from_str(&state).unwrap();
+    for joint in 0..6 {
+        let told = state["actual_q"][joint].as_f64().unwrap();
+        assert!((f64::from(f32_at(&last, ACTUAL_Q + 4 * joint)) - told).abs() < 1e-3);
+    }
+}
+
+#[test]
+fn orders_need_the_token_and_control_and_one_page_has_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let server = Server::start(folder.path(), &[]);
+    let token = token_of(&server);
+    let speed = json!({"do": "speed", "fraction": 0.5}).to_string();
+
+    let (status, refused) = post(&server, "/api/v1/orders", "no token", &speed);
+    assert_eq!(status, 401, "{refused}");
+    assert_eq!(post(&server, "/api/v1/orders", &token, &speed).0, 200);
+
+    let mut one = Page::open(&server);
+    let order = json!({"order": {"do": "speed", "fraction": 0.4}});
+    assert_eq!(one.ask(order.clone())["ok"], false, "without the token");
+    assert_eq!(one.ask(json!({"token": "guessed"}))["ok"], false);
+    assert_eq!(one.ask(json!({"token": token}))["ok"], true);
+    assert_eq!(one.ask(order.clone())["ok"], false, "without control");
+    assert_eq!(one.ask(json!({"control": true}))["ok"], true);
+    assert_eq!(one.ask(order.clone())["ok"], true);
+    // A program of another maker has its turn when the page has gone.
+    let (status, refused) = post(&server, "/api/v1/orders", &token, &speed);
+    assert_eq!(status, 409, "{refused}");
+
+    let mut other = Page::open(&server);
+    other.take_control(&token);
+    assert_eq!(one.ask(order.clone())["ok"], false, "control was taken");
+    assert_eq!(other.ask(order)["ok"], true);
+    drop(other);
+    let began = Instant::now();
+    while post(&server, "/api/v1/orders", &token, &speed).0 != 200 {
+        assert!(began.elapsed() < PATIENCE, "control is not given up");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+}
+
+#[test]
+fn what_is_held_ends_with_the_signs_of_life() {
+    let folder = tempfile::tempdir().unwrap();
+    let server = Server::start(folder.path(), &[]);
+    let token = token_of(&server);
+    let mut page = Page::open(&server);
+    page.take_control(&token);
+    let jog = page.begin(json!({"order": {"do": "jog", "axis": "j1", "speed": 0.5}}));
+    let began = Instant::now();
+    let before = page.frame();
+    while began.elapsed() < Duration::from_millis(600) {
+        page.send(json!({"alive": true}));
+        page.frame();
+    }
+    let moving = page.frame();
+    assert!(f32_at(&moving, ACTUAL_QD) > 0.1, "it jogs");
+    // No more signs of life.
+    let ended = page.answer(jog);
+    let reason = ended["error"].as_str().unwrap();
+    assert!(reason.contains("sign of life"), "{reason}");
+    let began = Instant::now();
+    loop {
+        let frame = page.frame();
+        if f32_at(&frame, ACTUAL_QD).abs() < 1e-3 {
+            assert!(f32_at(&frame, ACTUAL_Q) > f32_at(&before, ACTUAL_Q) + 0.05);
+            break;
+        }
+        assert!(began.elapsed() < PATIENCE, "the arm goes on");
+    }
+}
+
+#[test]
+fn what_is_no_message_is_told_so_and_the_page_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    let server = Server::start(folder.path(), &[]);
+    let token = token_of(&server);
+    let mut page = Page::open(&server);
+    page.take_control(&token);
+    for wrong in [
+        json!({"order": {"do": "fly"}}),
+        json!({"order": {"do": "jog", "axis": "j7", "speed": 0.1}}),
+        json!({"order": {"do": "jog", "axis": "j1", "speed": 7}}),
+        json!({"order": {"do": "speed", "fraction": "fast"}}),
+        json!({"order": {"do": "speed", "fraction": 0.5, "more": 1}}),
+        json!({"order": {"do": "push", "wrench": [1, 2], "duration": 1}}),
+    ] {
+        let refused = page.ask(wrong.clone());
+        assert_eq!(refused["ok"], false, "{wrong}");
+        let text = refused["error"].as_str().unwrap();
+        assert!(text.contains(' ') && text.len() < 400, "{wrong}: {text}");
+    }
+    assert_eq!(
+        page.ask(json!({"order": {"do": "speed", "fraction": 1.0}}))["ok"],
+        true
+    );
+}
+
+#[test]
+fn conditions_are_looked_for_in_the_recording_that_is_being_made() {
+    let folder = tempfile::tempdir().unwrap();
+    let record = folder.path().join("r.mcap");
+    let options = ["--record", record.to_str().unwrap(), "--clock", "virtual"];
+    let server = Server::start(folder.path(), &options);
+    let token = token_of(&server);
+    let text = "def p():\n  movej([0.5,-1.2,1.4,-1.77,-1.57,0],a=2,v=1)\n  movej([-0.5,-1.2,1.4,-1.77,-1.57,0],a=2,v=1)\nend\n";
+    let run = json!({"do": "run", "name": "p.script", "text": text}).to_string();
+    assert_eq!(post(&server, "/api/v1/orders", &token, &run).0, 200);
+    let condition = json!({"condition": "actual_qd[0] < -0.9"}).to_string();
+    let began = Instant::now();
+    let found = loop {
+        let (status, found) = post(&server, "/api/v1/find", "", &condition);
+        assert_eq!(status, 200, "{found}");
+        // What the recorder has not written yet is found later.
+        if found["stretches"].as_array().unwrap().len() == 1
+            && found["stretches"][0]["to"] != found["stretches"][0]["from"]
+        {
+            break found;
+        }
+        assert!(began.elapsed() < PATIENCE, "{found}");
+        std::thread::sleep(Duration::from_millis(100));
+    };
+    let stretch = &found["stretches"][0];
+    assert_eq!(
+        (&stretch["program"], &stretch["line"], &stretch["command"]),
+        (&json!("p.script"), &json!(3), &json!("movej"))
+    );
+    assert_eq!(found["complete"], true);
+
+    for (wrong, part) in [
+        (
+            json!({"condition": "nothing_of_the_kind > 1"}),
+            "nothing_of_the_kind",
+        ),
+        (json!({"condition": "1 +"}), "cannot be read"),
+        (json!({"condition": "[1][2]"}), "IndexError"),
+        (json!({"condition": "x".repeat(5000)}), "4096"),
+        (json!({"condition": 7}), "does not fit"),
+        (json!({"other": "1"}), "does not fit"),
+    ] {
+        let (status, refused) = post(&server, "/api/v1/find", "", &wrong.to_string());
+        let text = refused["error"].as_str().unwrap();
+        assert!(status == 422 && text.contains(part), "{status} {text}");
+    }
+}
+
+#[test]
+fn a_server_that_records_nothing_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let server = Server::start(folder.path(), &["--record", "off"]);
+    let condition = json!({"condition": "True"}).to_string();
+    let (status, refused) = post(&server, "/api/v1/find", "", &condition);
+    assert_eq!(status, 422);
+    let text = refused["error"].as_str().unwrap();
+    assert!(text.contains("records nothing"), "{text}");
+}
