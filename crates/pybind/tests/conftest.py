@@ -1,10 +1,14 @@
 """Shared vectors and arms for the tests of the wheel."""
 
 import json
+import signal
 from pathlib import Path
 
 import elitescript
 import pytest
+
+# A shell that starts the tests in the background has them ignore Ctrl-C; those that send it would wait for ever.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 VECTORS = Path(__file__).resolve().parents[3] / "tests" / "vectors"
 
