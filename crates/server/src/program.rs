@@ -120,10 +120,9 @@ fn execute(command: Command) -> Result<u8, String> {
         Command::Completions(args) => answer(&commands::shipped::completions(args.shell)),
         Command::Man(args) => {
             let folder = args.folder.display();
-            let pages = commands::shipped::manual(&args.folder);
-            let pages =
-                pages.map_err(|error| format!("cannot write pages into {folder}: {error}"))?;
-            answer(format!("{pages} pages in {folder}\n").as_bytes())
+            let written = commands::shipped::manual(&args.folder);
+            written.map_err(|error| format!("cannot write the pages into {folder}: {error}"))?;
+            Ok(0)
         }
         Command::Wait(args) => {
             plain(&args.log)?;
