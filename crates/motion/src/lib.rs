@@ -61,6 +61,7 @@ mod planes;
 pub mod plant;
 mod queue;
 pub mod realtime;
+pub mod rehearsal;
 mod report;
 pub mod safety_inputs;
 pub mod scalar;

@@ -220,7 +220,7 @@ impl Timeline for RealTimeline {
     }
 }
 
-fn set_up(options: &RealtimeOptions) -> Vec<SetupWarning> {
+pub(crate) fn set_up(options: &RealtimeOptions) -> Vec<SetupWarning> {
     let mut warnings = Vec::new();
     if let Some(priority) = options.fifo_priority {
         let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
@@ -293,12 +293,12 @@ fn run(cycle: &mut Cycle, wake: &[Thread], shared: &Shared) {
 }
 
 /// Time of the monotonic clock.
-fn now() -> Duration {
+pub(crate) fn now() -> Duration {
     // The clock exists on every Linux; a failure would read as "no time has passed" and make cycles short, not unsafe.
     clock_gettime(ClockId::CLOCK_MONOTONIC).map_or(Duration::ZERO, Duration::from)
 }
 
-fn sleep_until(deadline: Duration) {
+pub(crate) fn sleep_until(deadline: Duration) {
     let request = TimeSpec::from_duration(deadline);
     let flags = ClockNanosleepFlags::TIMER_ABSTIME;
     // Interrupted by a signal: sleep on, the deadline is absolute.

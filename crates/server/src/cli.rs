@@ -76,6 +76,13 @@ pub enum Command {
     Compare(CompareArgs),
     /// The language server for editors, on standard input and output. Exit status: 0 after 'shutdown', 1 the client vanished
     Lsp(LspArgs),
+    /// Look whether this machine can run the controller as it is set up, and say what to do.
+    /// Exit status: 0 it can, 1 something keeps it from running
+    Doctor(Box<DoctorArgs>),
+    /// Print the completion script of a shell
+    Completions(CompletionsArgs),
+    /// Write the manual pages into a folder
+    Man(ManArgs),
     /// Wait until a server answers. Exit status: 0 it does, 1 it did not in time
     Wait(WaitArgs),
 }
@@ -222,6 +229,32 @@ pub struct ServeArgs {
     /// Start with remote control off: scripts on the primary port are refused
     #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "true|false")]
     pub local: Option<bool>,
+}
+
+/// Options of `doctor`: those of `serve`, whose set-up is looked at.
+#[derive(Args, Clone, Debug, Default)]
+pub struct DoctorArgs {
+    /// How the report is printed
+    #[arg(long, value_enum, default_value_t)]
+    pub format: FindingFormat,
+    /// What would be served.
+    #[command(flatten)]
+    pub serve: ServeArgs,
+}
+
+/// Options of `completions`.
+#[derive(Args, Clone, Debug)]
+pub struct CompletionsArgs {
+    /// The shell
+    pub shell: clap_complete::Shell,
+}
+
+/// Options of `man`.
+#[derive(Args, Clone, Debug)]
+pub struct ManArgs {
+    /// The folder; it is made where it is not there
+    #[arg(value_name = "FOLDER")]
+    pub folder: PathBuf,
 }
 
 /// Options of `run`.

@@ -44,9 +44,9 @@ pub fn program(arguments: impl IntoIterator<Item = OsString>) -> u8 {
 }
 
 /// Writes the answer of a command. Whoever reads it may have seen enough: `eliteserver builtins | head`.
-fn answer(text: &str) -> Result<u8, String> {
+fn answer(text: &[u8]) -> Result<u8, String> {
     let mut out = std::io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    match out.write_all(text).and_then(|()| out.flush()) {
         Ok(()) => Ok(0),
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(0),
         Err(error) => Err(format!("cannot write the answer: {error}")),
@@ -85,7 +85,7 @@ fn execute(command: Command) -> Result<u8, String> {
         }
         Command::Builtins(args) => {
             plain(&args.log)?;
-            answer(&commands::builtins::list(args.format))
+            answer(commands::builtins::list(args.format).as_bytes())
         }
         Command::Send(args) => {
             plain(&args.robot.log)?;
@@ -110,6 +110,19 @@ fn execute(command: Command) -> Result<u8, String> {
         Command::Lsp(args) => {
             plain(&args.log)?;
             commands::lsp::lsp(&args)
+        }
+        Command::Doctor(args) => {
+            let config = ServeConfig::load(args.serve).map_err(|e| e.to_string())?;
+            start_log(config.log.format)?;
+            let (report, status) = commands::doctor::doctor(&config, args.format);
+            answer(report.as_bytes()).map(|told| told.max(status))
+        }
+        Command::Completions(args) => answer(&commands::shipped::completions(args.shell)),
+        Command::Man(args) => {
+            let folder = args.folder.display();
+            let written = commands::shipped::manual(&args.folder);
+            written.map_err(|error| format!("cannot write the pages into {folder}: {error}"))?;
+            Ok(0)
         }
         Command::Wait(args) => {
             plain(&args.log)?;

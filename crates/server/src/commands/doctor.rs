@@ -1,0 +1,362 @@
+//! `eliteserver doctor`: whether this machine can run the controller as it is set up, and what to do where it cannot.
+//!
+//! Looks and tries, and changes nothing: the priority is asked for on a thread of its own, ports are opened and closed again,
+//! what is written to try the disk is removed. Owns what is looked at and the words; the disk is in `disk`.
+
+mod disk;
+
+use std::fmt::Write as _;
+use std::io::ErrorKind;
+use std::net::TcpListener;
+use std::num::NonZeroUsize;
+use std::thread::available_parallelism;
+use std::time::Duration;
+
+use motion::realtime::{RealtimeOptions, SetupWarning};
+use motion::rehearsal::{Rehearsal, rehearse};
+use serde_json::{Value, json};
+
+use crate::cli::FindingFormat;
+use crate::config::ServeConfig;
+use crate::options::PortSetting;
+
+/// The timer is tried for about so long.
+const TIMER_TRIED: Duration = Duration::from_secs(2);
+/// Waking up later than that, one time in a hundred, is felt on an arm that a client leads cycle by cycle.
+const LATE: Duration = Duration::from_micros(500);
+/// Clocks that are read without leaving the processor, as Linux names them.
+const QUICK_CLOCKS: [&str; 5] = [
+    "tsc",
+    "kvm-clock",
+    "arch_sys_counter",
+    "hyperv_clocksource_tsc_page",
+    "riscv_clocksource",
+];
+
+/// How good something is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Grade {
+    /// As it should be.
+    Good,
+    /// The controller runs, less well.
+    Poor,
+    /// The controller does not run so.
+    Bad,
+}
+
+impl Grade {
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Good => "good",
+            Self::Poor => "poor",
+            Self::Bad => "bad",
+        }
+    }
+}
+
+/// What one look has found.
+#[derive(Clone, Debug, PartialEq)]
+struct Finding {
+    subject: &'static str,
+    grade: Grade,
+    found: String,
+    /// What to do; empty where nothing is to be done.
+    advice: String,
+}
+
+impl Finding {
+    fn good(subject: &'static str, found: impl Into<String>) -> Self {
+        Self {
+            subject,
+            grade: Grade::Good,
+            found: found.into(),
+            advice: String::new(),
+        }
+    }
+
+    fn poor(subject: &'static str, found: impl Into<String>, advice: impl Into<String>) -> Self {
+        Self {
+            subject,
+            grade: Grade::Poor,
+            found: found.into(),
+            advice: advice.into(),
+        }
+    }
+
+    fn bad(subject: &'static str, found: impl Into<String>, advice: impl Into<String>) -> Self {
+        Self {
+            grade: Grade::Bad,
+            ..Self::poor(subject, found, advice)
+        }
+    }
+}
+
+/// Looks at everything; the report, and the exit status: 0 the controller can run, 1 something keeps it from running.
+pub fn doctor(config: &ServeConfig, format: FindingFormat) -> (String, u8) {
+    let mut findings = vec![processors()];
+    findings.extend(timing(config));
+    findings.extend(clock_source());
+    findings.extend(governor());
+    findings.extend(ports(config));
+    findings.extend(disk::look(&config.robot));
+    let worst = findings.iter().map(|f| f.grade).max();
+    let report = match format {
+        FindingFormat::Human => for_people(&findings),
+        FindingFormat::Json => for_machines(&findings),
+    };
+    (report, u8::from(worst == Some(Grade::Bad)))
+}
+
+fn for_people(findings: &[Finding]) -> String {
+    let width = findings.iter().map(|f| f.subject.len()).max().unwrap_or(0);
+    let mut out = String::new();
+    for finding in findings {
+        // Writing into a text cannot fail.
+        let _ = writeln!(
+            out,
+            "{:4}  {:width$}  {}",
+            finding.grade.name(),
+            finding.subject,
+            finding.found
+        );
+        if !finding.advice.is_empty() {
+            let _ = writeln!(out, "      {:width$}  -> {}", "", finding.advice);
+        }
+    }
+    let count = |grade| findings.iter().filter(|f| f.grade == grade).count();
+    let _ = match (count(Grade::Bad), count(Grade::Poor)) {
+        (0, 0) => writeln!(out, "nothing is to be done"),
+        (0, poor) => writeln!(out, "the controller runs; {poor} of it could be better"),
+        (bad, _) => writeln!(
+            out,
+            "the controller does not start like this: {bad} to mend"
+        ),
+    };
+    out
+}
+
+/// One JSON object a line.
+fn for_machines(findings: &[Finding]) -> String {
+    let row = |finding: &Finding| -> Value {
+        json!({
+            "subject": finding.subject,
+            "grade": finding.grade.name(),
+            "found": finding.found,
+            "advice": finding.advice,
+        })
+    };
+    findings.iter().map(|f| format!("{}\n", row(f))).collect()
+}
+
+fn processors() -> Finding {
+    let count = available_parallelism().map_or(1, NonZeroUsize::get);
+    match count {
+        1 => Finding::poor(
+            "processors",
+            "1 core may be used",
+            "give it two: the control cycle shares the one with every program and every client",
+        ),
+        more => Finding::good("processors", format!("{more} cores may be used")),
+    }
+}
+
+/// Priority, locked memory, and how late the motion thread would wake up.
+fn timing(config: &ServeConfig) -> Vec<Finding> {
+    let step = Duration::from_secs_f64(config.robot.step.as_secs());
+    let cycles = (TIMER_TRIED.as_secs_f64() / step.as_secs_f64()).ceil() as usize;
+    match rehearse(RealtimeOptions::default(), step, cycles) {
+        Ok(rehearsal) => judged(&rehearsal, step),
+        Err(error) => vec![Finding::bad(
+            "threads",
+            format!("the operating system gives none: {error}"),
+            "raise the limit on processes (ulimit -u, TasksMax= of a unit)",
+        )],
+    }
+}
+
+fn judged(rehearsal: &Rehearsal, step: Duration) -> Vec<Finding> {
+    let mut priority = Finding::good("priority", "real-time priority is given");
+    let mut memory = Finding::good("memory", "it can be locked");
+    for warning in &rehearsal.warnings {
+        let found = warning.to_string();
+        match warning {
+            SetupWarning::Priority { .. } => {
+                priority = Finding::poor(
+                    "priority",
+                    found,
+                    "allow it: LimitRTPRIO=99 in a systemd unit, 'USER - rtprio 99' in /etc/security/limits.conf, or \
+                     --cap-add SYS_NICE of a container",
+                );
+            }
+            SetupWarning::Memory { .. } => {
+                memory = Finding::poor(
+                    "memory",
+                    found,
+                    "allow it: LimitMEMLOCK=infinity in a systemd unit, 'USER - memlock unlimited' in \
+                     /etc/security/limits.conf, or --ulimit memlock=-1 of a container",
+                );
+            }
+            other => tracing::debug!("no advice for: {other}"),
+        }
+    }
+    let micros = |time: Duration| time.as_micros();
+    let found = format!(
+        "woken {} µs late in the median, {} µs in 99 of 100 cycles, {} µs at most, of {} cycles of {} ms",
+        micros(rehearsal.within(500)),
+        micros(rehearsal.within(990)),
+        micros(rehearsal.latest()),
+        rehearsal.latencies.len(),
+        step.as_secs_f64() * 1e3,
+    );
+    let advice = "keep other load off this machine, set the governor to performance, and for a real cell use a kernel with \
+                  PREEMPT_RT; a virtual machine is never quite on time";
+    let timer = if rehearsal.latest() > step {
+        Finding::poor("timer", format!("{found}: cycles would be missed"), advice)
+    } else if rehearsal.within(990) > LATE {
+        Finding::poor("timer", found, advice)
+    } else {
+        Finding::good("timer", found)
+    };
+    vec![priority, memory, timer]
+}
+
+/// Linux tells which clock it reads; others do not.
+fn clock_source() -> Option<Finding> {
+    let path = "/sys/devices/system/clocksource/clocksource0/current_clocksource";
+    let name = std::fs::read_to_string(path).ok()?;
+    let name = name.trim();
+    Some(match QUICK_CLOCKS.contains(&name) {
+        true => Finding::good("clock", format!("{name}, read in nanoseconds")),
+        false => Finding::poor(
+            "clock",
+            format!("{name}, which takes a microsecond and more to read"),
+            "boot with clocksource=tsc tsc=reliable where the processor has an invariant counter",
+        ),
+    })
+}
+
+/// Where the processors' frequency is governed, how.
+fn governor() -> Option<Finding> {
+    let folder = std::fs::read_dir("/sys/devices/system/cpu").ok()?;
+    let governors = folder.filter_map(Result::ok).filter_map(|entry| {
+        let name = std::fs::read_to_string(entry.path().join("cpufreq/scaling_governor")).ok()?;
+        Some(name.trim().to_owned())
+    });
+    let mut governors: Vec<String> = governors.collect();
+    governors.sort();
+    governors.dedup();
+    if governors.is_empty() {
+        return None;
+    }
+    Some(match governors.iter().all(|name| name == "performance") {
+        true => Finding::good("governor", "performance"),
+        false => Finding::poor(
+            "governor",
+            governors.join(", "),
+            "cpupower frequency-set -g performance: a core that has slowed down wakes up late",
+        ),
+    })
+}
+
+/// Whether the ports of the services can be opened.
+fn ports(config: &ServeConfig) -> Vec<Finding> {
+    let (mut free, mut findings) = (Vec::new(), Vec::new());
+    for (_, option, setting) in config.ports.list() {
+        let PortSetting::Number(port) = setting else {
+            continue;
+        };
+        let Err(error) = TcpListener::bind((config.bind, port)) else {
+            free.push(port.to_string());
+            continue;
+        };
+        let (found, advice) = match error.kind() {
+            ErrorKind::AddrInUse => (
+                format!("{port} on {} is taken by another program", config.bind),
+                format!(
+                    "end it ('ss -ltnp sport = :{port}' names it), or choose another with {option}"
+                ),
+            ),
+            ErrorKind::PermissionDenied => (
+                format!("{port} may not be opened by this user"),
+                format!(
+                    "choose one from 1024 on with {option}, or allow it: AmbientCapabilities=CAP_NET_BIND_SERVICE"
+                ),
+            ),
+            _ => (
+                format!("{port} on {} cannot be opened: {error}", config.bind),
+                "is the address of --bind one of this machine's?".to_owned(),
+            ),
+        };
+        findings.push(Finding::bad("ports", found, advice));
+    }
+    if !free.is_empty() {
+        let found = format!("{} on {} are free", free.join(", "), config.bind);
+        findings.push(Finding::good("ports", found));
+    }
+    findings
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rehearsal(latencies: &[u64], warnings: Vec<SetupWarning>) -> Rehearsal {
+        Rehearsal {
+            warnings,
+            latencies: latencies
+                .iter()
+                .copied()
+                .map(Duration::from_micros)
+                .collect(),
+        }
+    }
+
+    #[test]
+    fn late_timers_and_refused_priorities_come_with_advice() {
+        let step = Duration::from_millis(4);
+        let grades = |found: &[Finding]| found.iter().map(|f| f.grade).collect::<Vec<_>>();
+        let good = judged(&rehearsal(&[10; 500], Vec::new()), step);
+        assert_eq!(grades(&good), [Grade::Good; 3]);
+        assert!(good.iter().all(|f| f.advice.is_empty()));
+
+        let mut latencies = vec![10; 500];
+        latencies[490..].fill(900);
+        let refused = vec![
+            SetupWarning::Priority {
+                priority: 80,
+                reason: "not permitted".to_owned(),
+            },
+            SetupWarning::Memory {
+                reason: "too little".to_owned(),
+            },
+        ];
+        let poor = judged(&rehearsal(&latencies, refused), step);
+        assert_eq!(grades(&poor), [Grade::Poor; 3]);
+        assert!(poor[0].found.contains("not permitted") && poor[0].advice.contains("LimitRTPRIO"));
+        assert!(poor[1].advice.contains("LimitMEMLOCK"));
+        assert!(poor[2].found.contains("900 µs in 99 of 100"));
+
+        latencies[499] = 5000;
+        let missed = judged(&rehearsal(&latencies, Vec::new()), step);
+        assert!(missed[2].found.ends_with("cycles would be missed"));
+    }
+
+    #[test]
+    fn reports_have_a_line_for_each_and_the_worst_is_summed_up() {
+        let findings = [
+            Finding::good("timer", "on time"),
+            Finding::bad("ports", "30001 is taken", "end it"),
+        ];
+        assert_eq!(
+            for_people(&findings),
+            "good  timer  on time\nbad   ports  30001 is taken\n             -> end it\n\
+             the controller does not start like this: 1 to mend\n"
+        );
+        let lines = for_machines(&findings);
+        let row: Value = serde_json::from_str(lines.lines().nth(1).unwrap()).unwrap();
+        assert_eq!(
+            (&row["grade"], &row["advice"]),
+            (&json!("bad"), &json!("end it"))
+        );
+    }
+}
