@@ -1,6 +1,7 @@
 //! `eliteserver debug`: the debugger over standard input and output, or over a port for one client after the other.
 
 mod recording;
+mod words;
 
 use std::io::{self, BufReader};
 use std::net::{Ipv4Addr, TcpListener};
@@ -144,11 +145,7 @@ fn options(fields: &Map<String, Json>, program: &str) -> Result<RunConfig, Strin
 }
 
 fn configured(line: Vec<String>) -> Result<RunConfig, String> {
-    let cli = Cli::try_parse_from(line).map_err(|error| {
-        let text = error.to_string();
-        let first = text.lines().next().unwrap_or_default();
-        first.trim_start_matches("error: ").to_owned()
-    })?;
+    let cli = Cli::try_parse_from(line).map_err(|error| words::of_request(&error))?;
     match cli.into_command() {
         Command::Run(args) => RunConfig::load(*args).map_err(|error| error.to_string()),
         _ => Err("these are no options of run".to_owned()),
