@@ -305,6 +305,62 @@ fn conditions_are_looked_for_in_the_recording_that_is_being_made() {
 }
 
 #[test]
+fn a_recording_is_looked_at_and_takes_no_orders() {
+    let folder = tempfile::tempdir().unwrap();
+    let record = folder.path().join("r.mcap");
+    let options = ["--record", record.to_str().unwrap()];
+    let text = "movej([0.5,-1.2,1.4,-1.77,-1.57,0],a=2,v=1)\n";
+    assert!(
+        common::run_script(folder.path(), text, &options)
+            .status
+            .success()
+    );
+    let ready = folder.path().join("replay.json");
+    let child = common::eliteserver()
+        .args([
+            "replay",
+            "--serve",
+            "--http-port",
+            "0",
+            "--primary-port",
+            "0",
+            "--rtsi-port",
+            "0",
+            "--ready-file",
+        ])
+        .arg(&ready)
+        .arg(&record)
+        .stdout(std::process::Stdio::null())
+        .stderr(std::fs::File::create(folder.path().join("stderr.log")).unwrap())
+        .spawn()
+        .unwrap();
+    let server = Server::adopt(child, &ready, folder.path());
+    let (_, about) = server.page("/api/v1");
+    let about: Value = serde_json::from_str(&about).unwrap();
+    assert!(about["read_only"].is_string(), "{about}");
+
+    let condition = json!({"condition": "command == \"movej\""}).to_string();
+    let (status, found) = post(&server, "/api/v1/find", "", &condition);
+    assert_eq!(
+        (status, found["stretches"].as_array().map(Vec::len)),
+        (200, Some(1)),
+        "{found}"
+    );
+    let wrong = json!({"name": "p.script", "text": "mvej(1)\n"}).to_string();
+    let (status, findings) = post(&server, "/api/v1/check", "", &wrong);
+    assert!(
+        status == 200 && findings.to_string().contains("movej"),
+        "{findings}"
+    );
+    let speed = json!({"do": "speed", "fraction": 0.5}).to_string();
+    let (status, refused) = post(&server, "/api/v1/orders", "", &speed);
+    assert!(
+        status == 409 && refused["error"].as_str().unwrap().contains("replay"),
+        "{refused}"
+    );
+}
+
+#[test]
 fn a_server_that_records_nothing_says_so() {
     let folder = tempfile::tempdir().unwrap();
     let server = Server::start(folder.path(), &["--record", "off"]);

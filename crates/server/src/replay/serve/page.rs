@@ -112,7 +112,10 @@ impl Cockpit for Playback {
     }
 
     async fn findings(&self, name: String, text: String) -> Result<Value, String> {
-        Ok(pendant::programs::findings(&name, text))
+        let checking = self
+            .pool
+            .run(text.len(), move || pendant::programs::findings(&name, text));
+        checking.await.map_err(|trouble| trouble.to_string())
     }
 
     fn recorded(&self) -> Option<Arc<Mutex<History>>> {

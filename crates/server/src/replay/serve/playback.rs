@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use controller::chronicle::PROGRAM_ENDED;
+use elite_runtime::CompilePool;
 use kinematics::RobotModel;
 use motion::histogram::Histogram;
 use motion_api::{RegisterImages, Registers, RingFull, RobotState};
@@ -12,6 +13,7 @@ use recorder::{
     CommandMessage, Entry, LogLevel, LogMessage, ScriptMessage, Setup, VariableMessage,
 };
 use serde_json::{Value, json};
+use supervision::Faults;
 use tokio::sync::{broadcast, watch};
 
 use super::time_line::Shown;
@@ -52,6 +54,8 @@ pub(super) struct Playback {
     registers: Registers,
     now: Mutex<Now>,
     shown: Arc<Shown>,
+    /// Checks texts beside the ports.
+    pub(super) pool: CompilePool,
 }
 
 struct Now {
@@ -98,6 +102,7 @@ impl Playback {
             registers: Registers::default(),
             now: Mutex::new(now),
             shown: Arc::default(),
+            pool: CompilePool::new(Faults::default()),
         }
     }
 
