@@ -13,6 +13,7 @@ pub mod attendant;
 pub mod builtins;
 mod compile_pool;
 pub mod debug;
+pub mod external;
 mod foresight;
 pub mod interpreter;
 pub mod interpreter_queue;

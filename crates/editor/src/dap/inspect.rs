@@ -371,7 +371,8 @@ impl Probe {
                 thread: number,
                 call,
                 text: text.to_owned(),
-                may_move: true,
+                // A recorded arm does what it did, and that of a running server is held.
+                may_move: !self.task.is_repeated() && !self.link.is_attached,
             };
             let Some(ended) = self.execute(halt, holder, &what, request) else {
                 return Ok(None);
