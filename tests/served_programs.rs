@@ -171,12 +171,17 @@ fn served(folder: &Path, clock: &str) {
         ],
     );
     let port = machine();
+    // Under the real clock time passes while a program computes.
+    let between = match clock {
+        "virtual" => "sync()",
+        _ => "pass",
+    };
     let text = format!(
         "def told():\n  import time\n  q = [0, -1.57, 1.57, -1.57, -1.57, 0]\n  \
          heard = socket_open('127.0.0.1', {port}, 'machine')\n  n = 0\n  while n < 3:\n    \
          line = socket_read_string('machine', '', '\\n', 5)\n    n = n + 1\n    q[0] = 0.1 * to_num(line)\n    \
          movej(q, a=3, v=2)\n    k = 0\n    while k < 3000:\n      k = k + 1\n    end\n  end\n  \
-         register = 0\n  while register == 0:\n    register = read_input_integer_register(3)\n  end\n  \
+         register = 0\n  while register == 0:\n    {between}\n    register = read_input_integer_register(3)\n  end\n  \
          set_standard_digital_out(int(time.time()) % 8, True)\n  q[0] = 0.01 * register\n  movej(q, a=3, v=2)\nend\n"
     );
     run(&server, "told.script", &text);

@@ -32,7 +32,7 @@ pub(crate) fn topic() -> ExtraTopic {
                 "program": integer,
                 "turn": integer,
                 "cycle": integer,
-                "kind": {"enum": ["begins", "sees", "order", "call", "woken", "clock", "lost"]},
+                "kind": {"enum": ["begins", "ends", "sees", "order", "call", "woken", "clock", "lost"]},
                 "order": {"type": "string"},
                 "name": {"type": "string"},
                 "text": {"type": "string"},
@@ -121,6 +121,7 @@ fn message_of(external: &External) -> Message {
             presets: presets.clone(),
             ..plain("begins")
         },
+        What::Ends => plain("ends"),
         What::Sees => plain("sees"),
         What::Woken { thread } => Message {
             thread: *thread,
@@ -182,6 +183,7 @@ pub(crate) fn read(data: &[u8]) -> Result<(u64, External), String> {
         "begins" => What::Begins {
             presets: message.presets,
         },
+        "ends" => What::Ends,
         "sees" => What::Sees,
         "woken" => What::Woken {
             thread: message.thread,
@@ -326,6 +328,7 @@ mod tests {
         let presets = vec!["speed = 0.25".to_owned()];
         for what in [
             What::Begins { presets },
+            What::Ends,
             What::Sees,
             What::Woken { thread: 4 },
             What::Clock(1_767_225_600.123_456_7),

@@ -20,6 +20,8 @@ use crate::start_configuration::{ROBOT, SetupError};
 /// Most messages of `/external`, commands, and changes of registers that are read, and the bytes of the first.
 const MESSAGES_MAX: usize = 20_000_000;
 const BYTES_MAX: usize = 512 << 20;
+/// More missing cycles are not worth waiting for.
+const MISSING_MAX: u64 = 200_000;
 
 /// Why the programs of a recording cannot be run again.
 #[derive(Debug, Error)]
@@ -57,6 +59,16 @@ pub enum RecordedRunError {
         id: u64,
         /// Why.
         source: ArgumentError,
+    },
+    /// So many cycles are missing that running them would take for ever.
+    #[error(
+        "the recording has {recorded} cycles up to cycle {last}; at most {MISSING_MAX} missing ones are run"
+    )]
+    Gap {
+        /// So many are there.
+        recorded: u64,
+        /// The last one.
+        last: u64,
     },
     /// More than is read.
     #[error("the recording has more of {what} than are run again ({most})")]
@@ -116,10 +128,14 @@ impl RecordedRun {
             decoded: Vec::new(),
             last_cycle: 0,
         };
+        let mut recorded = 0_u64;
         let topics = [Topic::Cycle, Topic::Command, Topic::Io, Topic::Script];
         for entry in recording.entries(&topics)? {
             match entry?.1 {
-                Entry::Cycle(cycle) => run.last_cycle = run.last_cycle.max(cycle.cycle),
+                Entry::Cycle(cycle) => {
+                    recorded += 1;
+                    run.last_cycle = run.last_cycle.max(cycle.cycle);
+                }
                 Entry::Command(command) => run.add_command(command)?,
                 Entry::Io(change) => run.writes.extend(RegisterWrite::of(&change)),
                 Entry::Script(script) => {
@@ -138,7 +154,11 @@ impl RecordedRun {
                 });
             }
         }
-        Ok(run)
+        let last = run.last_cycle;
+        match last.saturating_sub(recorded) > MISSING_MAX {
+            true => Err(RecordedRunError::Gap { recorded, last }),
+            false => Ok(run),
+        }
     }
 
     fn add_command(&mut self, message: CommandMessage) -> Result<(), RecordedRunError> {

@@ -250,7 +250,13 @@ impl Session<'_> {
                 self.output("important", &format!("{text}\n"), 0);
             }
         }
+        // Those of the program before are no places of this one.
+        self.breakpoints.places.clear();
         self.bind_sources();
+        self.changed();
+        if let Some(attachment) = self.attachment.as_ref().filter(|a| a.drives()) {
+            attachment.hub.is_ready(self.generation);
+        }
         if let Some(held) = begun.held {
             self.stopped(held.thread, held.why, held.position);
         }

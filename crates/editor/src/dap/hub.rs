@@ -8,7 +8,8 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use elite_runtime::debug::{Attached, DebugLink, Debuggee};
 use motion_api::ProgramId;
@@ -21,6 +22,8 @@ use super::probe::Probe;
 
 /// Most clients at once.
 const CLIENTS_MAX: usize = 8;
+/// A program that begins waits so long for its driver to say where it is to be held.
+const READY_WITHIN: Duration = Duration::from_millis(300);
 /// Orders that may wait for the program.
 const ORDERS_MAX: usize = 256;
 
@@ -28,6 +31,8 @@ const ORDERS_MAX: usize = 256;
 #[derive(Default)]
 pub struct Hub {
     state: Mutex<State>,
+    /// A driver is ready for the program that begins.
+    readied: Condvar,
     changes: AtomicU64,
 }
 
@@ -36,6 +41,8 @@ struct State {
     clients: BTreeMap<u32, Client>,
     last_client: u32,
     generation: u64,
+    /// Of the latest program for which the driver has said where it is to be held.
+    ready: u64,
     breakpoints: Arc<Breakpoints>,
     current: Option<Current>,
 }
@@ -206,6 +213,12 @@ impl Hub {
         self.is_changed();
     }
 
+    /// The driver has said where the program of this number is to be held.
+    pub(crate) fn is_ready(&self, generation: u64) {
+        lock(&self.state).ready = generation;
+        self.readied.notify_all();
+    }
+
     /// The driver lets a held program go on.
     pub(crate) fn go(&self, number: u32, go: Go) -> Result<(), String> {
         let mut state = lock(&self.state);
@@ -366,7 +379,16 @@ impl DebugLink for HubLink {
         }
         let begun = state.begun();
         state.tell(0, &Note::Begun(begun.map(Box::new)));
-        drop(state);
+        // Breakpoints have their places before the first statement; a driver that is slow misses some.
+        let waits = |state: &mut State| {
+            let has_driver = state.clients.values().any(|client| client.drives);
+            has_driver && state.ready < state.generation
+        };
+        let waited = self
+            .0
+            .readied
+            .wait_timeout_while(state, READY_WITHIN, waits);
+        drop(waited.unwrap_or_else(PoisonError::into_inner));
         self.0.is_changed();
         Some(Rc::new(Probe::new(link, task)))
     }

@@ -415,6 +415,8 @@ impl Probe {
         let calls = thread.map(|thread| halt.calls(thread)).unwrap_or_default();
         let position = self.position(halt);
         let tick = match calls.first() {
+            // It is over: to the last statement.
+            None => position.tick,
             // In the midst of a statement: to its beginning.
             Some(call) if self.is_within.get() => call.tick,
             Some(call) if call.before > 0 => call.before,

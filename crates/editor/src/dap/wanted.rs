@@ -29,7 +29,7 @@ impl Session<'_> {
         Ok(wanted)
     }
 
-    fn changed(&mut self) {
+    pub(super) fn changed(&mut self) {
         self.last_met = None;
         let is_free = self.launched.as_ref().is_some_and(|l| l.is_free);
         if let Some(run) = self.run.as_ref().filter(|_| !is_free) {
@@ -49,11 +49,12 @@ impl Session<'_> {
         let wanted = self.list(arguments, "breakpoints")?;
         self.wanted_sources.retain(|(known, _)| *known != path);
         self.wanted_sources.push((path.clone(), arguments.clone()));
-        if self.launched.is_none() {
+        let is_known = self.is_program(&path) || path.as_os_str().is_empty();
+        if self.launched.is_none() || self.attachment.is_some() && !is_known {
             // Bound when the program is known.
             let pending: Vec<Json> = wanted
                 .iter()
-                .map(|_| json!({"id": self.next_id(), "verified": false, "message": "the program is not launched yet"}))
+                .map(|_| json!({"id": self.next_id(), "verified": false, "message": "no such program runs yet"}))
                 .collect();
             if let Some((_, kept)) = self.wanted_sources.last_mut()
                 && let Json::Object(fields) = kept
@@ -63,7 +64,6 @@ impl Session<'_> {
             }
             return Ok(json!({ "breakpoints": pending }));
         }
-        let is_known = self.is_program(&path) || path.as_os_str().is_empty();
         if !is_known {
             let refused = |_: &Wanted| json!({"verified": false, "message": "this text is not the program that runs"});
             let refused: Vec<Json> = wanted.iter().map(refused).collect();

@@ -45,6 +45,8 @@ pub enum What {
         /// See above.
         presets: Vec<String>,
     },
+    /// It ends: this is its last turn.
+    Ends,
     /// It sees this cycle, and not the one that follows from what it did: the next one after a wait, else the same.
     Sees,
     /// An order.

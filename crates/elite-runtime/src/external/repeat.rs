@@ -12,6 +12,9 @@ use motion_api::{Command, CommandId, CommandKind, Origin, ProgramId};
 
 use super::{External, Order, RecordedCall, What};
 
+/// A program whose end is not in the recording computes for so many slices at most, seconds of work, while no cycle passes.
+const WORK_MAX: u32 = 20_000;
+
 /// Where the programs of a repeated run leave what was recorded.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Departure {
@@ -53,6 +56,8 @@ pub(crate) enum Answered {
 #[derive(Default)]
 struct Program {
     begins: u64,
+    /// Its last turn, where the recording has it.
+    ends: Option<u64>,
     presets: Vec<String>,
     sees: BTreeMap<u64, u64>,
     orders: BTreeMap<u64, Vec<Order>>,
@@ -106,6 +111,7 @@ impl Repeat {
                     program.begins = cycle;
                     program.presets = presets;
                 }
+                What::Ends => program.ends = Some(turn),
                 What::Sees => drop(program.sees.insert(turn, cycle)),
                 What::Order(order) => program.orders.entry(turn).or_default().push(order),
                 What::Call(call) => drop(program.calls.insert(call.number, call)),
@@ -276,6 +282,19 @@ impl Repeat {
     /// The cycle that a task sees in this turn, where that does not follow from what it did.
     pub(crate) fn seen(&self, program: ProgramId, turn: u64) -> Option<u64> {
         self.program(program)?.sees.get(&turn).copied()
+    }
+
+    /// Looks whether a program that has this turn, after so many in which no cycle passed, is still what was recorded.
+    pub(crate) fn watch(&self, origin: Origin, turn: u64, worked: u32, cycle: u64) {
+        match self.program(origin.program).and_then(|known| known.ends) {
+            Some(ends) if turn > ends && !self.is_at_its_end() => {
+                let text = "it goes on where it had ended when it was recorded".to_owned();
+                self.depart(&mut self.progress(), origin, cycle, text);
+            }
+            // Its end was not recorded: it computed when the recording broke off.
+            None if worked > WORK_MAX => self.ends(),
+            _ => {}
+        }
     }
 
     pub(crate) fn orders(&self, program: ProgramId, turn: u64) -> Vec<Order> {

@@ -169,6 +169,8 @@ pub(crate) struct Task {
     pub(super) attached: Option<Rc<dyn Attached>>,
     /// The cycle that was seen in the latest turn.
     pub(super) seen: u64,
+    /// Turns since a cycle has passed.
+    pub(super) worked: u32,
     /// An order that came while the task waited.
     pub(super) came_meanwhile: Option<Control>,
     /// What the robot has to be told as soon as there is room for it.
@@ -277,6 +279,7 @@ impl Task {
             next_tick: None,
             attached,
             seen: 0,
+            worked: 0,
             came_meanwhile: None,
             untold: VecDeque::new(),
         }
@@ -356,7 +359,9 @@ impl Task {
                 // It may have been compiled on another thread; what runs is in the account by now.
                 memory::outside(|| drop(program));
                 self.program_runs(true);
-                self.run_threads().await
+                let end = self.run_threads().await;
+                self.context.note(What::Ends);
+                end
             }
             Err((findings, file)) => {
                 let secondary = is_secondary(file.text());

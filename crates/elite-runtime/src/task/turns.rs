@@ -28,7 +28,12 @@ impl Task {
             Since::Work => self.seen,
             Since::Wait => self.seen + 1,
         };
+        self.worked = match since {
+            Since::Work => self.worked.saturating_add(1),
+            Since::Wait => 0,
+        };
         let woken = if let Some(repeat) = self.context.repeat().cloned() {
+            repeat.watch(self.context.origin(0), turn, self.worked, self.seen);
             let cycle = repeat.seen(program, turn).unwrap_or(expected);
             while self.context.robot().moment().cycle < cycle
                 && !repeat.is_at_its_end()
@@ -51,6 +56,7 @@ impl Task {
         };
         self.seen = self.context.robot().moment().cycle;
         if self.seen != expected {
+            self.worked = 0;
             self.context.note(What::Sees);
         }
         for thread in woken {
