@@ -3,7 +3,7 @@
 # line tables beside, the wheel, a Debian package; one OCI image layout of all; bills of materials, licences, checksums. The
 # same sources give the same bytes.
 #
-#     packaging/build.sh [--arch x86_64|aarch64]... [--only program|deb|image|wheel]... [--quick]
+#     packaging/build.sh [--arch x86_64|aarch64]... [--only program|deb|image|wheel]... [--quick | --program FILE]
 #
 # Needs Rust, a C compiler, Python 3 with venv, Node 18 (for the page), and of Debian dpkg-deb, llvm (llvm-objcopy) and, for
 # another architecture than this machine's, qemu-user-static. The C compiler and linker for every target is zig, from PyPI.
@@ -11,7 +11,7 @@
 # The standard library of a target comes from `rustup target add TARGET`. Where that is not to be had, RUST_LIBRARY names the
 # folder `library` of the sources of exactly this compiler, and it is compiled as well (packaging/rust-src.sh fetches them on Debian).
 #
-# --quick leaves out optimisation across crates: for working on these scripts, not for handing out.
+# --quick leaves out optimisation across crates, --program takes one that is built: for working on these scripts, not for handing out.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 root="$PWD"
@@ -24,6 +24,7 @@ fail() {
 architectures=()
 parts=()
 quick=0
+given=
 while [ $# -gt 0 ]; do
     case "$1" in
     --arch)
@@ -41,13 +42,19 @@ while [ $# -gt 0 ]; do
         shift
         ;;
     --quick) quick=1 ;;
-    *) fail "what is '$1'? --arch ARCHITECTURE, --only PART, --quick" ;;
+    --program)
+        given="$(realpath "${2:-}")"
+        [ -x "$given" ] || fail "--program ${2:-}: there is no such program"
+        shift
+        ;;
+    *) fail "what is '$1'? --arch ARCHITECTURE, --only PART, --quick, --program FILE" ;;
     esac
     shift
 done
 host="$(uname -m)"
 [ ${#architectures[@]} -gt 0 ] || architectures=("$host")
 [ ${#parts[@]} -gt 0 ] || parts=(program deb image wheel)
+[ -z "$given" ] || [ ${#architectures[@]} = 1 ] || fail "--program is for one architecture at a time"
 has() { [[ " ${parts[*]} " == *" $1 "* ]]; }
 
 version="$(sed -n '/^\[workspace.package\]/,/^\[/s/^version = "\(.*\)"/\1/p' Cargo.toml)"
@@ -87,10 +94,10 @@ standard_library() {
         "'rustup target add $1' installs it; or RUST_LIBRARY=FOLDER names its sources (packaging/rust-src.sh fetches them)"
     # The library has to be this compiler's own; its unstable parts are what the two variables ask for.
     local of release
-    of="$(cat "$library/../src/version" "$library/../version" 2>/dev/null | head -n 1 | cut -d' ' -f1)"
     release="$(rustc -vV | sed -n 's/^release: //p')"
-    case "$library" in *"rustc-$release"/*) of="${of:-$release}" ;; esac
-    [ -z "$of" ] || [ "$of" = "$release" ] || fail "$library belongs to Rust $of, the compiler is $release"
+    of="$release"
+    [ ! -f "$library/../src/version" ] || of="$(cat "$library/../src/version")"
+    [ "$of" = "$release" ] || fail "$library belongs to Rust $of, the compiler is $release"
     export RUSTC_BOOTSTRAP=1 __CARGO_TESTS_ONLY_SRC_ROOT="$library"
     build_std=(-Zbuild-std=std,panic_unwind)
 }
@@ -110,13 +117,17 @@ compile_flags() {
 # program ARCHITECTURE: target/packages/work/ARCHITECTURE with the program, its line tables, pages, completions, inventory.
 program() {
     local triple="$1-unknown-linux-musl" work="$packages/work/$1"
-    standard_library "$triple"
-    compile_flags "$triple"
+    local built="${given:-$CARGO_TARGET_DIR/$triple/dist/eliteserver}"
     echo "== the program for $1"
-    cargo zigbuild --locked --quiet "${build_std[@]}" --target "$triple" --profile dist --package server --bin eliteserver
+    if [ -z "$given" ]; then
+        # Without Node the build goes through and has no page; such a program is not handed out.
+        command -v node >/dev/null || fail "the page is bundled by Node (18 or newer), which is not there"
+        standard_library "$triple"
+        compile_flags "$triple"
+        cargo zigbuild --locked --quiet "${build_std[@]}" --target "$triple" --profile dist --package server --bin eliteserver
+    fi
     rm -rf "$work"
     mkdir -p "$work/completions"
-    local built="$CARGO_TARGET_DIR/$triple/dist/eliteserver"
     llvm-objcopy --only-keep-debug --compress-debug-sections=zlib "$built" "$work/eliteserver.debug"
     (cd "$work" && llvm-objcopy --strip-all --add-gnu-debuglink=eliteserver.debug "$built" eliteserver)
     local run=()
@@ -131,7 +142,7 @@ program() {
     python3 packaging/inventory.py --package server --target "$triple" --sbom "$work/sbom.cdx.json" --licences "$work/licences.txt"
 }
 
-# folder NAME ARCHITECTURE: an archive of the program with what belongs beside it, and its line tables in one of their own.
+# archive ARCHITECTURE: an archive of the program with what belongs beside it, and its line tables in one of their own.
 archive() {
     local name="eliteserver-$version-$1-linux" work="$packages/work/$1"
     local folder="$work/$name"
@@ -145,7 +156,7 @@ archive() {
 # pack ARCHIVE FOLDER NAME: in one order, with one date, of one owner.
 pack() {
     tar --create --format=gnu --sort=name --mtime="@$SOURCE_DATE_EPOCH" --owner=0 --group=0 --numeric-owner --mode=u=rwX,go=rX \
-        --directory "$2" "$3" | gzip --no-name -9 >"$1"
+        --directory "$2" "$3" | gzip --no-name -6 >"$1"
 }
 
 deb() {
@@ -223,7 +234,7 @@ wheel() {
     rm -rf "$work/wheel"
     # One wheel for every CPython from 3.9 on; which one builds it does not show.
     (cd crates/pybind && PYO3_NO_PYTHON=1 maturin build --quiet --locked --profile dist --strip --zig --target "$triple" \
-        "${build_std[@]/#-Zbuild-std/-Zbuild-std}" --compatibility "$manylinux" --out "$work/wheel")
+        "${build_std[@]}" --compatibility "$manylinux" --out "$work/wheel")
     local made=("$work"/wheel/*.whl)
     cp "${made[@]}" "$packages"
     cp "$work/wheel.cdx.json" "$packages/$(basename "${made[0]}" .whl).cdx.json"
@@ -240,6 +251,7 @@ for architecture in "${architectures[@]}"; do
 done
 ! has image || image
 rm -f "$packages/SHA256SUMS"
-(cd "$packages" && find . -maxdepth 1 -type f -printf '%P\n' | sort | xargs sha256sum >SHA256SUMS.new && mv SHA256SUMS.new SHA256SUMS)
+(cd "$packages" && find . -maxdepth 1 -type f -printf "%P\n" | sort | xargs sha256sum) >"$target/SHA256SUMS"
+mv "$target/SHA256SUMS" "$packages/SHA256SUMS"
 echo "== in $packages"
 (cd "$packages" && ls -l | awk 'NR > 1 {printf "%10d  %s\n", $5, $9}')

@@ -11,8 +11,9 @@ if [ ! -d "$library" ]; then
     # A list of packages of its own: what this machine is set up to install stays as it is.
     mkdir -p "$folder/lists/partial" "$folder/cache/archives/partial"
     keys=/usr/share/keyrings/debian-archive-keyring.gpg
+    mirror="$(apt-get indextargets --format '$(REPO_URI)' | grep -m 1 '/debian/$')"
     for suite in trixie trixie-backports forky sid; do
-        echo "deb [signed-by=$keys] http://deb.debian.org/debian $suite main"
+        echo "deb [signed-by=$keys] $mirror $suite main"
     done >"$folder/sources.list"
     apt=(-o "Dir::Etc::sourcelist=$folder/sources.list" -o Dir::Etc::sourceparts=/dev/null
         -o "Dir::State::lists=$folder/lists" -o "Dir::Cache=$folder/cache" -o APT::Sandbox::User=root -qq)
@@ -25,7 +26,8 @@ if [ ! -d "$library" ]; then
     fi
     (cd "$folder" && apt-get "${apt[@]}" download "rust-src=$version" >&2)
     # The folder of the library alone: the rest are four hundred megabytes.
-    dpkg-deb --fsys-tarfile "$folder"/rust-src_*.deb | tar -x -C "$folder" "./usr/src/rustc-$release/library"
+    dpkg-deb --fsys-tarfile "$folder"/rust-src_*.deb | tar -x -C "$folder" \
+        "./usr/src/rustc-$release/library" "./usr/src/rustc-$release/src/version"
     rm -rf "$folder"/rust-src_*.deb "$folder/lists" "$folder/cache"
 fi
 echo "$library"
