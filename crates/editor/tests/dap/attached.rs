@@ -132,7 +132,8 @@ proptest! {
     ) {
         let hub = Arc::new(Hub::default());
         let (inlet, said, served) = session(&hub, is_trusted);
-        prop_assert!(inlet.message("{]"));
+        let is_taken = inlet.message("{]");
+        prop_assert!(is_taken);
         for (number, (command, arguments)) in requests.iter().enumerate() {
             prop_assert!(inlet.message(&request(number as i64 + 1, command, arguments)));
         }
