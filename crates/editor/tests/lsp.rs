@@ -11,4 +11,5 @@ mod client;
 mod edits;
 mod messages;
 mod programs;
+mod reading;
 mod recovery;

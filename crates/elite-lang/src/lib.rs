@@ -26,6 +26,7 @@ mod native;
 mod ops;
 mod parser;
 mod program;
+mod reading;
 mod remote;
 mod resolve;
 mod source;
