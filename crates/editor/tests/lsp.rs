@@ -7,6 +7,8 @@
 )]
 
 mod answers;
+mod behaviour;
+mod chinese;
 mod client;
 mod edits;
 mod messages;

@@ -17,10 +17,49 @@ const PROGRAMS: &[&str] = &[
 ];
 
 const WRITTEN: &[&str] = &[
-    "", "x", ".", "(", ")", "\n", "\n\n", "    ", "def g(a):\n", "\"", "\"\"\"", ":", "self.", "class C(Station):\n", "end\n",
-    ";", "; ", "\r\n", "𝄞", "#", "$ LINE: (9, \"new\")\n", "=", "f\"{", "}", "[", "]", ", ", "import sys\n",
-    "from sys import *\n", "\\", "\t", "lambda ", "global x\n", "nonlocal x\n", "else:\n", "print = 1\n", "x = run\n", "del x\n",
-    "try:\n", "run", "Station", "(y := 1)", "@run\n",
+    "",
+    "x",
+    ".",
+    "(",
+    ")",
+    "\n",
+    "\n\n",
+    "    ",
+    "def g(a):\n",
+    "\"",
+    "\"\"\"",
+    ":",
+    "self.",
+    "class C(Station):\n",
+    "end\n",
+    ";",
+    "; ",
+    "\r\n",
+    "𝄞",
+    "#",
+    "$ LINE: (9, \"new\")\n",
+    "=",
+    "f\"{",
+    "}",
+    "[",
+    "]",
+    ", ",
+    "import sys\n",
+    "from sys import *\n",
+    "\\",
+    "\t",
+    "lambda ",
+    "global x\n",
+    "nonlocal x\n",
+    "else:\n",
+    "print = 1\n",
+    "x = run\n",
+    "del x\n",
+    "try:\n",
+    "run",
+    "Station",
+    "(y := 1)",
+    "@run\n",
 ];
 
 /// Where in the text, as a part of 10,000; how many characters go; what comes.
@@ -32,7 +71,10 @@ fn changed(text: &str, (place, gone, written): Change) -> String {
         at = text[..at].rfind('\n').map_or(0, |end| end + 1);
     }
     let rest = &text[at..];
-    let end = rest.char_indices().nth(gone).map_or(rest.len(), |(end, _)| end);
+    let end = rest
+        .char_indices()
+        .nth(gone)
+        .map_or(rest.len(), |(end, _)| end);
     format!("{}{written}{}", &text[..at], &rest[end..])
 }
 
@@ -46,18 +88,41 @@ fn told(names: &Names) -> String {
     for scope in &names.scopes {
         let mut symbols: Vec<_> = scope.symbols.iter().collect();
         symbols.sort();
-        put(format!("{:?} {:?} {:?}", scope.kind, scope.parent, scope.span));
+        put(format!(
+            "{:?} {:?} {:?}",
+            scope.kind, scope.parent, scope.span
+        ));
         put(format!("    {} {} {symbols:?}", scope.limit, scope.column));
     }
-    names.symbols.iter().for_each(|symbol| put(format!("{symbol:?}")));
-    names.functions.iter().for_each(|function| put(format!("{function:?}")));
-    names.classes.iter().for_each(|class| put(format!("{class:?}")));
-    names.attribute_uses.iter().for_each(|used| put(format!("{used:?}")));
-    names.keyword_uses.iter().for_each(|used| put(format!("{used:?}")));
+    names
+        .symbols
+        .iter()
+        .for_each(|symbol| put(format!("{symbol:?}")));
+    names
+        .functions
+        .iter()
+        .for_each(|function| put(format!("{function:?}")));
+    names
+        .classes
+        .iter()
+        .for_each(|class| put(format!("{class:?}")));
+    names
+        .attribute_uses
+        .iter()
+        .for_each(|used| put(format!("{used:?}")));
+    names
+        .keyword_uses
+        .iter()
+        .for_each(|used| put(format!("{used:?}")));
     let mut foreign: Vec<_> = names.foreign.iter().collect();
     foreign.sort_by_key(|(name, _)| &**name);
-    foreign.iter().for_each(|(name, places)| put(format!("{name} {places:?}")));
-    names.places().iter().for_each(|place| put(format!("{place:?}")));
+    foreign
+        .iter()
+        .for_each(|(name, places)| put(format!("{name} {places:?}")));
+    names
+        .places()
+        .iter()
+        .for_each(|place| put(format!("{place:?}")));
     told
 }
 
@@ -90,7 +155,11 @@ proptest! {
 
 #[test]
 fn a_name_of_the_top_level_is_the_same_in_all_parts() {
-    let mut analysis = Analysis::of("t", "def f():\n    return count\n\nf()\n", TextKind::Program);
+    let mut analysis = Analysis::of(
+        "t",
+        "def f():\n    return count\n\nf()\n",
+        TextKind::Program,
+    );
     assert!(analysis.names.foreign.contains_key("count"));
     analysis = analysis.change("def f():\n    return count\n\nf()\ncount = 1\n");
     assert!(!analysis.names.foreign.contains_key("count"));

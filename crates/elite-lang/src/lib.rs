@@ -8,6 +8,7 @@
 mod advice;
 mod ast;
 mod builtins;
+pub mod chinese;
 pub mod debug;
 mod diagnostic;
 mod embedded;

@@ -40,11 +40,58 @@ fn corpus() -> &'static [String] {
 }
 
 const WRITTEN: &[&str] = &[
-    "", "x", ".", "(", ")", "\n", "\n\n", "    ", "def g(a):\n", "\"", "\"\"\"", ":", "movej(", "movej([200])",
-    "class C:\n", "end", "end\n", ";", "\r\n", "𝄞", "#", "$ ", "$ LINE: (9, \"new\")\n", "=", "f\"{", "}", "[", "]",
-    ", ", "import sys\n", "from sys import *\n", "\\", "\t", " \t", "sec s():\n", "lambda ", "global x\n", "nonlocal b\n",
-    "else:\n", "elif x:\n", "print = 1\n", "print x\n", "while True:\n    sync()\n", "return\n", "locals()\n", "del b\n",
-    "try:\n", "except:\n", "b = 1\n", "mist", "@", "if x:\n",
+    "",
+    "x",
+    ".",
+    "(",
+    ")",
+    "\n",
+    "\n\n",
+    "    ",
+    "def g(a):\n",
+    "\"",
+    "\"\"\"",
+    ":",
+    "movej(",
+    "movej([200])",
+    "class C:\n",
+    "end",
+    "end\n",
+    ";",
+    "\r\n",
+    "𝄞",
+    "#",
+    "$ ",
+    "$ LINE: (9, \"new\")\n",
+    "=",
+    "f\"{",
+    "}",
+    "[",
+    "]",
+    ", ",
+    "import sys\n",
+    "from sys import *\n",
+    "\\",
+    "\t",
+    " \t",
+    "sec s():\n",
+    "lambda ",
+    "global x\n",
+    "nonlocal b\n",
+    "else:\n",
+    "elif x:\n",
+    "print = 1\n",
+    "print x\n",
+    "while True:\n    sync()\n",
+    "return\n",
+    "locals()\n",
+    "del b\n",
+    "try:\n",
+    "except:\n",
+    "b = 1\n",
+    "mist",
+    "@",
+    "if x:\n",
 ];
 
 /// Where in the text, as a part of 10,000; how many characters go; what comes.
@@ -64,7 +111,10 @@ fn changed(text: &str, (place, gone, written): Change) -> String {
         at = text[..at].rfind('\n').map_or(0, |end| end + 1);
     }
     let rest = &text[at..];
-    let end = rest.char_indices().nth(gone).map_or(rest.len(), |(end, _)| end);
+    let end = rest
+        .char_indices()
+        .nth(gone)
+        .map_or(rest.len(), |(end, _)| end);
     format!("{}{written}{}", &text[..at], &rest[end..])
 }
 
@@ -87,7 +137,12 @@ fn known() -> KnownNames {
 
 /// All that can be told of a reading.
 fn told(reading: &Reading) -> String {
-    format!("{:#?}\n{:?}\n{:#?}", reading.module(), reading.tokens(), reading.findings())
+    format!(
+        "{:#?}\n{:?}\n{:#?}",
+        reading.module(),
+        reading.tokens(),
+        reading.findings()
+    )
 }
 
 /// Where two texts begin to differ, with the lines around.
@@ -96,7 +151,10 @@ fn difference(one: &str, other: &str) -> Option<String> {
     let (number, _) = lines.clone().find(|(_, (one, other))| one != other)?;
     let shown = |text: &str| {
         let lines = text.lines().skip(number.saturating_sub(12)).take(20);
-        lines.map(|line| line.chars().take(200).collect::<String>()).collect::<Vec<_>>().join("\n")
+        lines
+            .map(|line| line.chars().take(200).collect::<String>())
+            .collect::<Vec<_>>()
+            .join("\n")
     };
     Some(format!("{}\n--- fresh:\n{}", shown(one), shown(other)))
 }
@@ -126,7 +184,12 @@ fn a_changed_text_is_read_like_a_new_one() {
                 "{}\n=== before:\n{before}\n=== after:\n{text}",
                 difference(&told(&reading), &told(&fresh)).unwrap_or_default()
             );
-            prop_assert_eq!(reading.findings(), check(SourceFile::new("t", &*text), &known), "{}", text);
+            prop_assert_eq!(
+                reading.findings(),
+                check(SourceFile::new("t", &*text), &known),
+                "{}",
+                text
+            );
         }
         Ok(())
     });
@@ -134,11 +197,16 @@ fn a_changed_text_is_read_like_a_new_one() {
     // One key in the middle of each program: nearly everything is kept.
     for text in corpus().iter().filter(|text| text.len() > 800) {
         let reading = Reading::of(SourceFile::new("t", &**text), &known);
-        let half = text[..text.floor_char_boundary(text.len() / 2)].rfind('\n').unwrap_or(0);
+        let half = text[..text.floor_char_boundary(text.len() / 2)]
+            .rfind('\n')
+            .unwrap_or(0);
         let typed = format!("{} {}", &text[..half], &text[half..]);
         let reading = reading.change(SourceFile::new("t", typed), &known);
         pieces += reading.pieces().len();
-        kept += reading.pieces().filter(|piece| piece.origin.is_some()).count();
+        kept += reading
+            .pieces()
+            .filter(|piece| piece.origin.is_some())
+            .count();
     }
     assert!(kept * 10 > pieces * 7, "{kept} of {pieces} pieces are kept");
 }
@@ -146,10 +214,19 @@ fn a_changed_text_is_read_like_a_new_one() {
 #[test]
 fn a_name_that_is_defined_elsewhere_is_known_at_once() {
     let known = known();
-    let codes = |reading: &Reading| -> Vec<&str> { reading.findings().iter().map(|f| f.code).collect() };
+    let codes =
+        |reading: &Reading| -> Vec<&str> { reading.findings().iter().map(|f| f.code).collect() };
     let reading = Reading::of(SourceFile::new("t", "import os\nprint(other)\n"), &known);
     assert_eq!(codes(&reading), ["unused-import", "undefined-name"]);
-    let reading = reading.change(SourceFile::new("t", "import os\nprint(other)\nother = os\n"), &known);
+    let reading = reading.change(
+        SourceFile::new("t", "import os\nprint(other)\nother = os\n"),
+        &known,
+    );
     assert_eq!(codes(&reading), [""; 0]);
-    assert!(reading.pieces().take(1).all(|piece| piece.origin == Some(0)));
+    assert!(
+        reading
+            .pieces()
+            .take(1)
+            .all(|piece| piece.origin == Some(0))
+    );
 }

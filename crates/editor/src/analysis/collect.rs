@@ -13,8 +13,8 @@ use elite_lang::syntax::{
 
 use super::joined::Outward;
 use super::scopes::{
-    AttributeInfo, AttributeUse, ClassInfo, FunctionInfo, KeywordUse, Occurrence,
-    ParameterInfo, Role, Scope, ScopeId, ScopeKind, Symbol, SymbolId, SymbolKind,
+    AttributeInfo, AttributeUse, ClassInfo, FunctionInfo, KeywordUse, Occurrence, ParameterInfo,
+    Role, Scope, ScopeId, ScopeKind, Symbol, SymbolId, SymbolKind,
 };
 use super::shape::{docstring, shape_of};
 use super::types::Shape;

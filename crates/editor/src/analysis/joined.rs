@@ -119,14 +119,18 @@ impl Moves for Scope {
         self.parent.iter_mut().for_each(|parent| way.scope(parent));
         way.span(&mut self.span);
         self.limit = self.limit.wrapping_add(way.bytes);
-        self.symbols.values_mut().for_each(|symbol| way.symbol(symbol));
+        self.symbols
+            .values_mut()
+            .for_each(|symbol| way.symbol(symbol));
     }
 }
 
 impl Moves for Symbol {
     fn moved(&mut self, way: Move) {
         way.scope(&mut self.scope);
-        self.occurrences.iter_mut().for_each(|place| way.occurrence(place));
+        self.occurrences
+            .iter_mut()
+            .for_each(|place| way.occurrence(place));
         way.shapes(&mut self.values);
     }
 }
@@ -150,7 +154,10 @@ impl Moves for ClassInfo {
         for attribute in &mut self.attributes {
             attribute.places.iter_mut().for_each(|span| way.span(span));
             way.shapes(&mut attribute.values);
-            attribute.function.iter_mut().for_each(|function| way.function(function));
+            attribute
+                .function
+                .iter_mut()
+                .for_each(|function| way.function(function));
         }
     }
 }
@@ -232,10 +239,14 @@ pub(super) fn names(reading: &Reading, before: Option<Names>) -> Names {
     let mut old = before.map(Old::of);
     let text = reading.file().text();
     let mut names = Names::default();
-    names.scopes.push(Scope::new(ScopeKind::Module, None, reading.module().span));
+    names
+        .scopes
+        .push(Scope::new(ScopeKind::Module, None, reading.module().span));
     let body = &reading.module().body;
     for piece in reading.pieces() {
-        let line = text[..piece.start as usize].rfind('\n').map_or(0, |at| at + 1);
+        let line = text[..piece.start as usize]
+            .rfind('\n')
+            .map_or(0, |at| at + 1);
         let column = piece.start - line as u32;
         let kept = old.as_mut().zip(piece.origin).and_then(|(old, origin)| {
             let part = old.parts.get_mut(origin)?;
@@ -306,13 +317,18 @@ impl Names {
         old.symbols.give(part.symbols, &mut self.symbols, way);
         old.functions.give(part.functions, &mut self.functions, way);
         old.classes.give(part.classes, &mut self.classes, way);
-        old.attribute_uses.give(part.attribute_uses, &mut self.attribute_uses, way);
-        old.keyword_uses.give(part.keyword_uses, &mut self.keyword_uses, way);
+        old.attribute_uses
+            .give(part.attribute_uses, &mut self.attribute_uses, way);
+        old.keyword_uses
+            .give(part.keyword_uses, &mut self.keyword_uses, way);
         old.places.give(part.places, &mut self.places, way);
         self.close(&mut now);
         let mut outward = part.outward;
         for place in &mut outward {
-            place.binds.iter_mut().for_each(|(_, shape)| way.shape(shape));
+            place
+                .binds
+                .iter_mut()
+                .for_each(|(_, shape)| way.shape(shape));
         }
         Part {
             outward,
@@ -351,7 +367,10 @@ impl Names {
         self.close(&mut now);
         let mut outward = found.outward;
         for place in &mut outward {
-            place.binds.iter_mut().for_each(|(_, shape)| way.shape(shape));
+            place
+                .binds
+                .iter_mut()
+                .for_each(|(_, shape)| way.shape(shape));
         }
         Part {
             outward,
@@ -403,7 +422,9 @@ impl Names {
         let own = own.filter_map(|(name, symbol)| Some((name.into(), symbol?)));
         self.scopes[0].symbols = own.collect();
         let foreign = foreign.into_iter();
-        self.foreign = foreign.map(|(name, places)| (name.into(), places)).collect();
+        self.foreign = foreign
+            .map(|(name, places)| (name.into(), places))
+            .collect();
         self.parts = parts;
     }
 }

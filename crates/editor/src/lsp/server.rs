@@ -274,12 +274,12 @@ impl Server {
 
     /// Tells the findings of a text whose turn it is.
     pub fn tell_due(&mut self, now: Instant) {
-        let encoding = self.documents.encoding;
+        let (encoding, language) = (self.documents.encoding, self.language);
         let Some(document) = self.documents.take_due(now) else {
             return;
         };
         // A text that makes us fail has no findings, and the session goes on.
-        let told = supervision::catch(|| findings::of(document, encoding));
+        let told = supervision::catch(|| findings::of(document, encoding, language));
         if let Ok(params) = told {
             self.tell("textDocument/publishDiagnostics", params);
         }

@@ -11,8 +11,8 @@ use crate::findings::Findings;
 use crate::resolve::{KnownNames, unused_names};
 use crate::source::SourceFile;
 
-pub(crate) use flow::unreachable;
 pub use calls::{CallArgument, CallHint, CallHook, CallSite, Literal};
+pub(crate) use flow::unreachable;
 
 /// All warnings, in no particular order.
 pub fn lint(module: &Module, file: &SourceFile, known: &KnownNames) -> Vec<Diagnostic> {

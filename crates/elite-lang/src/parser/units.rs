@@ -214,7 +214,10 @@ impl Reader {
                 _ => false,
             }
         });
-        let end = old.tokens[..looked_at.end.min(old.tokens.len())].last()?.span.end as usize;
+        let end = old.tokens[..looked_at.end.min(old.tokens.len())]
+            .last()?
+            .span
+            .end as usize;
         if !is_same || end >= difference.old.start && (unit.start as usize) < difference.old.end {
             return None;
         }

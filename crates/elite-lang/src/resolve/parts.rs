@@ -245,9 +245,15 @@ fn undefined_names(parts: &[Placed<'_>], known: &KnownNames, found: &mut Finding
         globals.extend(top.map(|name| &*name.name));
         globals.extend(placed.part.globals.iter().map(|name| &**name));
     }
-    let top = parts.iter().flat_map(|placed| with(placed, &placed.part.uses));
-    let inner = parts.iter().flat_map(|placed| with(placed, &placed.part.inner_uses));
-    let unknown = top.chain(inner).filter(|(_, used)| !globals.contains(&*used.name));
+    let top = parts
+        .iter()
+        .flat_map(|placed| with(placed, &placed.part.uses));
+    let inner = parts
+        .iter()
+        .flat_map(|placed| with(placed, &placed.part.inner_uses));
+    let unknown = top
+        .chain(inner)
+        .filter(|(_, used)| !globals.contains(&*used.name));
     let mut in_order: Option<BTreeSet<&str>> = None;
     for (placed, used) in unknown {
         if found.is_full() {
@@ -260,7 +266,12 @@ fn undefined_names(parts: &[Placed<'_>], known: &KnownNames, found: &mut Finding
                 0 => Vec::new(),
                 scope => placed.locals(scope),
             };
-            similar(&used.name, globals, known, locals.iter().map(|name| &**name))
+            similar(
+                &used.name,
+                globals,
+                known,
+                locals.iter().map(|name| &**name),
+            )
         } else {
             None
         };

@@ -9,8 +9,8 @@ pub use crate::ast::{
     Module, Parameter, Parameters, Stmt, StmtKind, UnaryOp, WithItem,
 };
 pub use crate::lexer::{Token, TokenKind};
-pub use crate::reading::{Piece, Reading};
 pub use crate::lint::visit::{blocks, own_expressions, parts};
+pub use crate::reading::{Piece, Reading};
 pub use library::{Member, MemberKind, builtins, module_members, type_members};
 
 use crate::diagnostic::Diagnostic;
