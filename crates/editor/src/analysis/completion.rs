@@ -275,7 +275,7 @@ impl Found<'_> {
 
     /// Texts that an argument can be: names of inputs and outputs, the words that a parameter takes.
     fn in_string(&mut self, cursor: &Cursor<'_>, string: Span) -> Span {
-        let written = self.analysis.file().slice(string);
+        let written = self.analysis.file.slice(string);
         let quote = written.find(['"', '\'']).map_or(written.len(), |at| at + 1);
         let span = Span {
             start: string.start + quote as u32,
@@ -332,7 +332,7 @@ fn imported_from(analysis: &Analysis, cursor: &Cursor<'_>) -> Option<String> {
     let import = line.iter().position(|token| token.kind == T::Import)?;
     let name: String = line[1..import]
         .iter()
-        .map(|token| analysis.file().slice(token.span))
+        .map(|token| analysis.file.slice(token.span))
         .collect();
     Some(name)
 }

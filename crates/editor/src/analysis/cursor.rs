@@ -110,7 +110,7 @@ impl<'a> Cursor<'a> {
 
     /// A string that is not closed reaches to the end of its line.
     fn is_open_string(&self, token: Token, offset: u32) -> bool {
-        let text = self.analysis.file().slice(token.span);
+        let text = self.analysis.file.slice(token.span);
         let quote = text
             .trim_start_matches(|c: char| c.is_ascii_alphabetic())
             .chars()
@@ -157,11 +157,11 @@ impl<'a> Cursor<'a> {
 
     /// The text of the word before the cursor.
     pub fn typed(&self) -> &'a str {
-        self.analysis.file().slice(self.word)
+        self.analysis.file.slice(self.word)
     }
 
     fn text(&self, token: Token) -> &'a str {
-        self.analysis.file().slice(token.span)
+        self.analysis.file.slice(token.span)
     }
 
     /// What stands before the word, newest last.

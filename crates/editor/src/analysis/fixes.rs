@@ -29,7 +29,7 @@ pub struct Fix {
 
 /// What can be done about a finding.
 pub fn fixes(analysis: &Analysis, finding: &Diagnostic, language: Language) -> Vec<Fix> {
-    let written = analysis.file().slice(finding.span);
+    let written = analysis.file.slice(finding.span);
     let mut found = Vec::new();
     let mut put = |title: String, edits: Vec<Edit>| {
         if !edits.is_empty() {
@@ -178,7 +178,7 @@ fn around_numbers(
             if is_number(item) {
                 edits.push(Edit {
                     span: item.span,
-                    text: format!("{before}{}{after}", analysis.file().slice(item.span)),
+                    text: format!("{before}{}{after}", analysis.file.slice(item.span)),
                 });
             }
         }
@@ -220,7 +220,7 @@ fn each_expr<'t>(body: &'t [Stmt], visit: &mut dyn FnMut(&'t Expr)) {
 /// Removes the import of the name at `place`, and the statement with the last one.
 fn without_import(analysis: &Analysis, place: Span) -> Vec<Edit> {
     let mut edits = Vec::new();
-    let file = analysis.file();
+    let file = &analysis.file;
     each_statement(&analysis.module().body, &mut |statement| {
         let (StmtKind::Import(names) | StmtKind::ImportFrom { names, .. }) = &statement.kind else {
             return;

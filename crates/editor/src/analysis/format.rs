@@ -57,14 +57,14 @@ pub fn format(analysis: &Analysis, indent: Indent) -> Result<Vec<Edit>, FormatEr
         |finding: &&elite_lang::Diagnostic| finding.severity == elite_lang::Severity::Error;
     if let Some(error) = analysis.findings().iter().find(errors) {
         return Err(FormatError::TextHasErrors {
-            line: analysis.file().line_of(error.span.start),
+            line: analysis.file.line_of(error.span.start),
             message: error.message.clone(),
         });
     }
     let edits = Formatter::new(analysis, indent).edits();
     let formatted = applied(analysis.text(), &edits);
-    let formatted = SourceFile::new(analysis.file().name(), formatted);
-    match syntax::same_tree(analysis.file(), &formatted) {
+    let formatted = SourceFile::new(analysis.file.name(), formatted);
+    match syntax::same_tree(&analysis.file, &formatted) {
         Some(true) => Ok(edits),
         _ => Err(FormatError::WouldChange),
     }

@@ -27,7 +27,7 @@ pub fn hover(analysis: &Analysis, offset: u32, language: Language) -> Option<Hov
         });
     }
     if let Some((occurrence, symbol)) = names.place_at(offset) {
-        let name = analysis.file().slice(occurrence.span);
+        let name = analysis.file.slice(occurrence.span);
         let text = match symbol {
             Some(symbol) => describe::symbol(analysis, &names.symbols[symbol], language),
             None => {
@@ -52,7 +52,7 @@ pub fn hover(analysis: &Analysis, offset: u32, language: Language) -> Option<Hov
     if token.kind != TokenKind::Name {
         return None;
     }
-    let name = analysis.file().slice(token.span);
+    let name = analysis.file.slice(token.span);
     let scope = analysis.scope_at(offset);
     let text = match names.lookup(scope, name) {
         Some(symbol) => describe::symbol(analysis, &names.symbols[symbol], language),

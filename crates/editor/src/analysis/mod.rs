@@ -67,6 +67,8 @@ impl TextKind {
 /// Everything about one text.
 #[derive(Debug)]
 pub struct Analysis {
+    /// The text.
+    pub file: Arc<SourceFile>,
     /// What it is for.
     pub kind: TextKind,
     /// Its tree, tokens and findings.
@@ -78,9 +80,11 @@ pub struct Analysis {
 impl Analysis {
     /// Reads a text. `name` is how findings call it.
     pub fn of(name: &str, text: &str, kind: TextKind) -> Self {
-        let reading = Reading::of(SourceFile::new(name, text), kind.known());
+        let file = SourceFile::new(name, text);
+        let reading = Reading::of(file.clone(), kind.known());
         let names = syntax::with_deep_stack(|| joined::names(&reading, None));
         Analysis {
+            file,
             kind,
             reading,
             names,
@@ -89,20 +93,16 @@ impl Analysis {
 
     /// Reads what has become of the text; what the change leaves alone is not read anew.
     pub fn change(self, text: &str) -> Self {
-        let file = SourceFile::new(self.file().name(), text);
-        let reading = self.reading.change(file, self.kind.known());
+        let file = SourceFile::new(self.file.name(), text);
+        let reading = self.reading.change(file.clone(), self.kind.known());
         let names = Some(self.names);
         let names = syntax::with_deep_stack(|| joined::names(&reading, names));
         Analysis {
+            file,
             kind: self.kind,
             reading,
             names,
         }
-    }
-
-    /// The text with its lines.
-    pub fn file(&self) -> &Arc<SourceFile> {
-        self.reading.file()
     }
 
     /// The tree.
@@ -112,7 +112,7 @@ impl Analysis {
 
     /// The text.
     pub fn text(&self) -> &str {
-        self.file().text()
+        self.file.text()
     }
 
     /// What `eliteserver check` finds.

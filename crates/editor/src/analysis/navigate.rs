@@ -35,7 +35,7 @@ pub fn named(analysis: &Analysis, offset: u32) -> Option<(Named, Span)> {
         return Some((Named::Attribute(class, used.name.clone()), used.span));
     }
     if let Some((occurrence, symbol)) = names.place_at(offset) {
-        let written = analysis.file().slice(occurrence.span);
+        let written = analysis.file.slice(occurrence.span);
         let named = match symbol {
             Some(symbol) => class_attribute(analysis, symbol).unwrap_or(Named::Symbol(symbol)),
             None => Named::Foreign(written.into()),
@@ -50,7 +50,7 @@ pub fn named(analysis: &Analysis, offset: u32) -> Option<(Named, Span)> {
     if token.kind != elite_lang::syntax::TokenKind::Name || after_dot(analysis, token.span) {
         return None;
     }
-    let written = analysis.file().slice(token.span);
+    let written = analysis.file.slice(token.span);
     let named = match names.lookup(analysis.scope_at(offset), written) {
         Some(symbol) => Named::Symbol(symbol),
         None => Named::Foreign(written.into()),

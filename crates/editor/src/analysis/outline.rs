@@ -140,7 +140,7 @@ pub struct Fold {
 
 /// What can be folded, in the order of the text.
 pub fn folds(analysis: &Analysis) -> Vec<Fold> {
-    let file = analysis.file();
+    let file = &analysis.file;
     let mut found = Vec::new();
     let mut put = |span: Span, kind: FoldKind| {
         let first = file.line_of(span.start);

@@ -64,7 +64,7 @@ pub enum RenameError {
 /// Why it cannot.
 pub fn renamable(analysis: &Analysis, offset: u32) -> Result<Span, RenameError> {
     let (named, span) = named(analysis, offset).ok_or(RenameError::NoName)?;
-    let written = analysis.file().slice(span);
+    let written = analysis.file.slice(span);
     check_old(analysis, &named, written)?;
     Ok(span)
 }
@@ -75,7 +75,7 @@ pub fn renamable(analysis: &Analysis, offset: u32) -> Result<Span, RenameError> 
 /// Why it cannot be given.
 pub fn rename(analysis: &Analysis, offset: u32, new: &str) -> Result<Vec<Span>, RenameError> {
     let (named, span) = named(analysis, offset).ok_or(RenameError::NoName)?;
-    let written = analysis.file().slice(span);
+    let written = analysis.file.slice(span);
     check_old(analysis, &named, written)?;
     check_new(analysis, &named, written, new)?;
     let places = places_of(analysis, &named).into_iter();
@@ -103,8 +103,8 @@ fn check_old(analysis: &Analysis, named: &Named, written: &str) -> Result<(), Re
                 // Only what is written behind `as` is the program's own.
                 let first = symbol.bindings().next();
                 let line = first.map_or("", |o| {
-                    let line = analysis.file().line_of(o.span.start);
-                    analysis.file().line_text(line)
+                    let line = analysis.file.line_of(o.span.start);
+                    analysis.file.line_text(line)
                 });
                 let own = format!(" as {written}");
                 if !line.contains(&own) {
@@ -130,12 +130,12 @@ fn private_name_of(analysis: &Analysis, class: &str) -> Result<(), RenameError> 
     let begins = format!("_{}__", class.trim_start_matches('_'));
     let mut full = analysis.tokens().iter().filter(|token| {
         matches!(token.kind, TokenKind::Name | TokenKind::Str)
-            && analysis.file().slice(token.span).contains(&begins)
+            && analysis.file.slice(token.span).contains(&begins)
     });
     full.next().map_or(Ok(()), |token| {
         Err(RenameError::MayBeAnother {
             name: class.to_owned(),
-            line: analysis.file().line_of(token.span.start),
+            line: analysis.file.line_of(token.span.start),
         })
     })
 }
@@ -149,7 +149,7 @@ fn unknown_keyword(analysis: &Analysis, name: &str) -> Result<(), RenameError> {
     unknown.next().map_or(Ok(()), |used| {
         Err(RenameError::MayBeAnother {
             name: name.to_owned(),
-            line: analysis.file().line_of(used.span.start),
+            line: analysis.file.line_of(used.span.start),
         })
     })
 }
@@ -189,7 +189,7 @@ fn unknown_attribute(analysis: &Analysis, class: usize, name: &str) -> Result<()
     place.map_or(Ok(()), |start| {
         Err(RenameError::MayBeAnother {
             name: name.to_owned(),
-            line: analysis.file().line_of(start),
+            line: analysis.file.line_of(start),
         })
     })
 }
@@ -228,7 +228,7 @@ fn check_new(
     }
     let taken = |start: u32| RenameError::Taken {
         name: new.to_owned(),
-        line: analysis.file().line_of(start),
+        line: analysis.file.line_of(start),
     };
     let names = &analysis.names;
     match named {
@@ -243,7 +243,7 @@ fn check_new(
             }
             // and nothing that has this name already may come to mean this.
             for (occurrence, other) in names.places() {
-                if analysis.file().slice(occurrence.span) != new {
+                if analysis.file.slice(occurrence.span) != new {
                     continue;
                 }
                 let now = names.lookup(occurrence.scope, written);

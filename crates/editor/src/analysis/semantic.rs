@@ -73,7 +73,7 @@ pub fn words(analysis: &Analysis, within: Span) -> Vec<Word> {
             }
             T::Int | T::Float | T::Imaginary => WordKind::Number,
             T::Newline | T::Indent | T::Dedent | T::EndOfFile | T::Unknown => continue,
-            T::Name if analysis.file().slice(token.span) == "sec" && !has(&named, token.span) => {
+            T::Name if analysis.file.slice(token.span) == "sec" && !has(&named, token.span) => {
                 WordKind::Keyword
             }
             T::Name if has(&named, token.span) => continue,
@@ -99,7 +99,7 @@ pub fn words(analysis: &Analysis, within: Span) -> Vec<Word> {
         .into_iter()
         .filter(|span| touches(*span))
     {
-        let is_directive = analysis.file().slice(comment).starts_with('$');
+        let is_directive = analysis.file.slice(comment).starts_with('$');
         let kind = if is_directive {
             WordKind::Macro
         } else {
@@ -155,7 +155,7 @@ fn names(analysis: &Analysis, within: Span, found: &mut Vec<Word>) {
                 (kind, false)
             }
             None => {
-                let name = analysis.file().slice(occurrence.span);
+                let name = analysis.file.slice(occurrence.span);
                 let shape = Shape::Name(occurrence.scope, name.into());
                 match analysis.infer(&shape) {
                     Type::Robot(_) => (WordKind::Function, true),
@@ -212,7 +212,7 @@ fn pieces(analysis: &Analysis, span: Span, named: &[Span], kind: WordKind, found
     let inside = named[from..].iter().take_while(|name| name.end <= span.end);
     let mut at = span.start;
     let mut put = |start: u32, end: u32| {
-        let text = analysis.file().slice(Span { start, end });
+        let text = analysis.file.slice(Span { start, end });
         let mut line_start = start;
         for line in text.split_inclusive(['\n', '\r']) {
             let shown = line.trim_end_matches(['\n', '\r']).len() as u32;

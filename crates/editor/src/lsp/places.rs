@@ -88,7 +88,7 @@ pub(super) fn prepare_rename(
         rename::renamable(&analysis, offset).map_err(|error| Refusal::failed(error.to_string()))?;
     Ok(json!({
         "range": document.range(span, encoding),
-        "placeholder": analysis.file().slice(span),
+        "placeholder": analysis.file.slice(span),
     }))
 }
 

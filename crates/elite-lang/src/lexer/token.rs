@@ -90,9 +90,10 @@ tokens! {
 
 /// The longest operator `rest` starts with, and its length in bytes.
 pub fn longest_operator(rest: &str) -> Option<(TokenKind, usize)> {
+    let first = *rest.as_bytes().first()?;
     let found = OPERATORS
         .iter()
-        .filter(|(text, _)| rest.starts_with(text))
+        .filter(|(text, _)| text.as_bytes()[0] == first && rest.starts_with(text))
         .max_by_key(|(text, _)| text.len());
     found.map(|(text, kind)| (*kind, text.len()))
 }
