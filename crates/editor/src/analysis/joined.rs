@@ -197,10 +197,12 @@ impl<T: Moves> Front<T> {
 
     /// Moves the entries of `range` to the end of `table`; those before them are dropped.
     fn give(&mut self, range: Range<usize>, table: &mut Vec<T>, way: Move) {
-        let (skipped, count) = (range.start - self.taken, range.len());
+        if let Some(last) = (range.start - self.taken).checked_sub(1) {
+            self.rest.nth(last);
+        }
         self.taken = range.end;
         let first = table.len();
-        table.extend(self.rest.by_ref().skip(skipped).take(count));
+        table.extend(self.rest.by_ref().take(range.len()));
         if way != Move::default() {
             table[first..].iter_mut().for_each(|entry| entry.moved(way));
         }
