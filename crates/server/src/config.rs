@@ -359,7 +359,7 @@ pub(crate) fn each_on_its_own(ports: &PortSettings) -> Result<(), ConfigError> {
 }
 
 /// Every key of the file: the long names of the options of `serve`, `config` apart.
-const KEYS: [&str; 29] = [
+const KEYS: [&str; 30] = [
     "allow",
     "bind",
     "calibration",
@@ -370,6 +370,7 @@ const KEYS: [&str; 29] = [
     "home",
     "http-port",
     "interpreter-port",
+    "language",
     "local",
     "log-dir",
     "log-format",

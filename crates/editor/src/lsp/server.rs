@@ -290,7 +290,11 @@ impl Server {
 fn message<const N: usize>(members: [(&str, Value); N]) -> Value {
     let version = [("jsonrpc", "2.0".into())].into_iter();
     let members = version.chain(members);
-    Value::Object(members.map(|(name, value)| (name.to_owned(), value)).collect())
+    Value::Object(
+        members
+            .map(|(name, value)| (name.to_owned(), value))
+            .collect(),
+    )
 }
 
 /// The parameters of a message.
