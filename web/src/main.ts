@@ -1,6 +1,8 @@
 // The page: brings the parts together and shows the state at a glance.
 
 import "./app.css";
+import { type Channel, Debugger } from "./debugger";
+import { DebugPanel } from "./debugpanel";
 import { ask, byId, fixed, make, setText, toast } from "./dom";
 import type { Frame } from "./frame";
 import { Jog } from "./jog";
@@ -55,6 +57,36 @@ const points = new Points(link);
 const timeline = new TimeLine();
 const names = new Map<number, RunningProgram>();
 const notices = new Notices(link, (number, line) => void goToPlace(number, line), (number) => names.get(number)?.name ?? "");
+
+const debug = new Debugger(() => new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/api/v1/debug`) as Channel);
+const debugPanel = new DebugPanel(debug);
+
+/** With breakpoints and control the debugger is attached; without either it leaves. */
+function wantDebugger(): void {
+  const { breakpoints } = programs;
+  const isWanted = link.hasControl && link.token !== null && breakpoints.length > 0;
+  if (!isWanted) {
+    if (debug.isAttached) debug.detach();
+    return;
+  }
+  const fail = (error: Error): void => toast(error.message, "error");
+  void debug.setBreakpoints(programs.name, breakpoints).catch(fail);
+  if (!debug.isAttached && link.token !== null) void debug.attach(link.token).catch(fail);
+}
+let breakpointsTimer: ReturnType<typeof setTimeout> | null = null;
+programs.onBreakpoints = () => {
+  // Lines that are typed move breakpoints with every key.
+  if (breakpointsTimer !== null) clearTimeout(breakpointsTimer);
+  breakpointsTimer = setTimeout(wantDebugger, 100);
+};
+debug.onPlaced = (placed) => programs.showPlaced(placed);
+debug.onError = (reason) => toast(reason, "error");
+debug.onChange = () => {
+  document.body.classList.toggle("held", debug.held !== null);
+  debugPanel.refresh();
+  enable();
+};
+debugPanel.onLine = (line) => programs.showHeld(line);
 
 let latest: Frame | null = null;
 let shown: Frame | null = null;
@@ -159,7 +191,7 @@ function enable(): void {
     const button = document.querySelector<HTMLButtonElement>(`[data-testid=${testid}]`);
     if (button && button.disabled === on) button.disabled = !on;
   };
-  const isPaused = frame?.task === 2;
+  const isPaused = frame?.task === 2 || debug.held !== null;
   const isStopped = frame?.task === 0;
   set("power-on", may && (robot === "POWER_OFF" || safety === "FAULT"));
   set("power-off", may && robot !== "POWER_OFF");
@@ -193,6 +225,7 @@ function showLink(): void {
   document.body.classList.toggle("offline", link.state !== "connected");
   showControl();
   enable();
+  wantDebugger();
 }
 
 let hadConnection = false;
@@ -300,8 +333,26 @@ for (const button of document.querySelectorAll<HTMLButtonElement>("[data-order]"
     order({ do: isFault ? "restart_safety" : name });
   });
 }
-byId("play").addEventListener("click", () => (latest?.task === 2 ? order({ do: "play" }) : void programs.run(false)));
-byId("step").addEventListener("click", () => (latest?.task === 2 ? order({ do: "step" }) : void programs.run(true)));
+const led = (what: Promise<void>): void => void what.catch((error: Error) => toast(error.message, "error"));
+byId("play").addEventListener("click", () => {
+  if (debug.held) led(debug.resume());
+  else if (latest?.task === 2) order({ do: "play" });
+  else void run(false);
+});
+byId("step").addEventListener("click", () => {
+  if (debug.held) led(debug.step("next"));
+  else if (latest?.task === 2) order({ do: "step" });
+  else void run(true);
+});
+byId("run").addEventListener("click", () => void run(false));
+
+/** Runs what is in the editor, with its breakpoints. */
+async function run(step: boolean): Promise<void> {
+  if (breakpointsTimer !== null) clearTimeout(breakpointsTimer);
+  wantDebugger();
+  await debug.settled();
+  await programs.run(step);
+}
 byId("pause").addEventListener("click", () => order({ do: "pause" }));
 byId("stop").addEventListener("click", () => order({ do: "stop" }));
 byId("reset-view").addEventListener("click", () => view?.resetCamera());
