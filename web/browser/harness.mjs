@@ -161,7 +161,7 @@ export async function open(browser, server, options = {}) {
       const nonce = /name="style-nonce" content="([^"]*)"/.exec(await response.text())?.[1] ?? "";
       await route.fulfill({ response, body: readFileSync(path.join(bundle, "index.html"), "utf8").replaceAll("__NONCE__", nonce) });
     });
-    for (const [name, contentType] of [["app.js", "text/javascript"], ["app.css", "text/css"]]) {
+    for (const [name, contentType] of [["app.js", "text/javascript"], ["view.js", "text/javascript"], ["app.css", "text/css"]]) {
       await page.route(`**/${name}`, (route) => route.fulfill({ contentType, body: gunzipSync(readFileSync(path.join(bundle, `${name}.gz`))) }));
     }
   }

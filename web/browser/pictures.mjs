@@ -15,38 +15,29 @@ const here = path.dirname(new URL(import.meta.url).pathname);
 const browser = await launch();
 
 /** Picks parts from a tray and puts them on a table: what most pictures show. */
-const PICK = `$ LINE: (1, "Palletise")
-def palletise():
+const PICK = `def palletise():
+  def above(at):
+    return [at[0], at[1], at[2] + 0.16, at[3], at[4], at[5]]
+  end
+  def fetch(at, closed):
+    movej(get_inverse_kin(above(at)), a=3, v=1.6)
+    movel(at, a=1.2, v=0.25)
+    set_standard_digital_out(0, closed)
+    sleep(0.2)
+    movel(above(at), a=1.2, v=0.25)
+  end
   global placed
   placed = 0
-  home = [0, -1.5708, 1.5708, -1.5708, -1.5708, 0]
-  $ LINE: (2, "Move: above the tray")
-  movej(home, a=2, v=1.5)
+  $ LINE: (1, "Above the tray")
+  movej([0, -1.5708, 1.5708, -1.5708, -1.5708, 0], a=2, v=1.5)
   while True:
-    $ LINE: (3, "Pick")
-    pick(p[0.45, -0.35, 0.18, 3.1416, 0, 0])
-    $ LINE: (4, "Place")
-    place(p[0.35, 0.38, 0.16, 3.1416, 0, 0])
+    $ LINE: (2, "Pick")
+    fetch([-0.45, -0.35, 0.16, 3.1416, 0, 0], True)
+    $ LINE: (3, "Place")
+    fetch([-0.35, 0.38, 0.14, 3.1416, 0, 0], False)
     placed = placed + 1
     textmsg("parts placed: ", placed)
   end
-end
-def pick(at):
-  movej(get_inverse_kin(above(at)), a=3, v=1.6)
-  movel(at, a=1.2, v=0.25)
-  set_standard_digital_out(0, True)
-  sleep(0.2)
-  movel(above(at), a=1.2, v=0.25)
-end
-def place(at):
-  movej(get_inverse_kin(above(at)), a=3, v=1.6)
-  movel(at, a=1.2, v=0.25)
-  set_standard_digital_out(0, False)
-  sleep(0.2)
-  movel(above(at), a=1.2, v=0.25)
-end
-def above(at):
-  return p[at[0], at[1], at[2] + 0.16, at[3], at[4], at[5]]
 end
 `;
 const LINES = PICK.split("\n");
@@ -115,7 +106,7 @@ const views = {
     await page.keyboard.press("Control+End");
     await page.keyboard.press("ArrowUp");
     await page.keyboard.press("ArrowUp");
-    await page.keyboard.type("  movel(p[0.4, 0, 0.3, 3.14, 0, 0], a=1.2, v=", { delay: 20 });
+    await page.keyboard.type("  movel([0.4, 0, 0.3, 3.14, 0, 0], a=1.2, v=", { delay: 20 });
     await page.id("call").waitFor();
     await shot(page, "call");
     return page;
@@ -190,7 +181,7 @@ const views = {
     const page = await open(browser, server, { colorScheme: "light", locale: "zh-CN" });
     await until(async () => Number(await page.id("timeline").getAttribute("max")) > 10, "the time line");
     await sleep(2500);
-    await page.id("find").fill("norm(actual_TCP_speed[0:3]) > 0.3".replace("actual_TCP_speed", "actual_tcp_speed"));
+    await page.id("find").fill("norm(actual_tcp_speed[0:3]) > 0.3");
     await page.id("find").press("Enter");
     await sleep(1500);
     await page.id("plot-qd").click();
@@ -213,7 +204,7 @@ async function breakpoint(page, line) {
 
 for (const [name, view] of Object.entries(views)) {
   if (!name.includes(wanted)) continue;
-  const server = name === "recording" ? null : await Server.start(["--cell", path.join(here, "cell.toml"), "--fresh"].slice(0, 2));
+  const server = name === "recording" ? null : await Server.start(["--cell", path.join(here, "table.toml")]);
   try {
     const page = await view(server);
     for (const complaint of page?.complaints ?? []) console.log(`      ${name}: ${complaint}`);

@@ -11,7 +11,7 @@ import { Notices, type Panel, setChip } from "./notices";
 import { Points, type Registers } from "./points";
 import { Programs, type RunningProgram } from "./program";
 import { TimeLine } from "./timeline";
-import { View, type SceneData } from "./view";
+import type { SceneData, View } from "./view";
 import { currentLanguage, isWord, onLanguage, setLanguage, t, translate, type Language, type Word } from "./words";
 
 const ROBOT: Record<number, string> = {
@@ -43,10 +43,19 @@ function remember(name: string, value: string): void {
 
 const link = new Link();
 let view: View | null = null;
-try {
-  view = new View(byId("view"));
-} catch {
-  byId("no-webgl").hidden = false;
+let scene: SceneData | null = null;
+/** The 3D view comes behind the rest, which says at a glance what there is to know. */
+async function openView(): Promise<void> {
+  try {
+    const file = "/view.js";
+    const { View: Drawn } = (await import(file)) as typeof import("./view");
+    view = new Drawn(byId("view"));
+    view.setTheme(theme());
+    if (scene) view.setScene(scene);
+    if (shown) view.show(shown, true);
+  } catch {
+    byId("no-webgl").hidden = false;
+  }
 }
 const programs = new Programs(link);
 const jog = new Jog(link, (q) => {
@@ -283,7 +292,8 @@ async function welcome(): Promise<void> {
   programs.setReadOnly(link.readOnly !== null);
   document.body.classList.toggle("read-only", link.readOnly !== null);
   try {
-    const [about, scene] = await Promise.all([api<{ robot: string; replay?: string }>("/api/v1"), api<SceneData>("/api/v1/scene")]);
+    const [about, data] = await Promise.all([api<{ robot: string; replay?: string }>("/api/v1"), api<SceneData>("/api/v1/scene")]);
+    scene = data;
     setText(byId("robot-name"), about.replay ? `${about.robot} · ${about.replay}` : about.robot);
     document.title = `${about.robot} – eliteserver`;
     view?.setScene(scene);
@@ -420,6 +430,7 @@ setLanguage(language === "zh" || (language === null && navigator.language.toLowe
 applyTheme();
 showLink();
 link.start();
+void openView();
 
 // For measurements: how often the page and the arm were drawn, and how late frames came.
 Object.assign(window, { eliteserver: { frames: () => framesSeen, drawn: () => view?.frames ?? 0, latest: () => latest } });

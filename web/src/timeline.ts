@@ -8,6 +8,7 @@ import { api } from "./link";
 import type { Panel } from "./notices";
 import type { Registers } from "./points";
 import { Search } from "./search";
+import { spread, wheeled, zoomed } from "./span";
 import { onLanguage, t, type Word } from "./words";
 
 interface Moment {
@@ -28,7 +29,6 @@ const PLOTS: { word: Word; unit: string; names: string[]; values: (frame: Frame)
   { word: "plot_torque", unit: "Nm", names: ["J1", "J2", "J3", "J4", "J5", "J6"], values: (frame) => frame.actualTorque },
   { word: "plot_force", unit: "N, Nm", names: ["Fx", "Fy", "Fz", "Mx", "My", "Mz"], values: (frame) => frame.tcpForce },
 ];
-const COLORS = ["#4aa3ff", "#ff7a2f", "#37d0a0", "#e5679a", "#b58cff", "#e6c229"];
 const POINTS = 1200;
 const LIVE_FRAMES = 1400;
 /** So long a time is plotted from the frames that came, s. */
@@ -38,23 +38,6 @@ const MARK_LEVEL = 3;
 const MARKS = 500;
 /** Times that differ by less are the same, s. */
 const SAME_TIME = 1e-4;
-/** The least that the plot shows, s: some cycles. */
-const ZOOM_MIN = 0.02;
-
-/** A span within what there is, and not too short. */
-export function zoomed([from, to]: [number, number], first: number, last: number): [number, number] {
-  const length = Math.min(Math.max(to - from, ZOOM_MIN), Math.max(last - first, ZOOM_MIN));
-  const begin = Math.min(Math.max(from, first), Math.max(first, last - length));
-  return [begin, begin + length];
-}
-
-/** A span after the wheel has turned: `zoom` scales it about `at`, `along` moves it, both as the browser tells them. */
-export function wheeled([from, to]: [number, number], at: number, along: number, zoom: number): [number, number] {
-  const scale = Math.exp(Math.max(-2, Math.min(2, zoom * 0.0015)));
-  const shift = (to - from) * Math.max(-1, Math.min(1, along * 0.001));
-  return [at + (from - at) * scale + shift, at + (to - at) * scale + shift];
-}
-
 export class TimeLine {
   isLive = true;
   private first = 0;
@@ -351,6 +334,8 @@ export class TimeLine {
     const plot = PLOTS[this.plotted];
     if (!plot) return;
     this.plot?.destroy();
+    const legend = plot.names.map((name, k) => make("span", { class: `series s${k}` }, name));
+    byId("plot-legend").replaceChildren(...legend);
     const style = getComputedStyle(document.documentElement);
     const line = style.getPropertyValue("--line").trim() || "#888";
     const ink = style.getPropertyValue("--ink2").trim() || "#888";
@@ -360,11 +345,11 @@ export class TimeLine {
       {
         width: Math.max(host.clientWidth, 200),
         height: Math.max(host.clientHeight, 80),
-        scales: { x: { time: false } },
+        scales: { x: { time: false }, y: { range: (_: uPlot, min: number, max: number) => spread(min, max) } },
         legend: { show: false },
         cursor: { drag: { x: true, y: false, setScale: false, dist: 6 }, points: { show: false } },
-        axes: [{ ...axis, size: 24, values: (_: uPlot, values: number[]) => values.map((value) => `${value} s`) }, { ...axis, size: 46, label: plot.unit, labelSize: 14, labelFont: "11px system-ui" }],
-        series: [{}, ...plot.names.map((label, k) => ({ label, stroke: COLORS[k] ?? "#888", width: 1.5, points: { show: false } }))],
+        axes: [{ ...axis, size: 24, values: (_: uPlot, values: number[]) => values.map((value) => `${value} s`) }, { ...axis, size: 46, space: 24, label: plot.unit, labelSize: 14, labelFont: "11px system-ui" }],
+        series: [{}, ...plot.names.map((label, k) => ({ label, stroke: getComputedStyle(legend[k] ?? host).color, width: 1.5, points: { show: false } }))],
         hooks: {
           drawClear: [(self: uPlot) => this.drawFound(self, ink)],
           draw: [(self: uPlot) => (this.drawMarks(self, ink, alarm), this.drawCursor(self, ink))],

@@ -189,15 +189,16 @@ mod tests {
 
     #[test]
     fn findings_have_places_severities_and_changes() {
-        let question = at("# 中文 🤖\nx = undefined_thing\nmoveJ([0,0,0,0,0,0])\n|", "en");
+        let question = at("# 中文 🤖\nx = undefined_thing\nmvoej([0,0,0,0,0,0])\n|", "en");
         let found = findings(&question);
         assert_eq!((&found[0]["line"], &found[0]["code"]), (&json!(2), &json!("undefined-name")));
-        assert_eq!(found[0]["severity"], "error");
+        assert_eq!(found[0]["severity"], "warning");
+        assert_eq!(findings(&at("x = (\n|", "en"))[0]["severity"], "error");
         let fix = &found[1]["fixes"][0]["edits"][0];
         assert_eq!(fix["text"], "movej");
         let (from, to) = (fix["from"].as_u64().unwrap(), fix["to"].as_u64().unwrap());
         let replaced: String = question.text.chars().skip(from as usize).take((to - from) as usize).collect();
-        assert_eq!(replaced, "moveJ");
+        assert_eq!(replaced, "mvoej");
     }
 
     #[test]

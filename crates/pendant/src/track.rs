@@ -73,7 +73,7 @@ impl<T: Weighs> Track<T> {
                 *stretch = FIRST_STRETCH;
             }
         }
-        self.make_room_in_stretch(time);
+        self.drop_latest_of_stretch();
         self.weight += entry.weight();
         self.entries.push((time, entry));
         while self.entries.len() > self.most_entries
@@ -86,16 +86,14 @@ impl<T: Weighs> Track<T> {
         }
     }
 
-    /// In a series that is thinned out evenly, the last entry goes if it is not the first of its stretch and another one
-    /// follows in that stretch.
-    fn make_room_in_stretch(&mut self, time: f64) {
+    /// In a series that is thinned out evenly, the last entry goes when another one comes, if it is not the first of its stretch.
+    fn drop_latest_of_stretch(&mut self) {
         let Gives::Evenly(length) = self.gives else {
             return;
         };
         let stretch = |time: f64| (time / length).floor();
         if let [.., (before, _), (last, entry)] = &self.entries[..]
             && stretch(*before) == stretch(*last)
-            && stretch(*last) == stretch(time)
         {
             self.weight -= entry.weight();
             self.entries.pop();
