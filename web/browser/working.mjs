@@ -1,5 +1,6 @@
 // Several pages, files, the editor, languages, time, and what must not be possible.
 import { readFileSync, writeFileSync } from "node:fs";
+import { createRequire } from "node:module";
 import path from "node:path";
 import { attribute, check, edit, hold, mode, MOVES, open, sleep, stands, take, until } from "./harness.mjs";
 
@@ -200,6 +201,24 @@ export const scenarios = {
       seen.add(await page.evaluate(() => document.activeElement?.getAttribute("data-testid")));
     }
     for (const name of ["power-off", "stop", "language", "speed"]) check(seen.has(name), `${name} is not reached`);
+  },
+  async "no rule of accessibility is broken, light and dark"({ server, browser }) {
+    const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+    for (const colorScheme of ["dark", "light"]) {
+      const page = await open(browser, server, { colorScheme });
+      await take(page);
+      // Something of everything: findings, an alarm, a popup.
+      await edit(page, "x = undefined_name\n");
+      await until(async () => (await page.text("problems")).includes("undefined_name"), "the finding");
+      await server.order({ do: "run", name: "a.script", text: "popup('ready?', 'Question')\n1 / 0\n" }).catch(() => undefined);
+      await page.id("run").click();
+      await page.id("alarm").waitFor();
+      await page.evaluate(axe);
+      const { violations } = await page.evaluate(() => globalThis.axe.run(document, { runOnly: ["wcag2a", "wcag2aa", "wcag21aa", "best-practice"] }));
+      const told = violations.map((one) => `${one.id}: ${one.nodes.slice(0, 3).map((node) => `${node.target.join(" ")} ${(node.any[0] ?? node.all[0] ?? node.none[0])?.message ?? ""}`).join(" | ")}`);
+      check(told.length === 0, `${colorScheme}: ${told.join("; ")}`);
+      await page.context().close();
+    }
   },
   async "nothing is cut off on a tablet"({ browser, server }) {
     for (const viewport of [{ width: 820, height: 1180 }, { width: 1024, height: 768 }]) {

@@ -348,7 +348,7 @@ export class TimeLine {
         scales: { x: { time: false }, y: { range: (_: uPlot, min: number, max: number) => spread(min, max) } },
         legend: { show: false },
         cursor: { drag: { x: true, y: false, setScale: false, dist: 6 }, points: { show: false } },
-        axes: [{ ...axis, size: 24, values: (_: uPlot, values: number[]) => values.map((value) => `${value} s`) }, { ...axis, size: 46, space: 24, label: plot.unit, labelSize: 14, labelFont: "11px system-ui" }],
+        axes: [{ ...axis, size: 24, values: (_: uPlot, values: number[]) => values.map((value) => `${value} s`) }, { ...axis, size: 46, space: 17, label: plot.unit, labelSize: 14, labelFont: "11px system-ui" }],
         series: [{}, ...plot.names.map((label, k) => ({ label, stroke: getComputedStyle(legend[k] ?? host).color, width: 1.5, points: { show: false } }))],
         hooks: {
           drawClear: [(self: uPlot) => this.drawFound(self, ink)],
