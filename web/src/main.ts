@@ -70,10 +70,19 @@ const notices = new Notices(link, (number, line) => void goToPlace(number, line)
 const debug = new Debugger(() => new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/api/v1/debug`) as Channel);
 const debugPanel = new DebugPanel(debug);
 
+/** Whether this server has a debugger. A recording has none. */
+let hasDebugger = false;
+async function findDebugger(): Promise<void> {
+  const answer = link.readOnly === null ? await fetch("/api/v1/debug", { cache: "no-store" }).catch(() => null) : null;
+  hasDebugger = answer?.ok ?? false;
+  document.body.classList.toggle("has-debugger", hasDebugger);
+  wantDebugger();
+}
+
 /** With breakpoints and control the debugger is attached; without either it leaves. */
 function wantDebugger(): void {
   const { breakpoints } = programs;
-  const isWanted = link.hasControl && link.token !== null && breakpoints.length > 0;
+  const isWanted = hasDebugger && link.hasControl && link.token !== null && breakpoints.length > 0;
   if (!isWanted) {
     if (debug.isAttached) debug.detach();
     return;
@@ -282,8 +291,24 @@ link.onEvent = (event: ServerEvent) => {
     if (timeline.isLive) points.showRegisters(liveRegisters);
   } else if (event.event === "alarm" && event["kind"] === "script") {
     void programOf(Number(event["program"])).then(() => notices.take(event));
-  } else notices.take(event);
+  } else if (event.event === "debug") debugElsewhere(event["debug"] as DebugNews | null);
+  else notices.take(event);
 };
+
+interface DebugNews {
+  driver: boolean;
+  watched: boolean;
+  held: { reason: string; line: number } | null;
+}
+/** What another one debugs is seen here as well; and that a program runs which has no places to be held at. */
+function debugElsewhere(news: DebugNews | null): void {
+  if (!debug.isAttached) programs.showHeld(news?.held?.line ?? 0);
+  const isDeaf = debug.isAttached && news !== null && !news.watched && latest?.task !== 0;
+  byId("debug-unwatched").hidden = !isDeaf;
+  const other = byId("debug-elsewhere");
+  other.hidden = debug.isAttached || !news?.held;
+  setText(other, news?.held ? t("held_elsewhere", { line: news.held.line }) : "");
+}
 
 async function welcome(): Promise<void> {
   hadConnection = true;
@@ -294,6 +319,7 @@ async function welcome(): Promise<void> {
   try {
     const [about, data] = await Promise.all([api<{ robot: string; replay?: string }>("/api/v1"), api<SceneData>("/api/v1/scene")]);
     scene = data;
+    void findDebugger();
     setText(byId("robot-name"), about.replay ? `${about.robot} · ${about.replay}` : about.robot);
     document.title = `${about.robot} – eliteserver`;
     view?.setScene(scene);

@@ -156,7 +156,8 @@ pub fn call_around(question: &Question) -> Value {
     let found = signature::signature(&analysis, question.offset(), question.language());
     found.map_or(Value::Null, |call| {
         let parameters = call.parameters.iter();
-        let parameters = parameters.map(|(written, text)| json!({"written": written, "text": text}));
+        let parameters =
+            parameters.map(|(written, text)| json!({"written": written, "text": text}));
         json!({
             "label": call.label,
             "text": call.text,
@@ -189,15 +190,26 @@ mod tests {
 
     #[test]
     fn findings_have_places_severities_and_changes() {
-        let question = at("# 中文 🤖\nx = undefined_thing\nmvoej([0,0,0,0,0,0])\n|", "en");
+        let question = at(
+            "# 中文 🤖\nx = undefined_thing\nmvoej([0,0,0,0,0,0])\n|",
+            "en",
+        );
         let found = findings(&question);
-        assert_eq!((&found[0]["line"], &found[0]["code"]), (&json!(2), &json!("undefined-name")));
+        assert_eq!(
+            (&found[0]["line"], &found[0]["code"]),
+            (&json!(2), &json!("undefined-name"))
+        );
         assert_eq!(found[0]["severity"], "warning");
         assert_eq!(findings(&at("x = (\n|", "en"))[0]["severity"], "error");
         let fix = &found[1]["fixes"][0]["edits"][0];
         assert_eq!(fix["text"], "movej");
         let (from, to) = (fix["from"].as_u64().unwrap(), fix["to"].as_u64().unwrap());
-        let replaced: String = question.text.chars().skip(from as usize).take((to - from) as usize).collect();
+        let replaced: String = question
+            .text
+            .chars()
+            .skip(from as usize)
+            .take((to - from) as usize)
+            .collect();
         assert_eq!(replaced, "mvoej");
     }
 
@@ -205,8 +217,16 @@ mod tests {
     fn completions_are_those_of_the_language_server() {
         let question = at("# 🤖\nmov|", "en");
         let found = completions(&question);
-        let labels: Vec<&str> = found["items"].as_array().unwrap().iter().map(|item| item["label"].as_str().unwrap()).collect();
-        assert!(labels.contains(&"movej") && labels.contains(&"movel"), "{labels:?}");
+        let labels: Vec<&str> = found["items"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|item| item["label"].as_str().unwrap())
+            .collect();
+        assert!(
+            labels.contains(&"movej") && labels.contains(&"movel"),
+            "{labels:?}"
+        );
         assert_eq!((&found["from"], &found["to"]), (&json!(4), &json!(7)));
         let after_dot = completions(&at("x = []\nx.app|", "en"));
         assert_eq!(after_dot["items"][0]["label"], "append");
@@ -223,9 +243,19 @@ mod tests {
         assert_eq!(about_place(&at("  |  ", "en")), Value::Null);
         let call = call_around(&at("movej([0,0,0,0,0,0], a=1.4, v=|", "en"));
         let active = call["active"].as_u64().unwrap() as usize;
-        assert!(call["parameters"][active]["written"].as_str().unwrap().starts_with('v'));
+        assert!(
+            call["parameters"][active]["written"]
+                .as_str()
+                .unwrap()
+                .starts_with('v')
+        );
         assert_eq!(call_around(&at("x = 1|", "en")), Value::Null);
-        assert!(about_name("movej", "en").as_str().unwrap().contains("movej"));
+        assert!(
+            about_name("movej", "en")
+                .as_str()
+                .unwrap()
+                .contains("movej")
+        );
         assert_eq!(about_name("<b>", "en"), Value::Null);
     }
 
@@ -234,7 +264,10 @@ mod tests {
         let mut question = at("|", "en");
         assert_eq!(question.check(), Ok(()));
         question.text = " ".repeat(PROGRAM_BYTES_MAX + 1);
-        assert_eq!(question.check(), Err(QuestionError::Text(PROGRAM_BYTES_MAX + 1)));
+        assert_eq!(
+            question.check(),
+            Err(QuestionError::Text(PROGRAM_BYTES_MAX + 1))
+        );
     }
 
     proptest! {

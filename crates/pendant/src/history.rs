@@ -261,7 +261,13 @@ mod tests {
         assert_eq!(history.beside(1.9)["panel"]["line"], 4);
         assert_eq!(history.beside(1.9)["registers"]["in"][0], 1);
         let events = |from, to, level, most, first| {
-            history.events(EventsWanted { from, to, level, most, first })
+            history.events(EventsWanted {
+                from,
+                to,
+                level,
+                most,
+                first,
+            })
         };
         let (log, alarm) = (r#"{"event":"log"}"#, r#"{"event":"alarm"}"#);
         assert_eq!(events(0.0, 9.0, 0, 9, false), format!("[{log},{alarm}]"));
@@ -279,7 +285,13 @@ mod tests {
         for n in 0..3 * EVENTS_MAX {
             history.event(2.0 + n as f64, 2, "2".into());
         }
-        let marks = EventsWanted { from: 0.0, to: 1e9, level: LEVEL_OF_MARKS, most: 10, first: true };
+        let marks = EventsWanted {
+            from: 0.0,
+            to: 1e9,
+            level: LEVEL_OF_MARKS,
+            most: 10,
+            first: true,
+        };
         assert_eq!(history.events(marks), "[1]");
     }
 }

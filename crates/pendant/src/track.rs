@@ -111,7 +111,9 @@ impl<T: Weighs> Track<T> {
             stays
         });
         // Stretches that are longer than the whole time keep two entries; more than that may be too heavy only for one.
-        let farthest = self.span().map_or(0.0, |(first, last)| last.abs().max(first.abs()));
+        let farthest = self
+            .span()
+            .map_or(0.0, |(first, last)| last.abs().max(first.abs()));
         if self.entries.len() == before && (length > farthest || !length.is_finite()) {
             self.entries.remove(0);
         }
@@ -222,7 +224,10 @@ mod tests {
         for cycle in 0..900_000 {
             track.push(f64::from(cycle) * 0.004, Box::from([0].as_slice()));
         }
-        let times: Vec<f64> = track.between(0.0, 1e9, usize::MAX).map(|(at, _)| *at).collect();
+        let times: Vec<f64> = track
+            .between(0.0, 1e9, usize::MAX)
+            .map(|(at, _)| *at)
+            .collect();
         let gaps = times.windows(2).map(|pair| pair[1] - pair[0]);
         assert!(times.len() <= 60_000);
         assert!(gaps.fold(0.0, f64::max) < 0.07);
@@ -235,7 +240,10 @@ mod tests {
         for time in [0.0, 0.0, 0.0, -5.0, 1.0, 1.0, 1e9, 1e9, 1e300] {
             for bytes in [10, 40, 60] {
                 track.push(time, vec![0; bytes].into());
-                assert!(track.len() <= 10 && (track.weight <= 50 || track.len() == 1), "{time}");
+                assert!(
+                    track.len() <= 10 && (track.weight <= 50 || track.len() == 1),
+                    "{time}"
+                );
             }
         }
     }
