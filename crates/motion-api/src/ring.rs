@@ -346,6 +346,11 @@ pub struct FrameReader {
 }
 
 impl FrameReader {
+    /// How many frames wait.
+    pub fn waiting(&self) -> usize {
+        self.ring.slots()
+    }
+
     /// The next cycle, if one waits.
     pub fn next_frame(&mut self) -> Option<Frame> {
         self.ring.pop().ok()
