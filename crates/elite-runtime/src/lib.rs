@@ -11,6 +11,7 @@
 
 pub mod attendant;
 pub mod builtins;
+pub mod chinese;
 mod compile_pool;
 pub mod debug;
 pub mod external;

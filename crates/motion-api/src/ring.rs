@@ -414,8 +414,7 @@ impl RecordReader {
     }
 }
 
-// The snapshot cell works only inside a model when loom's atomics are in use.
-#[cfg(all(test, not(elite_loom)))]
+#[cfg(test)]
 mod tests {
     use super::*;
     use kinematics::JointPositions;

@@ -71,6 +71,11 @@ impl Session<'_> {
         }
         let ids = (0..wanted.len()).map(|_| None).collect();
         let bound = self.bind_all(&wanted, ids);
+        // Bound once more when the run begins: by the numbers that the client knows.
+        if let Some((_, Json::Object(kept))) = self.wanted_sources.last_mut() {
+            let ids: Vec<Json> = bound.iter().map(|b| b["id"].clone()).collect();
+            kept.insert("ids".to_owned(), json!(ids));
+        }
         self.changed();
         Ok(json!({ "breakpoints": bound }))
     }

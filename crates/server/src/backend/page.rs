@@ -7,7 +7,7 @@ use std::time::Duration;
 use elite_runtime::message::Message;
 use elite_runtime::panel::PopupId;
 use elite_runtime::task_folder::TaskFolder;
-use elite_runtime::{ProgramText, TaskState};
+use elite_runtime::{CompilePool, ProgramText, TaskState};
 use kinematics::{JointPositions, Pose, RpyPose};
 use motion_api::{CommandId, CommandKind, MotionMode, Origin, Outcome};
 use pendant::Order;
@@ -227,10 +227,8 @@ impl Cockpit for Backend {
         Recording::open(path).map_err(|error| error.to_string())
     }
 
-    async fn findings(&self, name: String, text: String) -> Result<Value, String> {
-        let pool = self.supervisor.compile_pool();
-        let checking = pool.run(text.len(), move || pendant::programs::findings(&name, text));
-        checking.await.map_err(|trouble| trouble.to_string())
+    fn compile_pool(&self) -> &CompilePool {
+        self.supervisor.compile_pool()
     }
 }
 

@@ -42,7 +42,7 @@ const OWN_KEYS: [&str; 15] = [
 const RECORDING_KEYS: [&str; 4] = ["allow", "cell", "record", "task-dir"];
 
 /// Options that mean nothing here.
-const REFUSED_KEYS: [&str; 2] = ["log-dir", "log-format"];
+const REFUSED_KEYS: [&str; 3] = ["language", "log-dir", "log-format"];
 
 /// Exit status: 0 the client has left, 2 the port cannot be opened.
 ///

@@ -13,6 +13,7 @@ mod stage;
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use elite_runtime::CompilePool;
 use elite_runtime::message::Message;
 use elite_runtime::task_folder::TaskFolder;
 use futures_util::FutureExt as _;
@@ -29,7 +30,10 @@ use super::Source;
 pub use debug::DEBUG_PATH;
 pub use live::{LIVE_PATH, shake_hands};
 pub use routes::router;
-pub use stage::{Modes, Stage, line_event, registers_text};
+pub use stage::{ALARM_LEVEL, MODE_LEVEL, Modes, Stage, line_event, registers_text};
+
+/// Texts of pages that wait in the compile pool or are read.
+const TEXTS_MAX: usize = 4;
 
 /// The program that is shown: number, name and text.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -92,12 +96,8 @@ pub trait Cockpit: Source {
     fn may_stand(&self, joints: [f64; 6]) -> Result<[f64; 6], String>;
     /// The programs, and where they are.
     fn tasks(&self) -> Option<(&TaskFolder, &Path)>;
-    /// What `check` finds, as JSON.
-    fn findings(
-        &self,
-        name: String,
-        text: String,
-    ) -> impl Future<Output = Result<Value, String>> + Send;
+    /// Where texts are read, beside the ports.
+    fn compile_pool(&self) -> &CompilePool;
     /// The recording that is shown, or being made.
     ///
     /// # Errors
@@ -119,6 +119,8 @@ pub struct Page<C> {
     stage: Arc<Stage>,
     /// One search through a recording at a time.
     searching: tokio::sync::Semaphore,
+    /// So many texts of pages are in the compile pool at a time, so that those of programs find their place there.
+    reading: tokio::sync::Semaphore,
 }
 
 /// The value is whole at every moment, so a poisoned lock is as good as any.
@@ -140,6 +142,7 @@ impl<C: Cockpit> Page<C> {
             is_given,
             desk: Mutex::default(),
             searching: tokio::sync::Semaphore::new(1),
+            reading: tokio::sync::Semaphore::new(TEXTS_MAX),
         })
     }
 
