@@ -1,6 +1,7 @@
 //! What the pendant page asks of the controller: its orders go the way of every other port's.
 
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 
 use elite_runtime::message::Message;
@@ -32,6 +33,10 @@ const OVERLAP_MAX: f64 = 0.015;
 impl Cockpit for Backend {
     fn read_only(&self) -> Option<String> {
         None
+    }
+
+    fn debuggers(&self) -> Option<&Arc<editor::dap::Hub>> {
+        Some(&self.debuggers)
     }
 
     fn scene(&self) -> Value {

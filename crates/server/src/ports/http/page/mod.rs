@@ -3,6 +3,7 @@
 //! Owns the routes and who may use them; what an order is and what a frame looks like is in the crate `pendant`, what the
 //! controller answers comes from [`Cockpit`]. The live connections are in `live`, what they are shown comes from `stage`.
 
+mod debug;
 mod files;
 mod live;
 mod routes;
@@ -26,6 +27,7 @@ use tokio::sync::broadcast;
 use tokio_util::sync::CancellationToken;
 
 use super::Source;
+pub use debug::DEBUG_PATH;
 pub use live::{LIVE_PATH, shake_hands};
 pub use routes::router;
 pub use stage::{ALARM_LEVEL, MODE_LEVEL, Modes, Stage, line_event, registers_text};
@@ -48,6 +50,10 @@ pub struct ShownProgram {
 pub trait Cockpit: Source {
     /// Why nothing can be ordered, if so.
     fn read_only(&self) -> Option<String>;
+    /// Where debuggers attach, if they may.
+    fn debuggers(&self) -> Option<&Arc<editor::dap::Hub>> {
+        None
+    }
     /// What the page draws.
     fn scene(&self) -> Value;
     /// Version, clock, cycle and the like.
@@ -152,7 +158,10 @@ impl<C: Cockpit> Page<C> {
 
     /// Shows what happens until `shutdown`.
     pub async fn run(&self, shutdown: &CancellationToken) {
-        self.stage.run(&*self.cockpit, shutdown).await;
+        tokio::join!(
+            self.stage.run(&*self.cockpit, shutdown),
+            debug::tell(self, shutdown)
+        );
     }
 
     fn desk(&self) -> MutexGuard<'_, Desk> {
@@ -175,6 +184,13 @@ pub trait Live: Send + Sync {
         upgrade: OnUpgrade,
         shutdown: &'a CancellationToken,
     ) -> BoxFuture<'a, ()>;
+
+    /// Serves one debugger until it leaves or `shutdown`.
+    fn debug<'a>(
+        &'a self,
+        upgrade: OnUpgrade,
+        shutdown: &'a CancellationToken,
+    ) -> BoxFuture<'a, ()>;
 }
 
 impl<C: Cockpit> Live for Page<C> {
@@ -184,5 +200,13 @@ impl<C: Cockpit> Live for Page<C> {
         shutdown: &'a CancellationToken,
     ) -> BoxFuture<'a, ()> {
         live::attend(self, upgrade, shutdown).boxed()
+    }
+
+    fn debug<'a>(
+        &'a self,
+        upgrade: OnUpgrade,
+        shutdown: &'a CancellationToken,
+    ) -> BoxFuture<'a, ()> {
+        debug::attend(self, upgrade, shutdown).boxed()
     }
 }

@@ -31,6 +31,7 @@ pub fn router<C: Cockpit>(page: Arc<Page<C>>) -> Router {
         .route("/api/v1/session", get(session::<C>))
         .route("/api/v1/scene", get(scene::<C>))
         .route("/api/v1/state", get(state::<C>))
+        .route("/api/v1/debug", get(debug::<C>))
         .route("/api/v1/builtins", get(builtins))
         .route("/api/v1/builtins/{name}", get(describe))
         .route("/api/v1/tasks", get(tasks::<C>))
@@ -105,6 +106,17 @@ async fn state<C: Cockpit>(State(page): Shared<C>) -> Response {
             "panel": cockpit.panel(),
         }),
     )
+}
+
+/// Who debugs, and where the program is held. The same path is that of the debugger's channel.
+async fn debug<C: Cockpit>(State(page): Shared<C>) -> Response {
+    match page.cockpit.debuggers() {
+        Some(hub) => answer(StatusCode::OK, &hub.shown()),
+        None => refuse(
+            StatusCode::SERVICE_UNAVAILABLE,
+            "nothing runs here that could be debugged",
+        ),
+    }
 }
 
 async fn builtins() -> Response {
