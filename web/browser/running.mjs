@@ -185,7 +185,7 @@ export const scenarios = {
     await gutter(page, 7, { button: "right" });
     await page.id("bp-condition").fill("k == 4");
     await page.id("bp-condition").press("Enter");
-    await page.id("breakpoint").waitFor();
+    await until(async () => (await page.id("breakpoint").count()) === 1, "the breakpoint");
     await until(() => page.id("debugger").isVisible(), "the debugger");
     await page.id("run").click();
     await until(async () => (await page.id("held-line").innerText()).includes("twice(k)"), "the line");
