@@ -197,13 +197,14 @@ const views = {
 
 async function breakpoint(page, line) {
   const row = page.locator(".cm-lineNumbers .cm-gutterElement", { hasText: new RegExp(`^${line}$`) });
-  const box = await row.boundingBox();
-  await page.mouse.click(box.x - 22, box.y + box.height / 2);
-  await page.id("breakpoint").first().waitFor();
+  await page.locator(".cm-breakpoints").waitFor();
+  const [box, column] = [await row.boundingBox(), await page.locator(".cm-breakpoints").boundingBox()];
+  await page.mouse.click(column.x + column.width / 2, box.y + box.height / 2);
+  await until(async () => (await page.id("breakpoint").count()) > 0, "the breakpoint");
 }
 
 for (const [name, view] of Object.entries(views)) {
-  if (!name.includes(wanted)) continue;
+  if (!new RegExp(wanted).test(name)) continue;
   const server = name === "recording" ? null : await Server.start(["--cell", path.join(here, "table.toml")]);
   try {
     const page = await view(server);
