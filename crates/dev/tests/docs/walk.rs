@@ -226,9 +226,15 @@ esac
 
     /// Tests are run beside the programs of the examples.
     fn test(&self, block: &Block) {
-        let path = self.folder.path().join("examples/testing/test_block.script");
+        let path = self
+            .folder
+            .path()
+            .join("examples/testing/test_block.script");
         std::fs::write(&path, &block.text).unwrap();
-        let told = self.shell("eliteserver test examples/testing/test_block.script && echo @@ended@@", block);
+        let told = self.shell(
+            "eliteserver test examples/testing/test_block.script && echo @@ended@@",
+            block,
+        );
         assert!(told.contains("@@ended@@"), "{}: {told}", self.place(block));
     }
 
