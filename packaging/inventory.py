@@ -41,8 +41,16 @@ def crates(package, target):
     def linked(node):
         for dep in nodes[node]["deps"]:
             macro = any("proc-macro" in t["kind"] for t in packages[dep["pkg"]]["targets"])
+            if (packages[dep["pkg"]]["name"], "v" + packages[dep["pkg"]]["version"]) not in within:
+                continue
             if not macro and any(kind["kind"] is None for kind in dep["dep_kinds"]):
                 yield dep["pkg"]
+
+    # Metadata knows crates that a feature would bring; what is linked, `cargo tree` says.
+    command = ["cargo", "tree", "--locked", "--package", package, "--edges", "normal,no-proc-macro", "--prefix", "none",
+               "--format", "{p}", "--target", target]
+    tree = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True).stdout
+    within = {tuple(line.split(" ")[:2]) for line in tree.splitlines()}
 
     seen, waiting = {start}, [start]
     while waiting:
