@@ -167,11 +167,10 @@ esac
         script.push_str("s=$?; printf '\\n@@%d@@\\n' $s; (exit $s)\n");
         let told = self.shell(&script, block);
         let mut parts = told.split("@@\n");
-        let mut lines_before = parts.next().unwrap_or("").to_owned();
+        parts.next();
         for (command, expected) in &commands {
             let part = parts.next().unwrap_or("");
             let (said, status) = part.rsplit_once("@@").unwrap_or((part, "?"));
-            lines_before.clear();
             let said: Vec<&str> = said.trim_matches('\n').lines().map(str::trim_end).collect();
             if expected.is_empty() {
                 assert_eq!(
