@@ -299,9 +299,7 @@ impl Robot {
             self.dispatch(event);
         }
         // Under the lock, so that cycles are seen in order.
-        while let Some(frame) = inbox.frames.next_frame() {
-            self.observer.cycle_ended(&frame);
-        }
+        inbox.frames.look(|frame| self.observer.cycle_ended(frame));
         drop(inbox);
         self.progress.notify_one();
     }

@@ -6,6 +6,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use rtrb::chunks::ReadChunk;
 use rtrb::{Consumer, Producer, RingBuffer};
 use thiserror::Error;
 
@@ -346,9 +347,26 @@ pub struct FrameReader {
 }
 
 impl FrameReader {
-    /// The next cycle, if one waits.
-    pub fn next_frame(&mut self) -> Option<Frame> {
-        self.ring.pop().ok()
+    /// Shows every cycle that waits, in order, where it lies.
+    pub fn look(&mut self, mut see: impl FnMut(&Frame)) {
+        while let Ok(one) = self.ring.read_chunk(1) {
+            let seen = Seen(Some(one));
+            seen.0
+                .iter()
+                .flat_map(|one| one.as_slices().0)
+                .for_each(&mut see);
+        }
+    }
+}
+
+/// A cycle that is gone from the ring afterwards, even if whoever sees it panics.
+struct Seen<'a>(Option<ReadChunk<'a, Frame>>);
+
+impl Drop for Seen<'_> {
+    fn drop(&mut self) {
+        if let Some(one) = self.0.take() {
+            one.commit_all();
+        }
     }
 }
 
