@@ -296,7 +296,7 @@ fn unused_imports(parts: &[Placed<'_>], found: &mut Findings) {
     let used = parts.iter().flat_map(|placed| &placed.part.used);
     let used: HashSet<&str> = used.map(|name| &**name).collect();
     // What the whole program says about each name, in the order in which names are first met.
-    let mut merged: Vec<(&str, bool, Option<(Span, Binding)>)> = Vec::new();
+    let mut merged = Vec::new();
     let mut index: HashMap<&str, usize> = HashMap::new();
     for placed in parts {
         for top in &placed.part.names {
