@@ -244,6 +244,9 @@ impl Evaluator<'_> {
     /// An argument of a conversion to bytes, as text of the same codes.
     fn byte_argument(&self, kind: char, value: Value) -> R {
         match self.bytes_like(&value) {
+            Some(data) if kind == 'c' && data.len() != 1 => {
+                Err(self.type_error("%c requires an integer in range(256) or a single byte"))
+            }
             Some(data) => self.string(self.of_latin1(&data)?),
             None if kind == 'c'
                 && matches!(self.plain(&value), Value::Int(0..=255) | Value::Bool(_)) =>
