@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock, Weak};
 use std::time::Duration;
 
+use elite_runtime::external::{Course, Repeat};
 use elite_runtime::message::{Message, Observer, RECORDING_ALARM_CODE, Severity};
 use elite_runtime::panel::Operator;
 use elite_runtime::task_folder::TaskFolder;
@@ -19,8 +20,8 @@ use io_bus::serial::SerialLine;
 use io_bus::{Fieldbus, StandIns};
 use kinematics::{CalibrationError, ModelError, RobotModel};
 use motion::{Cycle, CycleConfig};
-use motion_api::{BorderSizes, ScriptEnd, SnapshotCell, Timeline, border};
-use recorder::{RecordError, Recorder, RecorderConfig, RecorderHandle, Viewer};
+use motion_api::{BorderSizes, CommandPort, Registers, ScriptEnd, SnapshotCell, Timeline, border};
+use recorder::{RecordError, Recorder, RecorderConfig, RecorderHandle, Setup, Viewer};
 use supervision::Faults;
 use thiserror::Error;
 
@@ -28,8 +29,10 @@ use crate::cell::{Cell, CellError};
 use crate::chronicle::Chronicle;
 use crate::clock::{Pump, start_clock};
 use crate::config::RobotConfig;
+use crate::external;
 use crate::loaded_model::{LoadedModel, setup};
 use crate::options::{ClockChoice, Permission};
+use crate::recorded_run::{ArmError, cell_of, model_of};
 use crate::recording_files;
 use crate::running::Controller;
 use crate::start_configuration::{SetupError, cycle_config};
@@ -77,6 +80,9 @@ pub enum StartError {
         /// Why.
         source: io::Error,
     },
+    /// The arm of a recording cannot be made.
+    #[error(transparent)]
+    Arm(#[from] ArmError),
     /// No recording.
     #[error(transparent)]
     Recording(#[from] RecordError),
@@ -141,6 +147,8 @@ pub struct Prepared {
     recording_place: Option<Place>,
     alarm: RecordingAlarm,
     faults: Faults,
+    /// A recorded run that is repeated.
+    repeat: Option<Arc<Repeat>>,
 }
 
 impl Prepared {
@@ -200,7 +208,7 @@ impl Prepared {
                     setup,
                     model: loaded.model.clone(),
                     obstacles,
-                    extra: Vec::new(),
+                    extra: vec![external::topic()],
                     rotation: recording_files::rotation(config),
                     notes_wait: config.clock == ClockChoice::Virtual,
                     patience: manner.patience,
@@ -236,7 +244,54 @@ impl Prepared {
             recording_place,
             alarm,
             faults,
+            repeat: None,
         })
+    }
+
+    /// The arm and the cell of a recording, for a run that is repeated.
+    pub(crate) fn of_recording(setup: &Setup, repeat: Arc<Repeat>) -> Result<Self, StartError> {
+        let loaded = model_of(setup)?;
+        let cell = cell_of(setup).map_err(ArmError::from)?;
+        let cycle_config = cycle_config(setup, loaded.clone(), cell.as_ref())?;
+        let sizes = BorderSizes {
+            records: None,
+            ..BorderSizes::default()
+        };
+        let (motion_end, script_end) = border(sizes, &cycle_config.first_state());
+        let model = Arc::new(cycle_config.limited_model()?);
+        let cycle = Cycle::new(cycle_config.clone(), motion_end)?;
+        let obstacles = cell.as_ref().map(Cell::drawn).unwrap_or_default();
+        let faults = Faults::default();
+        Ok(Self {
+            clock: (ClockChoice::Virtual, None),
+            manner: Manner {
+                powered_off: setup.powered_off,
+                ..Manner::alone()
+            },
+            // Nobody outside is reached: the recording answers.
+            permissions: Permissions::default(),
+            task_folder: TaskFolder::new(absolute(Path::new("."))),
+            seed: setup.seed,
+            cell: None,
+            cycle_config,
+            cycle,
+            script_end,
+            model,
+            viewer: Viewer::new(loaded, obstacles, setup.epoch_ns),
+            recorder: None,
+            handle: RecorderHandle::off(),
+            recording_path: None,
+            recording_place: None,
+            alarm: RecordingAlarm::new(faults.clone()),
+            faults,
+            repeat: Some(repeat),
+        })
+    }
+
+    /// Where commands go in, and the registers.
+    pub(crate) fn border(&self) -> (CommandPort, Arc<Registers>) {
+        let end = &self.script_end;
+        (end.commands.clone(), end.registers.clone())
     }
 
     /// The arm with the limits in force.
@@ -291,7 +346,9 @@ impl Prepared {
             recording_place,
             alarm,
             faults,
+            repeat,
         } = self;
+        let has_stand_ins = extras.stand_ins.is_some();
         if permissions.network == NetworkAccess::Played {
             if let Some(cell) = &cell {
                 cell.check_without_devices(extras.stand_ins.is_some())?;
@@ -328,6 +385,14 @@ impl Prepared {
             task_folder,
             faults: faults.clone(),
             extras,
+            course: match repeat {
+                Some(repeat) => Course::Repeated(repeat),
+                // Beside tests programs share their time with others, which no recording tells.
+                None if recorder.is_some() && !has_stand_ins => {
+                    Course::Witnessed(chronicle.clone())
+                }
+                None => Course::Live,
+            },
         };
         Ok(Controller {
             robot,

@@ -346,6 +346,11 @@ pub struct FrameReader {
 }
 
 impl FrameReader {
+    /// How many frames wait.
+    pub fn waiting(&self) -> usize {
+        self.ring.slots()
+    }
+
     /// The next cycle, if one waits.
     pub fn next_frame(&mut self) -> Option<Frame> {
         self.ring.pop().ok()
@@ -409,8 +414,7 @@ impl RecordReader {
     }
 }
 
-// The snapshot cell works only inside a model when loom's atomics are in use.
-#[cfg(all(test, not(elite_loom)))]
+#[cfg(test)]
 mod tests {
     use super::*;
     use kinematics::JointPositions;

@@ -12,6 +12,7 @@ use serde_json::{Value as Json, json};
 
 use crate::cli::{CheckArgs, FindingFormat};
 use crate::commands::run::SCRIPT_BYTES_MAX;
+use crate::language;
 use crate::logging;
 use crate::ports::shown::{Escaped, Lines};
 
@@ -84,6 +85,7 @@ pub(crate) fn row(finding: &Diagnostic, file: &SourceFile) -> Json {
 }
 
 fn render(finding: &Diagnostic, file: &SourceFile, format: FindingFormat) -> String {
+    let finding = &*language::finding(finding);
     match format {
         FindingFormat::Human => picture(finding, file),
         FindingFormat::Json => format!("{}\n", row(finding, file)),
