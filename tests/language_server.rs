@@ -266,12 +266,9 @@ fn neovim_is_set_up_by_the_lines_of_the_docs() {
         // Not on this machine.
         return;
     }
-    let docs = include_str!("../docs/editors.md");
-    let (_, rest) = docs.split_once("```lua\n").unwrap();
-    let (lines, _) = rest.split_once("```").unwrap();
     let folder = tempfile::tempdir().unwrap();
     let file = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
-    file("init.lua", lines);
+    file("init.lua", lines_of_the_docs("lua"));
     file(
         "pick.script",
         "def pick():\n    movej([0, -90, 0, 0, 0, 0])\npick()\n",
@@ -288,12 +285,6 @@ end
 vim.cmd("qa!")
 "#,
     );
-    let binary = std::path::Path::new(env!("CARGO_BIN_EXE_eliteserver"));
-    let path = format!(
-        "{}:{}",
-        binary.parent().unwrap().display(),
-        std::env::var("PATH").unwrap()
-    );
     let output = Command::new("nvim")
         .args([
             "--headless",
@@ -304,7 +295,7 @@ vim.cmd("qa!")
             "luafile probe.lua",
         ])
         .current_dir(folder.path())
-        .env("PATH", path)
+        .env("PATH", path_with_the_program())
         .env("XDG_STATE_HOME", folder.path())
         .env("XDG_DATA_HOME", folder.path())
         .output()
@@ -315,6 +306,153 @@ vim.cmd("qa!")
         told.contains("found degrees") && told.contains("movej(q,"),
         "{told}"
     );
+}
+
+/// The lines of docs/editors.md in a block of this language.
+fn lines_of_the_docs(language: &str) -> &'static str {
+    let docs = include_str!("../docs/editors.md");
+    let (_, rest) = docs.split_once(&format!("```{language}\n")).unwrap();
+    rest.split_once("```").unwrap().0
+}
+
+/// The PATH with the program under test before everything else.
+fn path_with_the_program() -> String {
+    let binary = std::path::Path::new(env!("CARGO_BIN_EXE_eliteserver"));
+    let folder = binary.parent().unwrap().display();
+    format!("{folder}:{}", std::env::var("PATH").unwrap())
+}
+
+#[test]
+fn emacs_is_set_up_by_the_lines_of_the_docs() {
+    // Before 29 eglot is a package, which an editor that is started with a window finds by itself.
+    let emacs = || {
+        let mut command = Command::new("emacs");
+        command.args(["--batch", "-f", "package-activate-all"]);
+        command
+    };
+    let asked = emacs().args(["--eval", "(require 'eglot)"]).output();
+    if !asked.is_ok_and(|told| told.status.success()) {
+        // Not on this machine.
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    file("init.el", lines_of_the_docs("elisp"));
+    file(
+        "pick.script",
+        "def pick():\n    movej([0, -90, 0, 0, 0, 0])\npick()\n",
+    );
+    file(
+        "probe.el",
+        r#"
+(find-file "pick.script")
+;; What the editor does by itself after each command.
+(run-hooks 'post-command-hook)
+(let ((waited 0))
+  (while (and (< waited 600) (not (and (eglot-managed-p) (flymake-diagnostics))))
+    (accept-process-output nil 0.1)
+    (when (eglot-managed-p) (flymake-start))
+    (setq waited (1+ waited))))
+(dolist (found (flymake-diagnostics)) (message "found %s" (flymake-diagnostic-text found)))
+(let ((told (jsonrpc-request (eglot-current-server) :textDocument/hover
+              (list :textDocument (eglot--TextDocumentIdentifier) :position '(:line 1 :character 6)))))
+  (message "told %s" (plist-get (plist-get told :contents) :value)))
+(eglot-shutdown (eglot-current-server))
+"#,
+    );
+    let output = emacs()
+        .args(["-l", "init.el", "-l", "probe.el"])
+        .current_dir(folder.path())
+        .env("PATH", path_with_the_program())
+        .env("HOME", folder.path())
+        .output()
+        .unwrap();
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        told.contains("found ") && told.contains("radians") && told.contains("movej(q,"),
+        "{told}"
+    );
+}
+
+#[test]
+fn the_lines_for_helix_have_the_keys_of_its_manual() {
+    // docs.helix-editor.com/languages.html
+    const LANGUAGE: [&str; 22] = [
+        "name",
+        "language-id",
+        "scope",
+        "injection-regex",
+        "file-types",
+        "shebangs",
+        "roots",
+        "auto-format",
+        "diagnostic-severity",
+        "comment-tokens",
+        "block-comment-tokens",
+        "indent",
+        "language-servers",
+        "grammar",
+        "formatter",
+        "soft-wrap",
+        "text-width",
+        "rulers",
+        "path-completion",
+        "workspace-lsp-roots",
+        "persistent-diagnostic-sources",
+        "debugger",
+    ];
+    const SERVER: [&str; 6] = [
+        "command",
+        "args",
+        "config",
+        "timeout",
+        "environment",
+        "required-root-patterns",
+    ];
+    let table: toml::Table = lines_of_the_docs("toml").parse().unwrap();
+    let known =
+        |table: &toml::Table, keys: &[&str]| table.keys().all(|key| keys.contains(&key.as_str()));
+    assert!(known(&table, &["language-server", "language"]));
+    let servers = table["language-server"].as_table().unwrap();
+    let server = servers["eliteserver"].as_table().unwrap();
+    assert!(known(server, &SERVER));
+    let command = server["command"].as_str().unwrap();
+    let arguments = server["args"].as_array().unwrap();
+    assert_eq!(
+        (command, arguments[0].as_str()),
+        ("eliteserver", Some("lsp"))
+    );
+    for language in table["language"].as_array().unwrap() {
+        let language = language.as_table().unwrap();
+        assert!(known(language, &LANGUAGE), "{language}");
+        assert!(known(
+            language["indent"].as_table().unwrap(),
+            &["tab-width", "unit"]
+        ));
+        for name in language["language-servers"].as_array().unwrap() {
+            assert!(servers.contains_key(name.as_str().unwrap()));
+        }
+    }
+}
+
+#[test]
+fn the_lines_for_zed_are_settings_that_it_documents() {
+    // zed.dev/docs/configuring-languages
+    let settings: Value = serde_json::from_str(lines_of_the_docs("json")).unwrap();
+    let keys: Vec<&String> = settings.as_object().unwrap().keys().collect();
+    assert_eq!(keys, ["file_types", "languages", "lsp"]);
+    let languages = settings["languages"].as_object().unwrap();
+    for (language, endings) in settings["file_types"].as_object().unwrap() {
+        assert_eq!(endings, &json!(["script"]));
+        let servers = languages[language]["language_servers"].as_array().unwrap();
+        for server in servers {
+            let binary = &settings["lsp"][server.as_str().unwrap()]["binary"];
+            assert_eq!(
+                binary,
+                &json!({ "path": "eliteserver", "arguments": ["lsp"] })
+            );
+        }
+    }
 }
 
 /// What a command says about a program, on both of its streams.

@@ -168,6 +168,7 @@ const KEPT_IN: &[(&str, &[&str])] = &[
     ("tokio-modbus", &["io-bus"]),
     ("ls-types", &["editor"]),
     ("lsp-server", &["editor"]),
+    ("rmcp", &["server"]),
     ("pyo3", &["pybind"]),
 ];
 

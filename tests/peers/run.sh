@@ -10,7 +10,7 @@ if [ ! -x "$venv/bin/python" ]; then
 fi
 "$venv/bin/pip" install --quiet --disable-pip-version-check \
     "pymodbus==3.8.6" "pyserial==3.5" "websockets==17.4" "protobuf==7.36.2" "prometheus_client==0.26.0" \
-    "mcap==1.6.0" "mcap-protobuf-support==0.6.0"
+    "mcap==1.6.0" "mcap-protobuf-support==0.6.0" "mcp==2.3.0" "kubernetes-validate==1.37.0"
 if [ -z "${ELITESERVER:-}" ]; then
     cargo build --quiet --package server
     ELITESERVER="$(cd "$target" && pwd)/debug/eliteserver"

@@ -75,6 +75,16 @@ pub enum CellError {
         /// Why.
         reason: String,
     },
+    /// A device that may not be reached.
+    #[error(
+        "the cell's {what} is of {device}; with --allow net=played no device outside this process is reached"
+    )]
+    Device {
+        /// The port or the signal.
+        what: String,
+        /// What is behind it.
+        device: String,
+    },
     /// A safety setting that cannot be used.
     #[error("{}: {source}", path.display())]
     Safety {
@@ -194,6 +204,30 @@ impl Cell {
             *slot = Some(pair);
         }
         inputs
+    }
+
+    /// Whether nothing is behind the serial ports, and no Modbus device where nobody `plays` machines.
+    ///
+    /// # Errors
+    /// [`CellError::Device`]
+    pub fn check_without_devices(&self, plays: bool) -> Result<(), CellError> {
+        if let Some(serial) = self.tables.serial.first() {
+            let port = match serial.port {
+                SerialPort::Tool => "tool",
+                SerialPort::Masterboard => "masterboard",
+            };
+            return Err(CellError::Device {
+                what: format!("serial port {port}"),
+                device: serial.device.clone(),
+            });
+        }
+        match self.tables.modbus.first() {
+            Some(signal) if !plays => Err(CellError::Device {
+                what: format!("modbus signal {:?}", signal.signal_name),
+                device: format!("{}:{}", signal.ip, signal.port),
+            }),
+            _ => Ok(()),
+        }
     }
 
     /// The devices behind `[[serial]]` and the signals of `[[modbus]]`.

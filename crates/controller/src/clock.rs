@@ -30,7 +30,7 @@ pub(crate) enum Clock {
 
 /// Starts the clock; under the real one the `pump` is woken after each cycle.
 pub(crate) fn start_clock(
-    choice: ClockChoice,
+    (choice, phase): (ClockChoice, Option<Duration>),
     passes_alone: bool,
     cycle: Cycle,
     pump: Thread,
@@ -39,6 +39,7 @@ pub(crate) fn start_clock(
     match choice {
         ClockChoice::Realtime => {
             let options = RealtimeOptions {
+                phase,
                 wake: vec![pump],
                 faults: faults.clone(),
                 ..RealtimeOptions::default()

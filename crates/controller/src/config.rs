@@ -1,8 +1,11 @@
 //! The settings of a robot, whoever starts it. Reads no file but the calibration that it is given read.
 
 use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
 
+use elite_runtime::Folders;
 use kinematics::{Calibration, JointPositions, Payload, RpyPose};
 
 use crate::options::{
@@ -23,6 +26,8 @@ pub struct RobotConfig {
     pub clock: ClockChoice,
     /// Length of a control cycle.
     pub step: StepMillis,
+    /// Under the real clock cycles begin this long after a multiple of the step on the machine's clock; `None`: when it starts.
+    pub phase: Option<Duration>,
     /// How the arm is simulated.
     pub plant: PlantChoice,
     /// Folder of the task files.
@@ -43,6 +48,8 @@ pub struct RobotConfig {
     pub seed: u64,
     /// What scripts may reach beyond the robot.
     pub allow: BTreeSet<Permission>,
+    /// The folders beneath which the files are that these settings name, links followed; `None`: anywhere.
+    pub within: Option<Folders>,
 }
 
 impl Default for RobotConfig {
@@ -54,6 +61,7 @@ impl Default for RobotConfig {
             cell: None,
             clock: ClockChoice::Virtual,
             step: StepMillis::DEFAULT,
+            phase: None,
             plant: PlantChoice::Rigid,
             task_dir: "tasks".into(),
             record: RecordTarget::Off,
@@ -64,6 +72,17 @@ impl Default for RobotConfig {
             home: Home::default().0,
             seed: 0,
             allow: BTreeSet::from([Permission::Net]),
+            within: None,
+        }
+    }
+}
+
+impl RobotConfig {
+    /// The text of a file that these settings name.
+    pub(crate) fn read_text(&self, path: &Path) -> io::Result<String> {
+        match &self.within {
+            Some(folders) => folders.read_text(path),
+            None => std::fs::read_to_string(path),
         }
     }
 }

@@ -20,16 +20,14 @@ pub(crate) struct LoadedModel {
 }
 
 impl LoadedModel {
-    pub(crate) fn open(
-        choice: &ModelChoice,
-        calibration: Option<&Calibration>,
-    ) -> Result<Self, StartError> {
-        let given = choice.to_string();
-        let (model, urdf) = match choice {
+    pub(crate) fn open(config: &RobotConfig) -> Result<Self, StartError> {
+        let given = config.model.to_string();
+        let (model, urdf) = match &config.model {
             ModelChoice::BuiltIn(name) => (RobotModel::built_in(name), None),
             ModelChoice::Urdf(path) => {
-                let text =
-                    std::fs::read_to_string(path).map_err(|source| StartError::ModelFile {
+                let text = config
+                    .read_text(path)
+                    .map_err(|source| StartError::ModelFile {
                         path: path.clone(),
                         source,
                     })?;
@@ -43,7 +41,7 @@ impl LoadedModel {
         for warning in model.warnings() {
             tracing::warn!("model {given}: {warning}");
         }
-        let model = match calibration {
+        let model = match &config.calibration {
             Some(calibration) => {
                 let file = calibration.path().display();
                 tracing::info!("model {given}, with the kinematics measured in {file}");

@@ -206,6 +206,8 @@ pub enum Permission {
     Env,
     /// The network.
     Net,
+    /// Machines that a test plays, and no others.
+    NetPlayed,
 }
 
 impl FromStr for Permission {
@@ -217,10 +219,11 @@ impl FromStr for Permission {
             "process" => Ok(Self::Process),
             "env" => Ok(Self::Env),
             "net" => Ok(Self::Net),
+            "net=played" => Ok(Self::NetPlayed),
             _ => match text.strip_prefix("fs=") {
                 Some("") => Err("fs= needs a folder, fs=/data for instance".to_owned()),
                 Some(folder) => Ok(Self::FsIn(folder.into())),
-                None => Err("allowed are fs, fs=DIR, process, env and net".to_owned()),
+                None => Err("allowed are fs, fs=DIR, process, env, net and net=played".to_owned()),
             },
         }
     }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use elite_runtime::message::{CONTROLLER_FAULT_CODE, Message, Observer, Severity};
-use elite_runtime::{ProgramText, Robot, Supervisor, TaskEnd};
+use elite_runtime::{Place, ProgramText, Robot, Supervisor, TaskEnd};
 use io_bus::Fieldbus;
 use motion::CycleConfig;
 use motion::realtime::ClockMeter;
@@ -25,6 +25,8 @@ pub struct Controller {
     pub(crate) pump: Pump,
     pub(crate) recorder: Option<Recorder>,
     pub(crate) recording_path: Option<PathBuf>,
+    /// Held until the recording is written.
+    pub(crate) _recording_place: Option<Place>,
     pub(crate) viewer: Viewer,
     pub(crate) settings: CycleConfig,
     pub(crate) faults: Faults,

@@ -3,6 +3,7 @@
 //! In two steps, because who is told of everything wants to know the arm before the first cycle.
 
 use std::io;
+use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock, Weak};
 use std::time::Duration;
@@ -10,12 +11,13 @@ use std::time::Duration;
 use elite_runtime::external::{Course, Repeat};
 use elite_runtime::message::{Message, Observer, RECORDING_ALARM_CODE, Severity};
 use elite_runtime::panel::Operator;
+use elite_runtime::task_folder::TaskFolder;
 use elite_runtime::{
-    Extras, FileAccess, FolderAccessError, Folders, Panel, Permissions, Robot, Supervisor,
-    TaskSettings,
+    Extras, FileAccess, FolderAccessError, Folders, NetworkAccess, Panel, Permissions, Place,
+    Robot, Supervisor, TaskSettings,
 };
-use io_bus::Fieldbus;
 use io_bus::serial::SerialLine;
+use io_bus::{Fieldbus, StandIns};
 use kinematics::{CalibrationError, ModelError, RobotModel};
 use motion::{Cycle, CycleConfig};
 use motion_api::{BorderSizes, CommandPort, Registers, ScriptEnd, SnapshotCell, Timeline, border};
@@ -70,6 +72,14 @@ pub enum StartError {
     /// A setting that no arm or not this one can start with.
     #[error(transparent)]
     Setup(#[from] SetupError),
+    /// The file of the recording cannot be made.
+    #[error("cannot write the recording {}: {source}", path.display())]
+    RecordingFile {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
     /// The arm of a recording cannot be made.
     #[error(transparent)]
     Arm(#[from] ArmError),
@@ -119,10 +129,10 @@ impl Manner {
 
 /// A controller that is set up and recorded, and whose time does not pass yet.
 pub struct Prepared {
-    clock: ClockChoice,
+    clock: (ClockChoice, Option<Duration>),
     manner: Manner,
     permissions: Permissions,
-    task_folder: Arc<Path>,
+    task_folder: TaskFolder,
     seed: u64,
     cell: Option<Cell>,
     cycle_config: CycleConfig,
@@ -133,6 +143,8 @@ pub struct Prepared {
     recorder: Option<Recorder>,
     handle: RecorderHandle,
     recording_path: Option<PathBuf>,
+    /// The recording, where it must be beneath certain folders.
+    recording_place: Option<Place>,
     alarm: RecordingAlarm,
     faults: Faults,
     /// A recorded run that is repeated.
@@ -146,8 +158,17 @@ impl Prepared {
     /// [`StartError`], in a sentence.
     pub fn new(config: &RobotConfig, manner: Manner) -> Result<Self, StartError> {
         let permissions = permissions(config)?;
-        let loaded = LoadedModel::open(&config.model, config.calibration.as_ref())?;
-        let cell = config.cell.as_deref().map(Cell::load).transpose()?;
+        let loaded = LoadedModel::open(config)?;
+        let cell = config.cell.as_deref().map(|path| {
+            let text = config
+                .read_text(path)
+                .map_err(|source| CellError::Unreadable {
+                    path: path.to_owned(),
+                    source,
+                })?;
+            Cell::from_text(text, path)
+        });
+        let cell = cell.transpose()?;
         let setup = setup(config, &loaded, cell.as_ref(), manner.powered_off);
         let cycle_config = cycle_config(&setup, loaded.model.clone(), cell.as_ref())?;
         warn_of_overlaps(&cycle_config);
@@ -165,10 +186,25 @@ impl Prepared {
         let viewer = Viewer::new(loaded.model.clone(), obstacles.clone(), setup.epoch_ns);
         let faults = Faults::default();
         let alarm = RecordingAlarm::new(faults.clone());
-        let (recorder, handle) = match (&path, script_end.records.take()) {
+        // Where it leads is settled here, and held until everything is written.
+        let recording_place = match (&config.within, &path) {
+            (Some(folders), Some(path)) => {
+                let made = folders.make_file(path);
+                Some(made.map_err(|source| StartError::RecordingFile {
+                    path: path.clone(),
+                    source,
+                })?)
+            }
+            _ => None,
+        };
+        let written_to = match &recording_place {
+            Some(place) => Some(place.as_ref().to_owned()),
+            None => path.clone(),
+        };
+        let (recorder, handle) = match (written_to, script_end.records.take()) {
             (Some(path), Some(records)) => {
                 let recorder_config = RecorderConfig {
-                    path: path.clone(),
+                    path,
                     setup,
                     model: loaded.model.clone(),
                     obstacles,
@@ -191,10 +227,10 @@ impl Prepared {
             _ => (None, RecorderHandle::off()),
         };
         Ok(Self {
-            clock: config.clock,
+            clock: (config.clock, config.phase),
             manner,
             permissions,
-            task_folder: absolute(&config.task_dir),
+            task_folder: TaskFolder::new(absolute(&config.task_dir)).within(config.within.clone()),
             seed: config.seed,
             cell,
             cycle_config,
@@ -205,6 +241,7 @@ impl Prepared {
             recorder,
             handle,
             recording_path: path,
+            recording_place,
             alarm,
             faults,
             repeat: None,
@@ -226,14 +263,14 @@ impl Prepared {
         let obstacles = cell.as_ref().map(Cell::drawn).unwrap_or_default();
         let faults = Faults::default();
         Ok(Self {
-            clock: ClockChoice::Virtual,
+            clock: (ClockChoice::Virtual, None),
             manner: Manner {
                 powered_off: setup.powered_off,
                 ..Manner::alone()
             },
             // Nobody outside is reached: the recording answers.
             permissions: Permissions::default(),
-            task_folder: absolute(Path::new(".")),
+            task_folder: TaskFolder::new(absolute(Path::new("."))),
             seed: setup.seed,
             cell: None,
             cycle_config,
@@ -244,6 +281,7 @@ impl Prepared {
             recorder: None,
             handle: RecorderHandle::off(),
             recording_path: None,
+            recording_place: None,
             alarm: RecordingAlarm::new(faults.clone()),
             faults,
             repeat: Some(repeat),
@@ -287,7 +325,7 @@ impl Prepared {
     pub fn start_through(
         self,
         observer: Arc<dyn Observer>,
-        extras: Extras,
+        mut extras: Extras,
         door: impl FnOnce(Arc<dyn Timeline>) -> Arc<dyn Timeline>,
     ) -> Result<Controller, StartError> {
         let Self {
@@ -305,11 +343,18 @@ impl Prepared {
             recorder,
             handle,
             recording_path,
+            recording_place,
             alarm,
             faults,
             repeat,
         } = self;
         let has_stand_ins = extras.stand_ins.is_some();
+        if permissions.network == NetworkAccess::Played {
+            if let Some(cell) = &cell {
+                cell.check_without_devices(extras.stand_ins.is_some())?;
+            }
+            extras.stand_ins = Some(Arc::new(OnlyPlayed(extras.stand_ins.take())));
+        }
         let safety = cycle_config.safety_of_targets()?;
         let snapshot = script_end.snapshot.clone();
         let chronicle = Arc::new(Chronicle::new(handle, snapshot, observer));
@@ -358,10 +403,40 @@ impl Prepared {
             pump,
             recorder,
             recording_path,
+            _recording_place: recording_place,
             viewer,
             settings: cycle_config,
             faults,
         })
+    }
+}
+
+/// No machine but those that are played, whoever asks: programs, the cell's signals.
+struct OnlyPlayed(Option<Arc<dyn StandIns>>);
+
+impl StandIns for OnlyPlayed {
+    fn knows(&self, _host: &str, _port: u16) -> bool {
+        true
+    }
+
+    fn plays(&self, host: &str, port: u16) -> bool {
+        self.0.as_ref().is_some_and(|inner| inner.plays(host, port))
+    }
+
+    fn connect(&self, host: &str, port: u16) -> Option<io::Result<UnixStream>> {
+        let played = self.0.as_ref().and_then(|inner| inner.connect(host, port));
+        Some(played.unwrap_or_else(|| {
+            let text = format!(
+                "nobody plays {host}:{port}, and --allow net=played reaches no other machine"
+            );
+            Err(io::Error::new(io::ErrorKind::PermissionDenied, text))
+        }))
+    }
+
+    fn serve(&self) {
+        if let Some(inner) = &self.0 {
+            inner.serve();
+        }
     }
 }
 
@@ -412,10 +487,8 @@ impl RecordingAlarm {
 }
 
 /// Programs are told a path that means the same wherever it is used. A current folder that is gone leaves it as given.
-fn absolute(path: &Path) -> Arc<Path> {
-    std::path::absolute(path)
-        .unwrap_or_else(|_| path.to_owned())
-        .into()
+fn absolute(path: &Path) -> PathBuf {
+    std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
 }
 
 /// What `--allow` lets programs reach.
@@ -437,6 +510,10 @@ fn permissions(config: &RobotConfig) -> Result<Permissions, FolderAccessError> {
         },
         processes: allows(Permission::Process),
         environment: allows(Permission::Env),
-        network: allows(Permission::Net),
+        network: match (allows(Permission::Net), allows(Permission::NetPlayed)) {
+            (true, _) => NetworkAccess::Everything,
+            (false, true) => NetworkAccess::Played,
+            (false, false) => NetworkAccess::Nothing,
+        },
     })
 }

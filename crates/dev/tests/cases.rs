@@ -72,6 +72,7 @@ targets_and_counts! {
     task_names: 3000,
     lsp: 40,
     lsp_edits: 15,
+    mcp: 5000,
 }
 
 /// `kept/TARGET/NAME`: an input that broke a promise once.

@@ -36,6 +36,6 @@ pub use preset::{Preset, PresetError};
 pub use robot::Robot;
 pub use supervisor::{SubmitError, Supervisor, TaskState, TaskStatus};
 pub use task::{
-    Extras, FileAccess, FolderAccessError, Folders, LineCountsOfTexts, Permissions, ProgramText,
-    TaskEnd, TaskSettings, all_children_are_tasks,
+    Extras, FileAccess, FolderAccessError, Folders, LineCountsOfTexts, NetworkAccess, Permissions,
+    Place, ProgramText, TaskEnd, TaskSettings, all_children_are_tasks,
 };

@@ -10,6 +10,8 @@ use std::path::{Component, Path, PathBuf};
 
 use thiserror::Error;
 
+use crate::task::Folders;
+
 /// Largest file that is read.
 pub const FILE_BYTES_MAX: u64 = 8 << 20;
 
@@ -83,12 +85,27 @@ pub fn is_xml(beginning: &[u8]) -> bool {
 #[derive(Clone, Debug)]
 pub struct TaskFolder {
     root: PathBuf,
+    /// Where it may be, if not anywhere.
+    within: Option<Folders>,
 }
 
 impl TaskFolder {
     /// A folder; it need not exist before something is read from it.
     pub fn new(root: impl Into<PathBuf>) -> Self {
-        Self { root: root.into() }
+        Self {
+            root: root.into(),
+            within: None,
+        }
+    }
+
+    /// The same, as long as it and what is read from it are beneath certain folders, links followed.
+    pub fn within(self, within: Option<Folders>) -> Self {
+        Self { within, ..self }
+    }
+
+    /// The path of the folder.
+    pub fn root(&self) -> &Path {
+        &self.root
     }
 
     /// The text of a task: the file of this name, or the one with `.task` or `.script` after it. A name that has one of
@@ -176,6 +193,19 @@ impl TaskFolder {
         self.read_text(inside, name, true)
     }
 
+    /// The path of a file, without links, none of which may lead out of the folder.
+    fn path_of(&self, inside: &Path, name: &str) -> Result<PathBuf, FolderError> {
+        let resolve = |path: &Path| path.canonicalize().map_err(|error| not_found(name, &error));
+        let root = resolve(&self.root)?;
+        let path = resolve(&root.join(inside))?;
+        match path.starts_with(&root) {
+            true => Ok(path),
+            false => Err(FolderError::Outside {
+                name: name.to_owned(),
+            }),
+        }
+    }
+
     fn read_text(
         &self,
         inside: &Path,
@@ -186,20 +216,16 @@ impl TaskFolder {
             name: name.to_owned(),
             reason,
         };
-        let resolve = |path: &Path| {
-            path.canonicalize().map_err(|error| match error.kind() {
-                std::io::ErrorKind::NotFound | std::io::ErrorKind::NotADirectory => missing(name),
-                _ => unreadable(error.to_string()),
-            })
+        // Held until it is read: nothing can be put into its place meanwhile.
+        let held;
+        let path = match &self.within {
+            None => self.path_of(inside, name)?,
+            Some(folders) => {
+                let found = folders.find(&self.root.join(inside));
+                held = found.map_err(|error| not_found(name, &error))?;
+                held.as_ref().to_owned()
+            }
         };
-        let root = resolve(&self.root)?;
-        let path = resolve(&root.join(inside))?;
-        // A link in the folder may lead anywhere.
-        if !path.starts_with(&root) {
-            return Err(FolderError::Outside {
-                name: name.to_owned(),
-            });
-        }
         if !path.is_file() {
             return Err(missing(name));
         }
@@ -220,6 +246,17 @@ impl TaskFolder {
             )));
         }
         Ok(Some(text))
+    }
+}
+
+/// What an error of the system means for a file of the folder.
+fn not_found(name: &str, error: &std::io::Error) -> FolderError {
+    match error.kind() {
+        std::io::ErrorKind::NotFound | std::io::ErrorKind::NotADirectory => missing(name),
+        _ => FolderError::Unreadable {
+            name: name.to_owned(),
+            reason: error.to_string(),
+        },
     }
 }
 

@@ -13,7 +13,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use common::{Ran, Standing, run};
-use elite_runtime::{FileAccess, Folders, Permissions, TaskEnd};
+use elite_runtime::{FileAccess, Folders, NetworkAccess, Permissions, TaskEnd};
 
 /// A folder that is open to programs, one beside it with a secret, and links between them.
 fn surroundings() -> tempfile::TempDir {
@@ -41,7 +41,7 @@ fn in_folder(root: &Path, text: &str) -> Ran {
             files: FileAccess::Beneath(folders),
             processes: true,
             environment: false,
-            network: false,
+            network: NetworkAccess::Nothing,
         },
         ..Standing::default()
     };

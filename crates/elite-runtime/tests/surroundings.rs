@@ -15,7 +15,7 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 use common::{Ran, Standing, run, run_while};
-use elite_runtime::{FileAccess, Permissions, TaskEnd, TaskState};
+use elite_runtime::{FileAccess, NetworkAccess, Permissions, TaskEnd, TaskState};
 
 /// An empty folder of one test.
 fn folder(name: &str) -> PathBuf {
@@ -35,7 +35,7 @@ fn permitted() -> Standing {
         files: FileAccess::Everything,
         processes: true,
         environment: true,
-        network: true,
+        network: NetworkAccess::Everything,
     };
     Standing {
         permissions,

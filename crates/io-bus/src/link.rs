@@ -18,6 +18,11 @@ pub trait StandIns: Send + Sync {
     /// Whether somebody stands in for this address.
     fn knows(&self, host: &str, port: u16) -> bool;
 
+    /// Whether that somebody answers; where every address is known so that none leads out, nobody may be behind it.
+    fn plays(&self, host: &str, port: u16) -> bool {
+        self.knows(host, port)
+    }
+
     /// A connection to whoever stands in for this address; `None` where the real machine is meant.
     ///
     /// # Errors

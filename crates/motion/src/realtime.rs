@@ -34,6 +34,9 @@ const STOP_TIME_MAX: f64 = 5.0;
 pub struct RealtimeOptions {
     /// FIFO priority, 1 to 99; `None` leaves the scheduling as it is.
     pub fifo_priority: Option<u8>,
+    /// Cycles begin this long after a multiple of the step on the monotonic clock; `None`: when the thread starts. Several
+    /// controllers on one machine with phases of their own do not all wake at once.
+    pub phase: Option<Duration>,
     /// Lock the memory that is in use when the thread starts.
     pub lock_memory: bool,
     /// Threads to unpark after every cycle, and when there will be no more.
@@ -46,6 +49,7 @@ impl Default for RealtimeOptions {
     fn default() -> Self {
         Self {
             fifo_priority: Some(80),
+            phase: None,
             lock_memory: true,
             wake: Vec::new(),
             faults: Faults::default(),
@@ -131,13 +135,14 @@ impl MotionThread {
         let thread = faults.start(Kind::Motion, "motion", move || {
             // The receiver waits right below; should it be gone, nobody reads the warnings.
             let _ = report.send(set_up(&options));
+            let phase = options.phase;
             let mut running = Running {
                 cycle: Some(cycle),
                 wake: options.wake,
                 shared: in_thread,
             };
             if let Some(cycle) = &mut running.cycle {
-                run(cycle, &running.wake, &running.shared);
+                run(cycle, phase, &running.wake, &running.shared);
             }
             running.cycle.take()
         })?;
@@ -251,10 +256,10 @@ fn describe(error: thread_priority::Error) -> String {
     }
 }
 
-fn run(cycle: &mut Cycle, wake: &[Thread], shared: &Shared) {
+fn run(cycle: &mut Cycle, phase: Option<Duration>, wake: &[Thread], shared: &Shared) {
     let step = Duration::from_secs_f64(cycle.step_time());
     let mut stop_cycles = (STOP_TIME_MAX / cycle.step_time()) as u64;
-    let mut deadline = now() + step;
+    let mut deadline = first_deadline(now(), step, phase);
     let mut step_duration_us = 0.0;
     loop {
         sleep_until(deadline);
@@ -292,6 +297,20 @@ fn run(cycle: &mut Cycle, wake: &[Thread], shared: &Shared) {
     }
 }
 
+/// When the first cycle begins: a step from now, or at the first place of its phase after that.
+fn first_deadline(now: Duration, step: Duration, phase: Option<Duration>) -> Duration {
+    let soon = now + step;
+    let Some(phase) = phase else {
+        return soon;
+    };
+    let step_ns = step.as_nanos().max(1);
+    let wanted = phase.as_nanos() % step_ns;
+    let found = soon.as_nanos() % step_ns;
+    let wait = (wanted + step_ns - found) % step_ns;
+    // Less than a step.
+    soon + Duration::from_nanos(u64::try_from(wait).unwrap_or(0))
+}
+
 /// Time of the monotonic clock.
 pub(crate) fn now() -> Duration {
     // The clock exists on every Linux; a failure would read as "no time has passed" and make cycles short, not unsafe.
@@ -305,4 +324,29 @@ pub(crate) fn sleep_until(deadline: Duration) {
     while clock_nanosleep(ClockId::CLOCK_MONOTONIC, flags, &request)
         == Err(nix::errno::Errno::EINTR)
     {}
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cycles_begin_at_their_phase_of_the_step() {
+        let (ms, us) = (Duration::from_millis, Duration::from_micros);
+        assert_eq!(first_deadline(ms(10), ms(4), None), ms(14));
+        for (now, phase, begins) in [
+            (ms(10), ms(0), ms(16)),
+            (ms(12), ms(0), ms(16)),
+            (ms(10), ms(1), ms(17)),
+            (ms(10), ms(3), ms(15)),
+            (us(10_001), us(500), us(16_500)),
+            (ms(10), ms(7), ms(15)),
+        ] {
+            assert_eq!(
+                first_deadline(now, ms(4), Some(phase)),
+                begins,
+                "{now:?} {phase:?}"
+            );
+        }
+    }
 }

@@ -4,6 +4,7 @@
 //! of a controller; [`Recording::missing_fields`] names it. A newer format is refused with a sentence.
 
 use std::collections::BTreeSet;
+use std::fmt;
 use std::fs::File;
 use std::io::{self, Cursor, Read};
 use std::path::{Path, PathBuf};
@@ -30,10 +31,24 @@ pub struct Recording {
     trouble: Arc<OnceLock<Ending>>,
 }
 
-#[derive(Clone, Debug)]
+/// Begins the bytes of a recording anew.
+type Opener = dyn Fn() -> io::Result<Box<dyn Read>> + Send + Sync;
+
+#[derive(Clone)]
 enum Source {
     File(PathBuf),
     Bytes(Arc<[u8]>),
+    Opened(Arc<Opener>),
+}
+
+impl fmt::Debug for Source {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::File(path) => f.debug_tuple("File").field(path).finish(),
+            Self::Bytes(bytes) => f.debug_tuple("Bytes").field(&bytes.len()).finish(),
+            Self::Opened(_) => f.write_str("Opened"),
+        }
+    }
 }
 
 /// One message, decoded. Viewers' topics and topics that are not ours are not among them.
@@ -69,6 +84,18 @@ impl Recording {
     /// [`ReadError`] when the bytes are not a recording.
     pub fn from_bytes(bytes: impl Into<Arc<[u8]>>, name: &str) -> Result<Self, ReadError> {
         Self::new(Source::Bytes(bytes.into()), name.to_owned())
+    }
+
+    /// Reads a recording that `open` begins anew each time it is read, from wherever; `name` is for messages. An error of the
+    /// reader ends the recording as damage does.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn from_opener(
+        open: impl Fn() -> io::Result<Box<dyn Read>> + Send + Sync + 'static,
+        name: &str,
+    ) -> Result<Self, ReadError> {
+        Self::new(Source::Opened(Arc::new(open)), name.to_owned())
     }
 
     /// Reads up to the channels, which stand at the beginning.
@@ -153,15 +180,14 @@ impl Recording {
     /// # Errors
     /// [`ReadError::Io`] when the file cannot be opened.
     pub fn messages(&self) -> Result<Messages, ReadError> {
+        let failed = |source| ReadError::Io {
+            path: self.name.clone(),
+            source,
+        };
         let source: Box<dyn Read> = match &self.source {
             Source::Bytes(bytes) => Box::new(Cursor::new(Arc::clone(bytes))),
-            Source::File(path) => {
-                let file = open(path).map_err(|source| ReadError::Io {
-                    path: self.name.clone(),
-                    source,
-                })?;
-                Box::new(file)
-            }
+            Source::File(path) => Box::new(open(path).map_err(failed)?),
+            Source::Opened(open) => open().map_err(failed)?,
         };
         Ok(Messages::new(source, Arc::clone(&self.trouble)))
     }

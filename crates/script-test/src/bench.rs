@@ -20,6 +20,7 @@ use io_bus::{Fieldbus, StandIns};
 use motion_api::{CommandKind, Origin, Seconds};
 use tokio::sync::mpsc::UnboundedSender;
 
+use crate::files::Files;
 use crate::golden::Goldens;
 use crate::peers::Peers;
 use crate::trace::Trace;
@@ -118,6 +119,7 @@ pub(crate) struct Parts {
     pub trace: Arc<Trace>,
     pub peers: Arc<Peers>,
     pub folder: PathBuf,
+    pub files: Files,
     pub goldens: Goldens,
     pub requests: UnboundedSender<Request>,
     /// Simulated time of the test, s.

@@ -8,6 +8,8 @@ use std::sync::Arc;
 use elite_lang::{KnownNames, SourceFile, compile, render_human};
 use thiserror::Error;
 
+use crate::files::Files;
+
 /// Longest test file, bytes.
 const FILE_BYTES_MAX: u64 = 8 << 20;
 /// Most files and folders that are looked at, and how deep folders may be nested.
@@ -102,6 +104,14 @@ pub fn is_test_file(path: &Path) -> bool {
 /// # Errors
 /// [`DiscoverError`]
 pub fn discover(paths: &[PathBuf]) -> Result<Vec<TestCase>, DiscoverError> {
+    discover_in(paths, &Files::default())
+}
+
+/// The same among certain files.
+///
+/// # Errors
+/// [`DiscoverError`]
+pub fn discover_in(paths: &[PathBuf], among: &Files) -> Result<Vec<TestCase>, DiscoverError> {
     let mut seen = BTreeSet::new();
     let mut cases = Vec::new();
     for root in paths {
@@ -109,9 +119,10 @@ pub fn discover(paths: &[PathBuf]) -> Result<Vec<TestCase>, DiscoverError> {
             path: root.clone(),
             source,
         };
-        let kind = std::fs::metadata(root).map_err(unreadable)?;
+        let place = among.find(root).map_err(unreadable)?;
+        let kind = std::fs::metadata(&place).map_err(unreadable)?;
         let files = match kind.is_dir() {
-            true => files_below(root)?,
+            true => files_below(root, among)?,
             false => vec![root.clone()],
         };
         let root = match (kind.is_dir(), root.parent()) {
@@ -121,14 +132,14 @@ pub fn discover(paths: &[PathBuf]) -> Result<Vec<TestCase>, DiscoverError> {
         for path in files {
             let whole = path.canonicalize().unwrap_or_else(|_| path.clone());
             if seen.insert(whole) {
-                cases.extend(cases_of(path, &root)?);
+                cases.extend(cases_of(path, &root, among)?);
             }
         }
     }
     Ok(cases)
 }
 
-fn files_below(root: &Path) -> Result<Vec<PathBuf>, DiscoverError> {
+fn files_below(root: &Path, among: &Files) -> Result<Vec<PathBuf>, DiscoverError> {
     let mut found = Vec::new();
     let mut open = vec![(root.to_owned(), 0)];
     let mut entries = 0;
@@ -137,14 +148,15 @@ fn files_below(root: &Path) -> Result<Vec<PathBuf>, DiscoverError> {
             path: folder.clone(),
             source,
         };
-        for entry in std::fs::read_dir(&folder).map_err(unreadable)? {
+        let place = among.find(&folder).map_err(unreadable)?;
+        for entry in std::fs::read_dir(&place).map_err(unreadable)? {
             let entry = entry.map_err(unreadable)?;
             entries += 1;
             if entries > ENTRIES_MAX {
                 let path = root.to_owned();
                 return Err(DiscoverError::TooMany { path });
             }
-            let path = entry.path();
+            let path = folder.join(entry.file_name());
             // Links to folders are not followed: they may lead round and round.
             let kind = entry.file_type().map_err(unreadable)?;
             let is_hidden = entry.file_name().to_string_lossy().starts_with('.');
@@ -159,16 +171,12 @@ fn files_below(root: &Path) -> Result<Vec<PathBuf>, DiscoverError> {
     Ok(found)
 }
 
-fn cases_of(path: PathBuf, root: &Path) -> Result<Vec<TestCase>, DiscoverError> {
-    let unreadable = |source| DiscoverError::Unreadable {
-        path: path.clone(),
-        source,
+fn cases_of(path: PathBuf, root: &Path, among: &Files) -> Result<Vec<TestCase>, DiscoverError> {
+    let text = match among.text(&path, FILE_BYTES_MAX) {
+        Ok(text) => text,
+        Err(Ok(bytes)) => return Err(DiscoverError::TooLong { path, bytes }),
+        Err(Err(source)) => return Err(DiscoverError::Unreadable { path, source }),
     };
-    let bytes = std::fs::metadata(&path).map_err(unreadable)?.len();
-    if bytes > FILE_BYTES_MAX {
-        return Err(DiscoverError::TooLong { path, bytes });
-    }
-    let text = std::fs::read_to_string(&path).map_err(unreadable)?;
     let name = path.display().to_string();
     let source = SourceFile::new(name, text.clone());
     let builtins = elite_runtime::builtins::names().map(str::to_owned);

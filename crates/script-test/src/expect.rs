@@ -62,7 +62,8 @@ pub(crate) fn path_near(site: &Site, call: &mut NativeCall<'_>) -> R {
     let file = site.bench.folder.join(text(call, 0, "golden_csv")?);
     let tolerance = number(call, 1, "tolerance", (0.0, f64::MAX), Some(1e-3))?;
     let places = site.bench.trace.places();
-    let checked = golden::check(&places, &tidy(&file), tolerance, site.bench.goldens);
+    let file = (&site.bench.files, &*tidy(&file));
+    let checked = golden::check(&places, file, tolerance, site.bench.goldens);
     match checked {
         Ok(()) => Ok(Value::Bool(true)),
         Err(error) => Err(failed(call, error.to_string())),

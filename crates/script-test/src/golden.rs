@@ -10,6 +10,7 @@ use std::path::Path;
 use kinematics::{Pose, RpyPose};
 use thiserror::Error;
 
+use crate::files::Files;
 use crate::trace::Place;
 
 /// Points of a way that are compared.
@@ -58,7 +59,7 @@ pub(crate) enum GoldenError {
 /// Compares the way with the one in a file, or keeps it there.
 pub(crate) fn check(
     places: &[Place],
-    file: &Path,
+    (files, file): (&Files, &Path),
     tolerance: f64,
     goldens: Goldens,
 ) -> Result<(), GoldenError> {
@@ -67,9 +68,10 @@ pub(crate) fn check(
         return Err(GoldenError::Empty("the test".to_owned()));
     }
     if goldens == Goldens::Update {
-        return write(places, file).map_err(|source| GoldenError::Unwritable { path, source });
+        return write(places, files, file)
+            .map_err(|source| GoldenError::Unwritable { path, source });
     }
-    let kept = read(file)?;
+    let kept = read(files, file)?;
     let (own, golden) = (even(places), even(&kept));
     let pairs = couple(&own, &golden);
     let worst = pairs
@@ -84,7 +86,7 @@ pub(crate) fn check(
     }
 }
 
-fn write(places: &[Place], file: &Path) -> io::Result<()> {
+fn write(places: &[Place], files: &Files, file: &Path) -> io::Result<()> {
     let mut text = format!("{HEAD}\n");
     for Place { time, pose } in places {
         let _ = write!(text, "{time:.4}");
@@ -93,25 +95,20 @@ fn write(places: &[Place], file: &Path) -> io::Result<()> {
         }
         text.push('\n');
     }
-    if let Some(folder) = file.parent() {
-        std::fs::create_dir_all(folder)?;
-    }
-    std::fs::write(file, text)
+    files.write(file, &text)
 }
 
-fn read(file: &Path) -> Result<Vec<Place>, GoldenError> {
+fn read(files: &Files, file: &Path) -> Result<Vec<Place>, GoldenError> {
     let path = file.display().to_string();
-    let unreadable = |source| GoldenError::Unreadable {
-        path: path.clone(),
-        source,
+    let text = match files.text(file, FILE_BYTES_MAX) {
+        Ok(text) => text,
+        Err(Ok(bytes)) => {
+            let what = format!("the file has {bytes} bytes, at most {FILE_BYTES_MAX} are read");
+            let line = 1;
+            return Err(GoldenError::NotAWay { path, line, what });
+        }
+        Err(Err(source)) => return Err(GoldenError::Unreadable { path, source }),
     };
-    let bytes = std::fs::metadata(file).map_err(unreadable)?.len();
-    if bytes > FILE_BYTES_MAX {
-        let what = format!("the file has {bytes} bytes, at most {FILE_BYTES_MAX} are read");
-        let line = 1;
-        return Err(GoldenError::NotAWay { path, line, what });
-    }
-    let text = std::fs::read_to_string(file).map_err(unreadable)?;
     let wrong = |line: usize, what: &str| GoldenError::NotAWay {
         path: path.clone(),
         line: line + 1,
@@ -253,19 +250,45 @@ mod tests {
     fn a_slower_run_on_the_same_way_is_the_same_and_another_way_is_told_by_rows() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("ways/line.csv");
-        check(&line(0.1, 200), &file, 1e-3, Goldens::Update).unwrap();
-        check(&line(0.1, 200), &file, 1e-6, Goldens::Compare).unwrap();
+        check(
+            &line(0.1, 200),
+            (&Files::default(), &file),
+            1e-3,
+            Goldens::Update,
+        )
+        .unwrap();
+        check(
+            &line(0.1, 200),
+            (&Files::default(), &file),
+            1e-6,
+            Goldens::Compare,
+        )
+        .unwrap();
         let mut slower = line(0.1, 555);
         slower.extend(vec![*slower.last().unwrap(); 100]);
-        check(&slower, &file, 1e-3, Goldens::Compare).unwrap();
-        let error = check(&line(0.105, 200), &file, 1e-3, Goldens::Compare).unwrap_err();
+        check(&slower, (&Files::default(), &file), 1e-3, Goldens::Compare).unwrap();
+        let error = check(
+            &line(0.105, 200),
+            (&Files::default(), &file),
+            1e-3,
+            Goldens::Compare,
+        )
+        .unwrap_err();
         let text = error.to_string();
         assert!(text.contains("up to 0.005000 away"), "{text}");
         assert!(text.lines().count() <= 3 + ROWS, "{text}");
         // There and back again is another way than not at all.
         let mut there_and_back = line(0.1, 200);
         there_and_back.extend(line(0.1, 200).into_iter().rev());
-        assert!(check(&there_and_back, &file, 1e-3, Goldens::Compare).is_err());
+        assert!(
+            check(
+                &there_and_back,
+                (&Files::default(), &file),
+                1e-3,
+                Goldens::Compare
+            )
+            .is_err()
+        );
     }
 
     #[test]
@@ -283,11 +306,18 @@ mod tests {
             ),
         ] {
             std::fs::write(&file, text).unwrap();
-            let error = check(&places, &file, 1e-3, Goldens::Compare).unwrap_err();
+            let error =
+                check(&places, (&Files::default(), &file), 1e-3, Goldens::Compare).unwrap_err();
             assert!(error.to_string().contains(said), "{text:?}: {error}");
         }
         let missing = folder.path().join("missing.csv");
-        let error = check(&places, &missing, 1e-3, Goldens::Compare).unwrap_err();
+        let error = check(
+            &places,
+            (&Files::default(), &missing),
+            1e-3,
+            Goldens::Compare,
+        )
+        .unwrap_err();
         assert!(error.to_string().contains("--update"), "{error}");
     }
 }

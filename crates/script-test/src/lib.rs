@@ -4,7 +4,7 @@
 //! A test is a function of a script file; beside the builtins it has the object `test`, with which it starts programs, lets
 //! time pass, sets inputs, plays machines on the network and looks at what happened (docs/testing.md).
 //!
-//! - `discover`: which tests there are; `pool`: which runs when; `single`: one of them.
+//! - `discover`: which tests there are; `files`: what they may consist of; `pool`: which runs when; `single`: one of them.
 //! - `turns`: how a test and the program beside it share one clock; `bench`: what both work on; `trace`: what the arm did.
 //! - `object`, `expect`: the functions of `test`; `near`, `golden`: what they compare; `peers`, `serve`: machines it plays.
 //! - `report`: for people, for machines, for servers that build.
@@ -20,6 +20,7 @@
 mod bench;
 mod discover;
 mod expect;
+mod files;
 mod golden;
 mod near;
 mod object;
@@ -34,7 +35,8 @@ mod turns;
 /// What a test calls the object that makes it one.
 pub const OBJECT: &str = "test";
 
-pub use discover::{DiscoverError, TestCase, TestFile, discover, is_test_file};
+pub use discover::{DiscoverError, TestCase, TestFile, discover, discover_in, is_test_file};
+pub use files::Files;
 pub use golden::Goldens;
 pub use object::{function_names, function_parameters};
 pub use pool::{Options, run};

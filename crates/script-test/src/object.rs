@@ -172,15 +172,11 @@ fn program(site: &Site, call: &NativeCall<'_>) -> R<ProgramText> {
         });
     }
     let path = site.bench.folder.join(&given);
-    let read = match std::fs::metadata(&path) {
-        Ok(file) if file.len() > PROGRAM_BYTES_MAX => Err(format!(
-            "it has {} bytes, at most {PROGRAM_BYTES_MAX} are read",
-            file.len()
-        )),
-        Ok(_) => std::fs::read_to_string(&path).map_err(|error| error.to_string()),
-        Err(error) => Err(error.to_string()),
-    };
-    match read {
+    let read = site.bench.files.text(&path, PROGRAM_BYTES_MAX);
+    match read.map_err(|why| match why {
+        Ok(bytes) => format!("it has {bytes} bytes, at most {PROGRAM_BYTES_MAX} are read"),
+        Err(error) => error.to_string(),
+    }) {
         Ok(text) => Ok(ProgramText {
             name: tidy(&path).display().to_string(),
             text,

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::io;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, mpsc};
 use std::time::Duration;
 
@@ -14,6 +14,7 @@ use motion_api::Seconds;
 use supervision::{Faults, Kind, catch};
 
 use crate::discover::TestCase;
+use crate::files::Files;
 use crate::golden::Goldens;
 use crate::single::{self, Plan, Status, TestResult};
 
@@ -34,6 +35,10 @@ pub struct Options {
     pub counts_lines: bool,
     /// Folder for the recordings of failed tests.
     pub record_failed: Option<PathBuf>,
+    /// What tests may consist of.
+    pub files: Files,
+    /// Set by whoever does not wait for the results any more: no further test is begun, those that run are given up.
+    pub stop: Arc<AtomicBool>,
 }
 
 /// Runs tests; `tell` hears of each when it has ended. `settings` says what each is run with; a sentence where there is no
@@ -48,7 +53,7 @@ pub fn run(
     tell: &mut dyn FnMut(TestResult),
 ) -> io::Result<LineCountsOfTexts> {
     if let Some(folder) = &options.record_failed {
-        std::fs::create_dir_all(folder)?;
+        options.files.make_folder(folder)?;
     }
     let counts = options.counts_lines.then(Arc::<Mutex<_>>::default);
     let mut planned = Vec::new();
@@ -56,7 +61,9 @@ pub fn run(
     for case in cases {
         let plan = settings(case).map(|config| Plan {
             config,
+            files: options.files.clone(),
             goldens: options.goldens,
+            stop: options.stop.clone(),
             timeout: options.timeout,
             wall_timeout: options.wall_timeout,
             counts: counts.clone(),
@@ -76,8 +83,12 @@ pub fn run(
     let mut workers = Vec::new();
     for number in 0..jobs {
         let (planned, next, results) = (planned.clone(), next.clone(), results.clone());
+        let stop = options.stop.clone();
         let work = move || {
             while let Some((case, plan)) = planned.get(next.fetch_add(1, Ordering::Relaxed)) {
+                if stop.load(Ordering::Relaxed) {
+                    return;
+                }
                 let result = match plan {
                     Ok(plan) => one(case, plan),
                     Err(sentence) => not_run(case, sentence.clone()),

@@ -1,6 +1,7 @@
 //! One test: a controller of its own, the test beside whatever program it starts, and what became of it.
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::SyncSender;
 use std::sync::{Arc, Mutex};
 use std::thread;
@@ -21,6 +22,7 @@ use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
 use crate::bench::{Bench, Parts, Request, Verdict, Watched};
 use crate::discover::TestCase;
+use crate::files::Files;
 use crate::golden::Goldens;
 use crate::object::functions;
 use crate::peers::Peers;
@@ -41,6 +43,7 @@ const CYCLES_AT_ONCE: usize = 2000;
 #[derive(Clone)]
 pub(crate) struct Plan {
     pub config: RobotConfig,
+    pub files: Files,
     pub goldens: Goldens,
     /// Simulated time of a test.
     pub timeout: Seconds,
@@ -50,6 +53,8 @@ pub(crate) struct Plan {
     pub counts: Option<Arc<Mutex<LineCountsOfTexts>>>,
     /// Where the recording of a failed test is kept.
     pub recording: Option<PathBuf>,
+    /// Nobody waits for the result any more.
+    pub stop: Arc<AtomicBool>,
 }
 
 /// How a test went.
@@ -122,7 +127,7 @@ pub(crate) fn run(case: &TestCase, plan: &Plan) -> TestResult {
     if let Some(path) = &plan.recording {
         match result.status {
             // A test that passed is not looked at again; a file that is not there is as good.
-            Status::Passed => drop(std::fs::remove_file(path)),
+            Status::Passed => drop(plan.files.remove_file(path)),
             _ if path.exists() => result.recording = Some(path.clone()),
             _ => {}
         }
@@ -172,6 +177,7 @@ fn try_run(case: &TestCase, plan: &Plan, result: &mut TestResult) -> Result<(), 
         trace,
         peers,
         folder: folder.to_owned(),
+        files: plan.files.clone(),
         goldens: plan.goldens,
         requests: requests.clone(),
         timeout: plan.timeout,
@@ -195,6 +201,7 @@ fn try_run(case: &TestCase, plan: &Plan, result: &mut TestResult) -> Result<(), 
         bench: &bench,
         tests: &tests,
         wall_timeout: plan.wall_timeout,
+        stop: &plan.stop,
         watched: Vec::new(),
     }
     .run(case, inbox)?;
@@ -301,6 +308,7 @@ struct Runner<'r> {
     bench: &'r Arc<Bench>,
     tests: &'r Supervisor,
     wall_timeout: Duration,
+    stop: &'r AtomicBool,
     /// Conditions, and how many cycles each has been judged by.
     watched: Vec<(Watched, Condition, usize)>,
 }
@@ -347,6 +355,9 @@ impl Runner<'_> {
                         submitted.map_err(|error| error.to_string())?;
                     }
                     () = tokio::time::sleep(LOOK_EVERY) => {
+                        if self.stop.load(Ordering::Relaxed) {
+                            self.bench.give_up("nobody waits for the test any more".to_owned());
+                        }
                         let now = self.bench.turns.cycles();
                         if now != seen {
                             (seen, since) = (now, Instant::now());

@@ -17,7 +17,7 @@ use controller::{Manner, Nobody, Prepared, RobotConfig};
 use elite_runtime::{LineCountsOfTexts, ProgramText, TaskEnd};
 use motion_api::Seconds;
 use recorder::Recording;
-use script_test::{Goldens, Options, Status, TestResult, discover, run};
+use script_test::{Files, Goldens, Options, Status, TestResult, discover, run};
 
 fn options() -> Options {
     Options {
@@ -28,6 +28,8 @@ fn options() -> Options {
         goldens: Goldens::Compare,
         counts_lines: false,
         record_failed: None,
+        files: Files::default(),
+        stop: Arc::default(),
     }
 }
 

@@ -76,6 +76,10 @@ pub enum Command {
     Compare(CompareArgs),
     /// The language server for editors, on standard input and output. Exit status: 0 after 'shutdown', 1 the client vanished
     Lsp(LspArgs),
+    /// Tools for assistants that write robot programs (Model Context Protocol), on standard input and output: check, run and
+    /// test programs on a simulated arm, look functions and recordings up. Files are those beneath the folder it is started in.
+    /// Exit status: 0 the client has left, 1 it left before it began, 2 it broke the protocol
+    Mcp(McpArgs),
     /// Look whether this machine can run the controller as it is set up, and say what to do.
     /// Exit status: 0 it can, 1 something keeps it from running
     Doctor(Box<DoctorArgs>),
@@ -83,6 +87,9 @@ pub enum Command {
     Completions(CompletionsArgs),
     /// Write the manual pages into a folder
     Man(ManArgs),
+    /// Start many controllers on this machine, a process and an address each, and look after them. SIGHUP restarts one after the
+    /// other with the file as it is then. Exit status: 0 after a signal, 2 they cannot be started
+    Fleet(FleetArgs),
     /// Wait until a server answers. Exit status: 0 it does, 1 it did not in time
     Wait(WaitArgs),
 }
@@ -108,6 +115,28 @@ pub struct LspArgs {
     /// Process of the editor; the server ends with it, as with the one that 'initialize' names
     #[arg(long = "clientProcessId", value_name = "PID", hide = true)]
     pub client: Option<u32>,
+    /// Logging.
+    #[command(flatten)]
+    pub log: LogArgs,
+}
+
+/// Options of `fleet`.
+#[derive(Args, Clone, Debug)]
+pub struct FleetArgs {
+    /// Which robots: `[[robot]]` tables with `name`, `bind` and options of `serve`, `[defaults]`
+    #[arg(value_name = "FILE.toml")]
+    pub file: PathBuf,
+    /// Look whether the file can be started, and start nothing
+    #[arg(long)]
+    pub check: bool,
+    /// Logging.
+    #[command(flatten)]
+    pub log: LogArgs,
+}
+
+/// Options of `mcp`.
+#[derive(Args, Clone, Debug, Default)]
+pub struct McpArgs {
     /// Logging.
     #[command(flatten)]
     pub log: LogArgs,
@@ -182,10 +211,10 @@ pub struct SharedArgs {
     pub seed: Option<u64>,
     /// What scripts may reach beyond the robot; repeat it for more, the list replaces the default [default: net]
     ///
-    /// net: connections to and from anywhere. fs: every file that this user may read or write, nothing is held back.
+    /// net: connections to and from anywhere. net=played: to machines that a test plays, and no others. fs: every file that this user may read or write, nothing is held back.
     /// fs=DIR: the files beneath that folder only, no link leads out of it; relative paths count from it.
     /// process: programs of this user, which reach files and network themselves. env: environment variables.
-    #[arg(long, value_name = "fs|fs=DIR|process|env|net")]
+    #[arg(long, value_name = "fs|fs=DIR|process|env|net|net=played")]
     pub allow: Option<Vec<Permission>>,
     /// Folder for the log files that the vendor's controller writes [default: not written]
     #[arg(long, value_name = "PATH")]
@@ -232,6 +261,13 @@ pub struct ServeArgs {
     /// Where to write process id and ports as JSON once every port listens
     #[arg(long, value_name = "PATH")]
     pub ready_file: Option<PathBuf>,
+    /// Begin cycles this long after a multiple of the step on the machine's clock, µs, so that several controllers on one machine
+    /// do not all wake at once [default: when it starts]
+    #[arg(long, value_name = "US")]
+    pub cycle_phase_us: Option<u32>,
+    /// End in an orderly way when standard input is closed: for whoever starts the server and may vanish
+    #[arg(long)]
+    pub until_stdin_closes: bool,
     /// Start with the power off and the brakes engaged, as a real controller does
     #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "true|false")]
     pub powered_off: Option<bool>,
@@ -542,7 +578,11 @@ mod tests {
             ("eliteserver --rtsi-port on", ["--rtsi-port", "'on'", "off"]),
             (
                 "eliteserver run x --allow all",
-                ["--allow", "'all'", "fs, fs=DIR, process, env and net"],
+                [
+                    "--allow",
+                    "'all'",
+                    "fs, fs=DIR, process, env, net and net=played",
+                ],
             ),
             (
                 "eliteserver --home --tcp",

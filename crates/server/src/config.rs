@@ -7,8 +7,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
+use std::time::Duration;
 
-use elite_runtime::Preset;
+use elite_runtime::{Folders, Preset};
 use kinematics::{Calibration, CalibrationError};
 use thiserror::Error;
 
@@ -189,6 +190,8 @@ pub struct ServeConfig {
     pub trusted_hosts: Vec<String>,
     /// Where to write process id and ports.
     pub ready_file: Option<PathBuf>,
+    /// End when standard input is closed.
+    pub until_stdin_closes: bool,
     /// Start with the power off.
     pub powered_off: bool,
     /// Start with remote control off.
@@ -211,7 +214,20 @@ pub struct RunConfig {
 impl ServeConfig {
     /// From what was typed and, if named there, the configuration file.
     pub fn load(args: ServeArgs) -> Result<Self, ConfigError> {
-        let mut args = with_file(args)?;
+        Self::of(with_file(args, None)?)
+    }
+
+    /// From the text of a configuration file; `path` is what errors call it.
+    ///
+    /// # Errors
+    /// [`ConfigError`]
+    pub fn of_text(path: &Path, text: &str) -> Result<Self, ConfigError> {
+        let mut args = ServeArgs::default();
+        fill(&mut args, path, text)?;
+        Self::of(args)
+    }
+
+    fn of(mut args: ServeArgs) -> Result<Self, ConfigError> {
         let log = LogConfig::taken(&mut args.shared);
         let fixed =
             |setting: Option<PortSetting>, number| setting.unwrap_or(PortSetting::Number(number));
@@ -225,12 +241,15 @@ impl ServeConfig {
             foxglove: args.foxglove_port.unwrap_or(PortSetting::Off),
         };
         each_on_its_own(&ports)?;
+        let recordings = RecordTarget::NewFileIn("recordings".into());
         Ok(Self {
-            robot: robot(
-                args.shared,
-                ClockChoice::Realtime,
-                RecordTarget::NewFileIn("recordings".into()),
-            )?,
+            robot: RobotConfig {
+                phase: args
+                    .cycle_phase_us
+                    .map(|us| Duration::from_micros(us.into())),
+                ..robot(args.shared, ClockChoice::Realtime, recordings, None)?
+            },
+            until_stdin_closes: args.until_stdin_closes,
             log,
             bind: args.bind.unwrap_or(IpAddr::V4(Ipv4Addr::LOCALHOST)),
             ports,
@@ -246,33 +265,46 @@ impl RunConfig {
     /// From what was typed and, if named there, the configuration file. Keys of `serve` may stand in the file: one file
     /// can serve both; `run` opens no port and ignores them.
     pub fn load(args: RunArgs) -> Result<Self, ConfigError> {
-        let mut shared = with_file(ServeArgs {
+        Self::load_within(args, None)
+    }
+
+    /// The same; every file that is named must be beneath these folders, links followed.
+    ///
+    /// # Errors
+    /// [`ConfigError`]
+    pub fn load_within(args: RunArgs, within: Option<&Folders>) -> Result<Self, ConfigError> {
+        let args_of_serve = ServeArgs {
             shared: args.shared,
             ..ServeArgs::default()
-        })?
-        .shared;
+        };
+        let mut shared = with_file(args_of_serve, within)?.shared;
         Ok(Self {
             log: LogConfig::taken(&mut shared),
-            robot: robot(shared, ClockChoice::Virtual, RecordTarget::Off)?,
+            robot: robot(shared, ClockChoice::Virtual, RecordTarget::Off, within)?,
             file: args.file,
             presets: args.set,
         })
     }
 }
 
-/// The robot that tests run on, from their `test.toml` if there is one. Relative paths in it count from its folder.
+/// The robot that tests run on, from their `test.toml` if there is one. Relative paths in it count from its folder; with
+/// `within` every file must be beneath those folders.
 ///
 /// # Errors
 /// [`ConfigError`]
-pub fn robot_for_tests(file: Option<&Path>, seed: Option<u64>) -> Result<RobotConfig, ConfigError> {
-    let mut shared = with_file(ServeArgs {
+pub fn robot_for_tests(
+    file: Option<&Path>,
+    seed: Option<u64>,
+    within: Option<&Folders>,
+) -> Result<RobotConfig, ConfigError> {
+    let only_the_file = ServeArgs {
         shared: SharedArgs {
             config: file.map(Path::to_owned),
             ..SharedArgs::default()
         },
         ..ServeArgs::default()
-    })?
-    .shared;
+    };
+    let mut shared = with_file(only_the_file, within)?.shared;
     let folder = file.and_then(Path::parent).unwrap_or(Path::new(""));
     let paths = [
         &mut shared.cell,
@@ -286,16 +318,28 @@ pub fn robot_for_tests(file: Option<&Path>, seed: Option<u64>) -> Result<RobotCo
         *path = folder.join(&*path);
     }
     shared.seed = seed.or(shared.seed);
-    robot(shared, ClockChoice::Virtual, RecordTarget::Off)
+    robot(shared, ClockChoice::Virtual, RecordTarget::Off, within)
 }
 
 fn robot(
     args: SharedArgs,
     clock: ClockChoice,
     record: RecordTarget,
+    within: Option<&Folders>,
 ) -> Result<RobotConfig, ConfigError> {
-    let calibration = args.calibration.as_deref();
-    let calibration = calibration.map(Calibration::load).transpose()?;
+    let calibration = args.calibration.as_deref().map(|path| {
+        let Some(folders) = within else {
+            return Calibration::load(path);
+        };
+        let text = folders
+            .read_text(path)
+            .map_err(|source| CalibrationError::Unreadable {
+                path: path.to_owned(),
+                source,
+            })?;
+        Calibration::from_text(&text, path)
+    });
+    let calibration = calibration.transpose()?;
     let model = match (&calibration, args.model) {
         (Some(calibration), asked) => model_of(calibration, asked.as_ref())?,
         (None, asked) => asked.unwrap_or(ModelChoice::BuiltIn("cs66")),
@@ -318,6 +362,8 @@ fn robot(
         allow: args
             .allow
             .map_or(BTreeSet::from([Permission::Net]), BTreeSet::from_iter),
+        within: within.cloned(),
+        phase: None,
     })
 }
 
@@ -359,12 +405,13 @@ pub(crate) fn each_on_its_own(ports: &PortSettings) -> Result<(), ConfigError> {
 }
 
 /// Every key of the file: the long names of the options of `serve`, `config` apart.
-const KEYS: [&str; 30] = [
+const KEYS: [&str; 31] = [
     "allow",
     "bind",
     "calibration",
     "cell",
     "clock",
+    "cycle-phase-us",
     "dashboard-port",
     "foxglove-port",
     "home",
@@ -393,11 +440,15 @@ const KEYS: [&str; 30] = [
 ];
 
 /// Fills what was not typed from the configuration file, if one is named.
-fn with_file(mut args: ServeArgs) -> Result<ServeArgs, ConfigError> {
+fn with_file(mut args: ServeArgs, within: Option<&Folders>) -> Result<ServeArgs, ConfigError> {
     let Some(path) = args.shared.config.take() else {
         return Ok(args);
     };
-    let text = match std::fs::read_to_string(&path) {
+    let read = match within {
+        Some(folders) => folders.read_text(&path),
+        None => std::fs::read_to_string(&path),
+    };
+    let text = match read {
         Ok(text) => text,
         Err(source) => return Err(ConfigError::Unreadable { path, source }),
     };
@@ -435,6 +486,10 @@ fn fill(args: &mut ServeArgs, path: &Path, text: &str) -> Result<(), ConfigError
             "calibration" => entry.one(&mut shared.calibration),
             "cell" => entry.one(&mut shared.cell),
             "clock" => entry.one(&mut shared.clock),
+            "cycle-phase-us" => entry.named(
+                &mut args.cycle_phase_us,
+                "allowed are whole microseconds from 0",
+            ),
             "dashboard-port" => entry.one(&mut args.dashboard_port),
             "foxglove-port" => entry.one(&mut args.foxglove_port),
             "home" => entry.one(&mut shared.home),

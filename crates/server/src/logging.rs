@@ -21,7 +21,7 @@ use queue::{Events, LogQueue, harmless};
 static STDERR: OnceLock<LogQueue> = OnceLock::new();
 
 /// What is shown when RUST_LOG is not set.
-const DEFAULT_FILTER: &str = "info,foxglove=warn";
+const DEFAULT_FILTER: &str = "info,foxglove=warn,rmcp=warn";
 
 /// Why there is no log. Each is one sentence.
 #[derive(Debug, Error)]

@@ -116,6 +116,14 @@ fn execute(command: Command) -> Result<u8, String> {
             plain(&args.log)?;
             commands::lsp::lsp(&args)
         }
+        Command::Mcp(args) => {
+            plain(&args.log)?;
+            commands::mcp::mcp(&args)
+        }
+        Command::Fleet(args) => {
+            plain(&args.log)?;
+            commands::fleet::fleet(&args).map_err(|error| error.to_string())
+        }
         Command::Doctor(args) => {
             let config = ServeConfig::load(args.serve).map_err(|e| e.to_string())?;
             language::choose(config.log.language);

@@ -1,7 +1,8 @@
-//! The language server: bytes on its stream, and texts that are edited at random.
+//! The language server: bytes on its stream, and texts that are edited at random. The lines of the server for assistants.
 
 use editor::lsp::{Options, Session, serve};
 use serde_json::{Value, json};
+use server::commands::mcp::lines::{Said, read};
 
 use super::{Target, as_they_are};
 use crate::material::Material;
@@ -44,7 +45,57 @@ pub(super) const TARGETS: &[Target] = &[
         words: &[],
         bytes_max: 400,
     },
+    Target {
+        name: "mcp",
+        about: "a line of the server for assistants: JSON, JSON-RPC, methods",
+        judge: assistant_line,
+        shown: as_they_are,
+        seeds: || {
+            let arguments =
+                json!({ "program": "movej(q)\n", "time": 5.5, "home": [0, 1, 2, 3, 4, 5] });
+            let lines = [
+                json!({ "jsonrpc": "2.0", "id": 1, "method": "initialize", "params": {
+                    "protocolVersion": "2025-06-18", "capabilities": {}, "clientInfo": { "name": "a", "version": "1" },
+                } }),
+                json!({ "jsonrpc": "2.0", "id": "a", "method": "tools/call", "params": { "name": "run", "arguments": arguments } }),
+                json!({ "jsonrpc": "2.0", "method": "notifications/cancelled", "params": { "requestId": 1 } }),
+                json!({ "jsonrpc": "2.0", "id": 3, "result": {} }),
+            ];
+            lines
+                .iter()
+                .map(|line| line.to_string().into_bytes())
+                .collect()
+        },
+        words: &[
+            b"\"jsonrpc\":\"2.0\"",
+            b"\"id\":",
+            b"\"method\":",
+            b"\"params\":",
+            b"\"_meta\":",
+            b"null",
+            b"1e999",
+            b"tools/list",
+            b"notifications/",
+            b"\xEF\xBB\xBF",
+        ],
+        bytes_max: 20_000,
+    },
 ];
+
+/// A line is a message, nothing, or answered with an error that a client can read.
+fn assistant_line(data: &[u8]) {
+    if let Said::Wrong(answer) = read(data) {
+        let answer = serde_json::to_value(&*answer).expect("an answer is JSON");
+        assert_eq!(answer["jsonrpc"], "2.0", "{answer}");
+        assert!(answer["error"]["code"].is_i64(), "{answer}");
+        assert!(
+            !answer["error"]["message"]
+                .as_str()
+                .unwrap_or_default()
+                .is_empty()
+        );
+    }
+}
 
 const URI: &str = "file:///fuzz.script";
 

@@ -6,7 +6,7 @@
 mod collect;
 pub mod completion;
 mod cursor;
-mod describe;
+pub mod describe;
 pub mod fixes;
 pub mod format;
 pub mod hover;

@@ -301,7 +301,7 @@ fn unused_imports(parts: &[Placed<'_>], found: &mut Findings) {
     for placed in parts {
         for top in &placed.part.names {
             let at = *index.entry(&top.name).or_insert_with(|| {
-                merged.push((&top.name, false, None));
+                merged.push((&*top.name, false, None));
                 merged.len() - 1
             });
             let (_, is_global, binding) = &mut merged[at];

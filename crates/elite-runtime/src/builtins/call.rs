@@ -14,7 +14,7 @@ use motion_api::{CommandId, CommandKind, Origin, Outcome, PointList, Refusal, Ro
 
 use super::declare::{Body, Builtin, Parameter};
 use crate::message::{Message, SCRIPT_ALARM_CODE, Severity};
-use crate::task::{TaskContext, TaskEnd, Wait};
+use crate::task::{NetworkAccess, TaskContext, TaskEnd, Wait};
 
 /// Suspends the script thread that `native` belongs to until `future` has its result; other threads go on meanwhile.
 pub(super) fn wait_outside<T: 'static>(
@@ -183,11 +183,24 @@ impl<'a, 'n> Call<'a, 'n> {
 
     /// Refuses what needs the network when scripts may not use it.
     pub(crate) fn check_net(&mut self) -> Result<(), Raised> {
-        if self.context.permissions().network {
+        if self.context.permissions().network != NetworkAccess::Nothing {
             return Ok(());
         }
         let text = format!(
             "{}(): scripts may not use the network; start the server with --allow net",
+            self.builtin.name
+        );
+        Err(self.error(ExceptionKind::PermissionError, text))
+    }
+
+    /// Refuses a machine that nobody plays where scripts may use no other.
+    pub(crate) fn check_played(&mut self, host: &str, port: u16) -> Result<(), Raised> {
+        let may_meet_others = self.context.permissions().network == NetworkAccess::Everything;
+        if may_meet_others || self.context.is_played(host, port) {
+            return Ok(());
+        }
+        let text = format!(
+            "{}(): nobody plays {host}:{port}, and scripts may use no other machine (--allow net=played)",
             self.builtin.name
         );
         Err(self.error(ExceptionKind::PermissionError, text))

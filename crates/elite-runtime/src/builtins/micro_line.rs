@@ -15,7 +15,6 @@ use motion_api::{CommandKind, PointList};
 use super::call::Call;
 use super::declare::{Builtin, Category, Default, Kind, Parameter};
 use crate::micro_line::{MicroLine, MicroLineError, Space, Units};
-use crate::task_folder::TaskFolder;
 
 /// An arm this near to the first point, rad, stands at it.
 const AT_FIRST_POINT: f64 = 1e-6;
@@ -166,7 +165,7 @@ fn load_micro_line_file(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     } else {
         Units::Si
     };
-    let text = TaskFolder::new(call.context().task_folder()).points(&name);
+    let text = call.context().task_folder().points(&name);
     let text = text.map_err(|error| failed(call, &error))?;
     let line = MicroLine::parse(&text, space, units, interval)
         .map_err(|error| in_file(call, &name, &error))?;

@@ -238,7 +238,9 @@ fn get_steptime(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
 }
 
 fn get_task_path(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    Ok(Value::str(call.context().task_folder().to_string_lossy()))
+    Ok(Value::str(
+        call.context().task_folder().root().to_string_lossy(),
+    ))
 }
 
 fn controller_timestamp(call: &mut Call<'_, '_>) -> Result<Value, Raised> {

@@ -322,6 +322,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "{0}()：下标超出范围：必须为 0 到 {1}，给出的是 {2}",
     ),
     (
+        "{}(): nobody plays {}:{}, and scripts may use no other machine (--allow net=played)",
+        "{0}()：没有测试扮演 {1}:{2}，脚本不允许使用其他机器（--allow net=played）",
+    ),
+    (
         "{}(): scripts may not use the network; start the server with --allow net",
         "{0}()：脚本不允许使用网络；请以 --allow net 启动服务器",
     ),

@@ -1,4 +1,4 @@
-//! Files beneath some folders and nowhere else (`--allow fs=DIR`).
+//! Files beneath some folders and nowhere else: those of programs (`--allow fs=DIR`), and of whoever else is held to folders.
 //!
 //! The folders are opened once. Every path is resolved by the system itself, beneath one of them: `..`, symbolic links,
 //! `/proc` and folders that are moved meanwhile lead nowhere else, whoever else works there at the same time. What is
@@ -16,9 +16,23 @@ use nix::fcntl::{OFlag, OpenHow, ResolveFlag, openat2};
 use nix::sys::stat::Mode;
 use thiserror::Error;
 
-/// The folders that programs may use. Clones share them.
+/// The folders that somebody may use. Clones share them.
 #[derive(Clone, Debug)]
-pub struct Folders(Arc<[Folder]>);
+pub struct Folders {
+    all: Arc<[Folder]>,
+    /// Why there are no others, for people: ", which is what …".
+    because: &'static str,
+}
+
+/// Clones are the same folders; those that were opened apart are not.
+impl PartialEq for Folders {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.all, &other.all)
+    }
+}
+
+/// Why programs have no others.
+const ALLOWED_TO_PROGRAMS: &str = "which is what --allow fs= opens to programs";
 
 /// A folder that cannot be opened to programs.
 #[derive(Debug, Error)]
@@ -36,21 +50,22 @@ struct Folder {
     opened: OwnedFd,
 }
 
-/// Where something is, as long as this is held.
+/// Where something is, as long as this is held: a path that leads there whatever becomes of the names on the way.
 #[derive(Debug)]
-pub(super) struct Place {
+pub struct Place {
     path: PathBuf,
     _held: Option<OwnedFd>,
 }
 
 impl Place {
     /// A path that is used as it is.
-    pub fn free(path: PathBuf) -> Self {
+    pub const fn free(path: PathBuf) -> Self {
         Self { path, _held: None }
     }
 
+    /// The system's own link to what is open.
     fn held(opened: OwnedFd, name: &Path) -> Self {
-        // The system's own link to what is open; nothing between here and there can be exchanged.
+        // Nothing between here and there can be exchanged.
         let path = Path::new("/proc/self/fd").join(opened.as_raw_fd().to_string());
         Self {
             path: if name.as_os_str().is_empty() {
@@ -70,11 +85,22 @@ impl AsRef<Path> for Place {
 }
 
 impl Folders {
-    /// Opens folders, one at least.
+    /// Opens folders to programs, one at least.
     ///
     /// # Errors
     /// [`FolderAccessError`] when one is not there or is no folder.
     pub fn open(paths: &[PathBuf]) -> Result<Self, FolderAccessError> {
+        Self::open_because(paths, ALLOWED_TO_PROGRAMS)
+    }
+
+    /// Opens folders, one at least; `because` says why there are no others: "the folder it was started in".
+    ///
+    /// # Errors
+    /// [`FolderAccessError`] when one is not there or is no folder.
+    pub fn open_because(
+        paths: &[PathBuf],
+        because: &'static str,
+    ) -> Result<Self, FolderAccessError> {
         let open = |path: &PathBuf| -> io::Result<Folder> {
             let flags = OFlag::O_PATH | OFlag::O_DIRECTORY | OFlag::O_CLOEXEC;
             let opened = File::options()
@@ -93,12 +119,78 @@ impl Folders {
                 source,
             })
         });
-        Ok(Self(opened.collect::<Result<_, _>>()?))
+        Ok(Self {
+            all: opened.collect::<Result<_, _>>()?,
+            because,
+        })
+    }
+
+    /// What a path leads to, links followed; relative paths count from the current folder.
+    ///
+    /// # Errors
+    /// It is not there, or not beneath these folders.
+    pub fn find(&self, path: &Path) -> io::Result<Place> {
+        self.target(&std::path::absolute(path)?)
+    }
+
+    /// A text.
+    ///
+    /// # Errors
+    /// It is not there, not beneath these folders, no file, or no UTF-8.
+    pub fn read_text(&self, path: &Path) -> io::Result<String> {
+        let place = self.find(path)?;
+        match std::fs::metadata(&place)?.is_file() {
+            true => std::fs::read_to_string(&place),
+            false => Err(io::Error::new(
+                io::ErrorKind::Unsupported,
+                "it is no regular file",
+            )),
+        }
+    }
+
+    /// A regular file that can be written, emptied or made anew; its folders are made where they are not there.
+    ///
+    /// # Errors
+    /// It is not beneath these folders, is something else than a file, or the system does not let it be written.
+    pub fn make_file(&self, path: &Path) -> io::Result<Place> {
+        let path = std::path::absolute(path)?;
+        if let Some(folder) = path.parent() {
+            self.make_folder(folder)?;
+        }
+        // A pipe that nobody reads would have kept whoever opens it waiting.
+        let flags = OFlag::O_WRONLY | OFlag::O_CREAT | OFlag::O_NONBLOCK;
+        let file = self.open_file(&path, flags)?;
+        if !file.metadata()?.is_file() {
+            let text = "it is no regular file";
+            return Err(io::Error::new(io::ErrorKind::Unsupported, text));
+        }
+        file.set_len(0)?;
+        Ok(Place::held(file.into(), Path::new("")))
+    }
+
+    /// Makes a folder and those around it, as far as they are not there.
+    ///
+    /// # Errors
+    /// It is not beneath these folders, or the system does not let it be made.
+    pub fn make_folder(&self, path: &Path) -> io::Result<Place> {
+        let path = std::path::absolute(path)?;
+        match self.target(&path) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+            other => return other,
+        }
+        if let Some(around) = path.parent() {
+            self.make_folder(around)?;
+        }
+        match std::fs::create_dir(self.entry(&path)?) {
+            // Somebody else has just made it.
+            Err(error) if error.kind() != io::ErrorKind::AlreadyExists => Err(error),
+            _ => self.target(&path),
+        }
     }
 
     /// Where relative paths count from at first.
     pub(super) fn first(&self) -> PathBuf {
-        self.0
+        self.all
             .first()
             .map_or_else(|| PathBuf::from("/"), |folder| folder.real.clone())
     }
@@ -117,7 +209,7 @@ impl Folders {
             return Err(self.refusal(path));
         };
         if self
-            .0
+            .all
             .iter()
             .any(|folder| folder.given == path || folder.real == path)
         {
@@ -162,7 +254,7 @@ impl Folders {
     /// The folder that an absolute path lies in, and the way from there; the system looks after `..` and links in it.
     fn beneath(&self, path: &Path) -> Option<(&Folder, PathBuf)> {
         let way = |path: &Path| {
-            self.0.iter().find_map(|folder| {
+            self.all.iter().find_map(|folder| {
                 let rest = path.strip_prefix(&folder.given);
                 let rest = rest.or_else(|_| path.strip_prefix(&folder.real)).ok()?;
                 let here = rest.as_os_str().is_empty();
@@ -192,14 +284,15 @@ impl Folders {
 
     fn refusal(&self, path: &Path) -> io::Error {
         let folders: Vec<String> = self
-            .0
+            .all
             .iter()
             .map(|f| f.given.display().to_string())
             .collect();
         let text = format!(
-            "{} is not within {}, which is what --allow fs= opens to programs",
+            "{} is not within {}, {}",
             path.display(),
-            folders.join(" or ")
+            folders.join(" or "),
+            self.because
         );
         io::Error::new(io::ErrorKind::PermissionDenied, text)
     }

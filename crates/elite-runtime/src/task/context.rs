@@ -7,7 +7,7 @@ use std::cell::{Cell, RefCell, RefMut};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::os::unix::net::UnixStream;
-use std::path::Path;
+
 use std::rc::Rc;
 use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -30,6 +30,7 @@ use crate::interpreter::Interpreter;
 use crate::message::Observer;
 use crate::micro_line::MicroLines;
 use crate::panel::Panel;
+use crate::task_folder::TaskFolder;
 
 /// Most script threads of one task, the main thread not counted.
 pub(crate) const THREADS_MAX: usize = 64;
@@ -56,7 +57,7 @@ pub(crate) struct TaskContext {
     observer: Arc<dyn Observer>,
     fieldbus: Arc<Fieldbus>,
     permissions: Permissions,
-    task_folder: Arc<Path>,
+    task_folder: TaskFolder,
     outside: Outside,
     sockets: RefCell<BTreeMap<String, Rc<ScriptSocket>>>,
     micro_lines: RefCell<MicroLines>,
@@ -230,6 +231,12 @@ impl TaskContext {
         known
     }
 
+    /// Whether somebody in this process answers for a machine.
+    pub fn is_played(&self, host: &str, port: u16) -> bool {
+        let stand_ins = self.extras.stand_ins.as_ref();
+        stand_ins.is_some_and(|stand_ins| stand_ins.plays(host, port))
+    }
+
     /// Somebody out there is waited for from now on: where time-outs were simulated time, they are time of the machine.
     pub fn meets_the_world(&self) {
         if self.extras.stand_ins.is_some() && !self.met_the_world.replace(true) {
@@ -341,7 +348,7 @@ impl TaskContext {
     }
 
     /// Where tasks are kept.
-    pub fn task_folder(&self) -> &Path {
+    pub fn task_folder(&self) -> &TaskFolder {
         &self.task_folder
     }
 

@@ -26,7 +26,18 @@ pub struct Permissions {
     /// Environment variables.
     pub environment: bool,
     /// The network.
-    pub network: bool,
+    pub network: NetworkAccess,
+}
+
+/// Which machines programs may reach.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NetworkAccess {
+    /// None.
+    Nothing,
+    /// Those that somebody in this process stands in for; no other, in either direction.
+    Played,
+    /// All, and all may reach programs.
+    Everything,
 }
 
 /// Which files programs may reach.
@@ -47,7 +58,7 @@ impl Default for Permissions {
             files: FileAccess::Nothing,
             processes: false,
             environment: false,
-            network: true,
+            network: NetworkAccess::Everything,
         }
     }
 }
@@ -153,7 +164,7 @@ impl Host for TaskHost {
             Access::Files => !matches!(self.permissions.files, FileAccess::Nothing),
             Access::Processes => self.permissions.processes,
             Access::Environment => self.permissions.environment,
-            Access::Network => self.permissions.network,
+            Access::Network => self.permissions.network != NetworkAccess::Nothing,
         }
     }
 

@@ -33,13 +33,13 @@ mod turns;
 mod view;
 mod wait;
 
-pub use beneath::{FolderAccessError, Folders};
+pub use beneath::{FolderAccessError, Folders, Place};
 pub(crate) use braking::Braking;
 pub(crate) use context::{TaskContext, TaskRequest, ThreadLookup};
 pub(crate) use controls::{Controller, Controls, controls};
 pub use extras::{Extras, LineCountsOfTexts};
 pub use family::all_children_are_tasks;
-pub use host::{FileAccess, Permissions};
+pub use host::{FileAccess, NetworkAccess, Permissions};
 pub(crate) use report::message_of;
 pub(crate) use scheduler::{Ended, Source, Task};
 pub use scheduler::{ProgramText, TaskEnd, TaskSettings};

@@ -18,6 +18,7 @@ use tokio::sync::Notify;
 use tokio::task::AbortHandle;
 
 use super::context::TaskContext;
+use super::host::NetworkAccess;
 
 /// Most sockets a task may have open.
 const SOCKETS_MAX: usize = 32;
@@ -100,6 +101,17 @@ impl Sockets {
     /// A new socket.
     pub fn open(self: &Rc<Self>) -> io::Result<Rc<dyn HostSocket>> {
         Ok(self.enter(State::New(TcpSocket::new_v4()?))?)
+    }
+
+    /// Whether other machines may reach the program.
+    fn check_open_to_others(&self) -> io::Result<()> {
+        match self.context.permissions().network {
+            NetworkAccess::Everything => Ok(()),
+            NetworkAccess::Nothing | NetworkAccess::Played => Err(io::Error::new(
+                io::ErrorKind::PermissionDenied,
+                "no machine reaches this program: it may use those only that a test plays",
+            )),
+        }
     }
 
     fn enter(self: &Rc<Self>, state: State) -> io::Result<Rc<Socket>> {
@@ -300,6 +312,7 @@ impl HostSocket for Socket {
     }
 
     fn bind(&self, host: &str, port: u16) -> io::Result<()> {
+        self.sockets.check_open_to_others()?;
         match &*self.state.borrow() {
             State::New(socket) => {
                 socket.set_reuseaddr(true)?;
@@ -311,6 +324,7 @@ impl HostSocket for Socket {
     }
 
     fn listen(&self, backlog: u32) -> io::Result<()> {
+        self.sockets.check_open_to_others()?;
         let mut state = self.state.borrow_mut();
         match std::mem::replace(&mut *state, State::Closed) {
             State::New(socket) => {

@@ -6,7 +6,7 @@
 //! runtime. What passes time is in `time`, what is told to people in `report`.
 
 use std::collections::{BTreeMap, VecDeque};
-use std::path::Path;
+
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -37,6 +37,7 @@ use crate::panel::{Panel, Variables};
 use crate::preset::Preset;
 use crate::robot::Robot;
 use crate::supervisor::{TaskState, TaskStatus, is_secondary};
+use crate::task_folder::TaskFolder;
 
 /// Safepoints a script thread may pass before the next one has its turn: well under a millisecond of work.
 const FUEL_PER_SLICE: u32 = 20_000;
@@ -104,7 +105,7 @@ pub struct TaskSettings {
     /// What programs may reach beyond the robot.
     pub permissions: Permissions,
     /// Where tasks are kept.
-    pub task_folder: Arc<Path>,
+    pub task_folder: TaskFolder,
     /// Who hears of faults in tasks.
     pub faults: Faults,
     /// What only tests of programs ask for.

@@ -193,7 +193,7 @@ pub fn run_while(
         robot: Arc::new(robot),
         observer: listener.clone(),
         permissions: standing.permissions.clone(),
-        task_folder: std::path::Path::new("/tasks").into(),
+        task_folder: elite_runtime::task_folder::TaskFolder::new("/tasks"),
         seed: 0,
         fieldbus: Arc::default(),
         panel: Arc::new(Panel::new(Operator::Absent)),

@@ -1,12 +1,14 @@
 //! `eliteserver check`: parses and checks scripts without running them.
 
-use std::io::{Read, Write};
+use std::fs::File;
+use std::io::{self, Read, Write};
 use std::path::Path;
+use std::sync::Arc;
 
 use elite_lang::{Diagnostic, SourceFile};
 use elite_runtime::ProgramText;
 use elite_runtime::task_folder::is_xml;
-use serde_json::json;
+use serde_json::{Value as Json, json};
 
 use crate::cli::{CheckArgs, FindingFormat};
 use crate::commands::run::SCRIPT_BYTES_MAX;
@@ -16,19 +18,12 @@ use crate::ports::shown::{Escaped, Lines};
 
 /// Exit status: 0 clean, 1 findings (warnings count), 2 unreadable.
 pub fn check(args: &CheckArgs) -> u8 {
-    let of_programs = elite_runtime::builtins::known_names();
-    let of_tests = elite_runtime::builtins::known_names()
-        .with_object(script_test::OBJECT, script_test::function_names());
     let mut status = 0;
     for path in &args.files {
         match read_script(path) {
             Ok(ProgramText { name, text }) => {
                 let file = SourceFile::new(name, text);
-                let known = match script_test::is_test_file(path) {
-                    true => &of_tests,
-                    false => &of_programs,
-                };
-                let findings = elite_lang::check(file.clone(), known);
+                let findings = findings_of(&file, script_test::is_test_file(path));
                 for finding in &findings {
                     // Whoever reads may have seen enough; the status still tells.
                     let shown = render(finding, &file, args.format);
@@ -54,31 +49,46 @@ pub fn check(args: &CheckArgs) -> u8 {
     status
 }
 
+/// What is to be said about a program, or a test of programs.
+pub(crate) fn findings_of(file: &Arc<SourceFile>, is_test: bool) -> Vec<Diagnostic> {
+    let known = elite_runtime::builtins::known_names();
+    let known = match is_test {
+        true => known.with_object(script_test::OBJECT, script_test::function_names()),
+        false => known,
+    };
+    elite_lang::check(file.clone(), &known)
+}
+
+/// A finding with the source line and a caret, for people.
+pub(crate) fn picture(finding: &Diagnostic, file: &SourceFile) -> String {
+    let picture = elite_lang::render_human(finding, file, false);
+    let picture = picture.trim_end_matches('\n');
+    picture
+        .lines()
+        .map(|line| format!("{}\n", Lines(line)))
+        .collect()
+}
+
+/// A finding for machines.
+pub(crate) fn row(finding: &Diagnostic, file: &SourceFile) -> Json {
+    let fields = finding.fields(file);
+    json!({
+        "file": fields.file,
+        "line": fields.line,
+        "column": fields.column,
+        "end_line": fields.end_line,
+        "end_column": fields.end_column,
+        "code": fields.code,
+        "message": fields.message,
+        "help": fields.help,
+    })
+}
+
 fn render(finding: &Diagnostic, file: &SourceFile, format: FindingFormat) -> String {
     let finding = &*language::finding(finding);
     match format {
-        FindingFormat::Human => {
-            let picture = elite_lang::render_human(finding, file, false);
-            let picture = picture.trim_end_matches('\n');
-            picture
-                .lines()
-                .map(|line| format!("{}\n", Lines(line)))
-                .collect()
-        }
-        FindingFormat::Json => {
-            let fields = finding.fields(file);
-            let object = json!({
-                "file": fields.file,
-                "line": fields.line,
-                "column": fields.column,
-                "end_line": fields.end_line,
-                "end_column": fields.end_column,
-                "code": fields.code,
-                "message": fields.message,
-                "help": fields.help,
-            });
-            format!("{object}\n")
-        }
+        FindingFormat::Human => picture(finding, file),
+        FindingFormat::Json => format!("{}\n", row(finding, file)),
     }
 }
 
@@ -93,7 +103,20 @@ pub fn display_name(path: &Path) -> String {
 
 /// Reads a script, `-` from stdin; the error is a sentence. For the pendant's XML that is the program beside it.
 pub fn read_script(path: &Path) -> Result<ProgramText, String> {
-    let bytes = read_bytes(path)?;
+    program_of(path, &|path| -> io::Result<Box<dyn Read>> {
+        match path == Path::new("-") {
+            true => Ok(Box::new(io::stdin().lock())),
+            false => Ok(Box::new(File::open(path)?)),
+        }
+    })
+}
+
+/// The same of files that `open` opens.
+pub(crate) fn program_of<R: Read>(
+    path: &Path,
+    open: &dyn Fn(&Path) -> io::Result<R>,
+) -> Result<ProgramText, String> {
+    let bytes = read_bytes(path, open)?;
     if !is_xml(&bytes) {
         return text_of(path, bytes);
     }
@@ -106,12 +129,12 @@ pub fn read_script(path: &Path) -> Result<ProgramText, String> {
     let beside = Path::new(&beside);
     let name = display_name(beside);
     let is_a_task_in_xml = format!("{task} is a task of the pendant in XML, and {name}");
-    if !beside.exists() {
+    if open(beside).is_err_and(|error| error.kind() == io::ErrorKind::NotFound) {
         return Err(format!(
             "{is_a_task_in_xml}, the program that it sends, is not beside it"
         ));
     }
-    let bytes = read_bytes(beside)?;
+    let bytes = read_bytes(beside, open)?;
     match is_xml(&bytes) {
         true => Err(format!(
             "{is_a_task_in_xml}, the program that it sends, is XML too"
@@ -120,14 +143,13 @@ pub fn read_script(path: &Path) -> Result<ProgramText, String> {
     }
 }
 
-fn read_bytes(path: &Path) -> Result<Vec<u8>, String> {
+fn read_bytes<R: Read>(
+    path: &Path,
+    open: &dyn Fn(&Path) -> io::Result<R>,
+) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
     let limit = SCRIPT_BYTES_MAX as u64 + 1;
-    let read = if path == Path::new("-") {
-        std::io::stdin().lock().take(limit).read_to_end(&mut bytes)
-    } else {
-        std::fs::File::open(path).and_then(|file| file.take(limit).read_to_end(&mut bytes))
-    };
+    let read = open(path).and_then(|file| file.take(limit).read_to_end(&mut bytes));
     let name = display_name(path);
     read.map_err(|error| format!("cannot read the script {name}: {error}"))?;
     if bytes.len() > SCRIPT_BYTES_MAX {

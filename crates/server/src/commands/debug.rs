@@ -209,13 +209,7 @@ fn presets(line: &mut Vec<String>, set: Option<&Json>) -> Result<(), String> {
         None | Some(Json::Null) => {}
         Some(Json::Object(values)) => {
             for (name, value) in values {
-                let value = match value {
-                    Json::Bool(true) => "True".to_owned(),
-                    Json::Bool(false) => "False".to_owned(),
-                    Json::Null => "None".to_owned(),
-                    other => other.to_string(),
-                };
-                line.push(format!("--set={name}={value}"));
+                line.push(format!("--set={name}={}", literal(value)));
             }
         }
         Some(Json::Array(items)) => {
@@ -228,6 +222,26 @@ fn presets(line: &mut Vec<String>, set: Option<&Json>) -> Result<(), String> {
         }
     }
     Ok(())
+}
+
+/// A value as programs write it.
+pub(crate) fn literal(value: &Json) -> String {
+    match value {
+        Json::Bool(true) => "True".to_owned(),
+        Json::Bool(false) => "False".to_owned(),
+        Json::Null => "None".to_owned(),
+        Json::Array(items) => {
+            let items: Vec<String> = items.iter().map(literal).collect();
+            format!("[{}]", items.join(", "))
+        }
+        Json::Object(entries) => {
+            let entries = entries
+                .iter()
+                .map(|(key, value)| format!("{}: {}", Json::from(key.as_str()), literal(value)));
+            format!("{{{}}}", entries.collect::<Vec<_>>().join(", "))
+        }
+        other => other.to_string(),
+    }
 }
 
 fn plain(value: &Json) -> String {

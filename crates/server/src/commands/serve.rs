@@ -79,6 +79,9 @@ const LAST_WORDS: Duration = Duration::from_secs(1);
 /// What kept the server from starting.
 pub fn serve(config: &ServeConfig) -> Result<u8, ServeError> {
     let shutdown = Shutdown::start(0)?;
+    if config.until_stdin_closes {
+        end_with_stdin(&shutdown)?;
+    }
     if let Some(path) = &config.ready_file {
         ready_file::remove(path).map_err(|source| ServeError::stale(path, source))?;
     }
@@ -98,6 +101,18 @@ pub fn serve(config: &ServeConfig) -> Result<u8, ServeError> {
     // Nothing that is left on it is waited for.
     runtime.shutdown_background();
     status
+}
+
+/// Begins the end when whoever has started the server closes its standard input, or is gone.
+fn end_with_stdin(shutdown: &Shutdown) -> std::io::Result<()> {
+    let shutdown = shutdown.clone();
+    Faults::default().start(Kind::Service, "stdin", move || {
+        // An error is an end as well; what is written there means nothing.
+        let _ = std::io::copy(&mut std::io::stdin().lock(), &mut std::io::sink());
+        tracing::info!("standard input is closed: the end begins");
+        shutdown.begin(0);
+    })?;
+    Ok(())
 }
 
 /// How a life of the server ended.

@@ -1,16 +1,20 @@
 //! `eliteserver test`: which tests, with which settings, told how.
 
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::io::Write;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::thread;
 use std::time::Instant;
 
 use controller::RobotConfig;
+use controller::options::Permission;
+use elite_runtime::Folders;
 use script_test::report::{github, human, json, junit, lcov};
-use script_test::{Goldens, Options, Status, TestCase, TestResult, discover, run};
+use script_test::{Files, Goldens, Options, Status, TestCase, TestResult, discover, run};
 
 use crate::cli::{TestArgs, TestFormat};
 use crate::config::robot_for_tests;
@@ -60,6 +64,8 @@ fn try_test(args: &TestArgs) -> Result<bool, String> {
         },
         counts_lines: args.coverage.is_some(),
         record_failed: args.record_failed.clone(),
+        files: Files::default(),
+        stop: Arc::default(),
     };
     let width = cases.iter().map(|case| case.name.chars().count()).max();
     let (width, started) = (width.unwrap_or(0), Instant::now());
@@ -72,10 +78,7 @@ fn try_test(args: &TestArgs) -> Result<bool, String> {
         results.push(result);
     })
     .map_err(|error| format!("the tests cannot be run: {error}"))?;
-    results.sort_by(|a, b| {
-        let key = |r: &TestResult| (r.case.file.path.clone(), r.case.line);
-        key(a).cmp(&key(b))
-    });
+    results.sort_by(by_place);
     match args.format {
         TestFormat::Json => {}
         TestFormat::Human => say(&human::summary(&results, started.elapsed())),
@@ -95,8 +98,14 @@ fn try_test(args: &TestArgs) -> Result<bool, String> {
     Ok(results.iter().all(|result| result.status == Status::Passed))
 }
 
+/// In the order of paths and lines.
+pub(crate) fn by_place(a: &TestResult, b: &TestResult) -> Ordering {
+    let key = |result: &TestResult| (result.case.file.path.clone(), result.case.line);
+    key(a).cmp(&key(b))
+}
+
 /// Keeps the tests whose path and name hold the text; those that are called exactly so alone, if there are any.
-fn select(cases: &mut Vec<TestCase>, text: &str) {
+pub(crate) fn select(cases: &mut Vec<TestCase>, text: &str) {
     let is_exact = cases.iter().any(|case| case.name == text);
     cases.retain(|case| match is_exact {
         true => case.name == text,
@@ -105,23 +114,67 @@ fn select(cases: &mut Vec<TestCase>, text: &str) {
 }
 
 /// What the tests of each folder are run with.
-struct Settings(BTreeMap<PathBuf, RobotConfig>);
+pub(crate) struct Settings(BTreeMap<PathBuf, RobotConfig>);
 
 impl Settings {
     fn read(cases: &[TestCase], seed: Option<u64>) -> Result<Self, String> {
+        Self::read_within(cases, seed, None)
+    }
+
+    /// The same for tests that reach nothing but what is beneath a folder: `net` is what a test plays, `fs` that folder.
+    ///
+    /// # Errors
+    /// A sentence: settings that are wrong, or that grant more.
+    pub(crate) fn beneath(
+        cases: &[TestCase],
+        seed: Option<u64>,
+        folders: &Folders,
+        root: &Path,
+    ) -> Result<Self, String> {
+        let mut all = Self::read_within(cases, seed, Some(folders))?;
+        for (folder, config) in &mut all.0 {
+            let granted = std::mem::take(&mut config.allow);
+            for permission in granted {
+                let reduced = match permission {
+                    Permission::Net | Permission::NetPlayed => Permission::NetPlayed,
+                    Permission::Fs => Permission::FsIn(root.to_owned()),
+                    Permission::FsIn(path) if path == root || path == Path::new(".") => {
+                        Permission::FsIn(root.to_owned())
+                    }
+                    Permission::FsIn(_) | Permission::Process | Permission::Env => {
+                        return Err(format!(
+                            "the settings of the tests in {} allow more than there is here: of files fs, \
+                             which is the folder that eliteserver mcp was started in, of machines those that a test plays",
+                            folder.display()
+                        ));
+                    }
+                };
+                config.allow.insert(reduced);
+            }
+            // Other parts of a recording would have names of their own.
+            (config.record_rotate, config.record_budget) = (None, None);
+        }
+        Ok(all)
+    }
+
+    fn read_within(
+        cases: &[TestCase],
+        seed: Option<u64>,
+        within: Option<&Folders>,
+    ) -> Result<Self, String> {
         let mut known = BTreeMap::new();
         for case in cases {
             let folder = folder_of(case);
             if let Entry::Vacant(place) = known.entry(folder) {
                 let file = settings_file(place.key(), &case.root);
-                let config = robot_for_tests(file.as_deref(), seed);
+                let config = robot_for_tests(file.as_deref(), seed, within);
                 place.insert(config.map_err(|error| error.to_string())?);
             }
         }
         Ok(Self(known))
     }
 
-    fn of(&self, case: &TestCase) -> Result<RobotConfig, String> {
+    pub(crate) fn of(&self, case: &TestCase) -> Result<RobotConfig, String> {
         let folder = folder_of(case);
         let config = self.0.get(&folder).cloned();
         config.ok_or_else(|| format!("{} has no settings", folder.display()))

@@ -95,6 +95,7 @@ fn every_key_is_read() {
         cell = "cell.toml"
         clock = "virtual"
         step_ms = 8
+        cycle-phase-us = 250
         plant = "ideal"
         task-dir = "/t"
         record = "out.mcap"
@@ -212,7 +213,7 @@ fn the_keys_are_the_options() {
     let mut options: Vec<_> = command
         .get_arguments()
         .filter_map(|a| a.get_long())
-        .filter(|name| !["config", "help", "version"].contains(name))
+        .filter(|name| !["config", "help", "until-stdin-closes", "version"].contains(name))
         .collect();
     options.sort_unstable();
     assert_eq!(options, KEYS);

@@ -70,6 +70,11 @@ impl<W: io::Write> Screen<W> {
             begun: Vec::new(),
         }
     }
+
+    /// What it was shown on. The beginning of a character whose rest did not come is not.
+    pub fn into_inner(self) -> W {
+        self.out
+    }
 }
 
 impl<W: io::Write> io::Write for Screen<W> {

@@ -154,6 +154,50 @@ fn answer_noting(
     Ok(status)
 }
 
+/// What can be asked of one recording and is answered in text.
+pub(crate) enum Question {
+    /// The whole in figures.
+    Summary,
+    /// The state at a time, s.
+    At(f64),
+    /// When a condition held.
+    Find(String),
+    /// The programs and their lines.
+    Script,
+}
+
+/// Answers a question about a recording.
+///
+/// # Errors
+/// [`ReplayError`], a sentence for people.
+pub(crate) fn answer_of(
+    recording: &Recording,
+    question: &Question,
+    out: &mut impl Write,
+) -> Result<(), ReplayError> {
+    match question {
+        Question::At(time) => state::print(recording, *time, out),
+        Question::Find(condition) => find::print(recording, condition, out),
+        Question::Script => script::print(recording, out),
+        Question::Summary => {
+            let limits = recording
+                .setup()
+                .and_then(|setup| model_of(setup).ok())
+                .map(|model| *model.limits());
+            let summary = Summary::of(recording, limits.as_ref())?;
+            Ok(summary::print(recording, &summary, out)?)
+        }
+    }
+}
+
+/// The recording as a picture, PNG.
+///
+/// # Errors
+/// [`PictureError`]
+pub(crate) fn picture(recording: &Recording) -> Result<Vec<u8>, PictureError> {
+    plot::png(recording)
+}
+
 fn answer_about(
     recording: &Recording,
     other: Option<&Recording>,
@@ -161,15 +205,15 @@ fn answer_about(
     out: &mut impl Write,
 ) -> Result<u8, ReplayError> {
     if let Some(time) = args.at {
-        state::print(recording, time, out)?;
+        answer_of(recording, &Question::At(time), out)?;
     } else if let Some(topic) = &args.csv {
         csv::print(recording, topic, out)?;
     } else if let Some(path) = &args.plot {
         plot::plot(recording, path)?;
     } else if let Some(condition) = &args.find {
-        find::print(recording, condition, out)?;
+        answer_of(recording, &Question::Find(condition.clone()), out)?;
     } else if args.script {
-        script::print(recording, out)?;
+        answer_of(recording, &Question::Script, out)?;
     } else if let Some(other) = other {
         let report = diff::compare(recording, other)?;
         writeln!(out, "{report}")?;
@@ -180,12 +224,7 @@ fn answer_about(
         let comparison = rerun::rerun(recording)?;
         return Ok(print_rerun(recording, &comparison, out)?);
     } else {
-        let limits = recording
-            .setup()
-            .and_then(|setup| model_of(setup).ok())
-            .map(|model| *model.limits());
-        let summary = Summary::of(recording, limits.as_ref())?;
-        summary::print(recording, &summary, out)?;
+        answer_of(recording, &Question::Summary, out)?;
     }
     Ok(0)
 }

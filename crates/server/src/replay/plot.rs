@@ -53,6 +53,14 @@ pub(super) fn plot(recording: &Recording, path: &Path) -> Result<(), PictureErro
     Ok(figure(recording)?.save(path)?)
 }
 
+/// The same in memory.
+///
+/// # Errors
+/// [`PictureError`].
+pub(super) fn png(recording: &Recording) -> Result<Vec<u8>, PictureError> {
+    Ok(figure(recording)?.to_png()?)
+}
+
 const JOINTS: &[&str] = &["J1", "J2", "J3", "J4", "J5", "J6"];
 const AXES: &[&str] = &["Fx", "Fy", "Fz"];
 

@@ -33,6 +33,7 @@ fn word(call: &mut Call<'_, '_>, index: usize) -> Result<u16, Raised> {
 fn device(call: &mut Call<'_, '_>, host: usize, port: usize) -> Result<DeviceAddress, Raised> {
     let (host, port) = (call.text(host)?, word(call, port)?);
     call.check_net()?;
+    call.check_played(&host, port)?;
     // Signals of a device that no test plays are updated on a thread of their own, by the time of the machine.
     call.context().has_stand_in(&host, port);
     Ok(DeviceAddress { host, port })

@@ -138,5 +138,7 @@ fn config_of(setup: &Setup, folder: &Path, record: &Path) -> Result<RobotConfig,
         home: setup.home,
         seed: setup.seed,
         allow: BTreeSet::from([Permission::Net]),
+        within: None,
+        phase: None,
     })
 }

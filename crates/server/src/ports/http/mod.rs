@@ -128,6 +128,11 @@ impl Pages {
         }
     }
 
+    /// Other pages than those of a controller.
+    pub(crate) const fn over(router: Router) -> Self {
+        Self { router, live: None }
+    }
+
     /// With the pendant page.
     pub fn with_page<C: Cockpit>(self, page: Arc<Page<C>>) -> Self {
         Self {

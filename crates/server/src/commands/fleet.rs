@@ -1,0 +1,178 @@
+//! `eliteserver fleet`: many controllers on one machine, a process each.
+//!
+//! Owns the beginning and the end of all, and the restart of one after the other. What a robot is started with is `file`'s business,
+//! its process `robot`'s, the page `page`'s.
+
+mod file;
+mod log;
+mod metrics;
+mod page;
+mod robot;
+
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+use supervision::{Faults, Kind};
+use thiserror::Error;
+use tokio::signal::unix::{SignalKind, signal};
+use tokio::sync::{mpsc, oneshot};
+use tokio::task::JoinSet;
+use tokio_util::sync::CancellationToken;
+
+use crate::cli::FleetArgs;
+use crate::logging;
+use crate::ports::callers::{Callers, machine_name};
+use crate::ports::http::{self, Pages};
+use crate::ports::listen::{BindError, PortMeter, bind, start_port};
+use crate::shutdown::Shutdown;
+
+use file::{Fleet, FleetFileError};
+use robot::{READY_WITHIN, Renew, Robot};
+
+/// All robots have so long to bring their arms to rest and to end.
+const ORDERLY: Duration = Duration::from_secs(15);
+
+/// Why a fleet is not started: a sentence.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum FleetError {
+    /// Its file.
+    #[error(transparent)]
+    File(#[from] FleetFileError),
+    /// The port of its page.
+    #[error(transparent)]
+    Bind(#[from] BindError),
+    /// Threads, signals, the program itself.
+    #[error("the operating system refused what a fleet needs: {0}")]
+    System(#[from] io::Error),
+}
+
+/// A robot and how it is told to start anew.
+struct Kept {
+    robot: Arc<Robot>,
+    orders: mpsc::Sender<Renew>,
+}
+
+/// Exit status 0 after a signal.
+///
+/// # Errors
+/// [`FleetError`]
+pub fn fleet(args: &FleetArgs) -> Result<u8, FleetError> {
+    let fleet = Fleet::load(&args.file)?;
+    if args.check {
+        let count = fleet.robots.len();
+        logging::say(&format!(
+            "{}: {count} robots can be started",
+            args.file.display()
+        ));
+        return Ok(0);
+    }
+    let program = std::env::current_exe()?;
+    let shutdown = Shutdown::start_within(0, ORDERLY)?;
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()?;
+    let done = runtime.block_on(run(fleet, &args.file, program, shutdown.token()));
+    runtime.shutdown_background();
+    done.map(|()| 0)
+}
+
+async fn run(
+    fleet: Fleet,
+    path: &Path,
+    program: PathBuf,
+    shutdown: &CancellationToken,
+) -> Result<(), FleetError> {
+    // A page that cannot be opened is told before anything moves.
+    let listener = bind("http-port", fleet.bind, fleet.http_port).await?;
+    let mut hangups = signal(SignalKind::hangup())?;
+    let mut services = JoinSet::new();
+    let mut running = Vec::new();
+    let mut kept = Vec::new();
+    for plan in fleet.robots {
+        let robot = Arc::new(Robot::new(plan));
+        let (orders, inbox) = mpsc::channel(1);
+        let (in_task, program, token) = (robot.clone(), program.clone(), shutdown.clone());
+        running.push(Faults::default().spawn(Kind::Service, "robot", async move {
+            in_task.keep(&program, inbox, &token).await;
+        }));
+        kept.push(Kept { robot, orders });
+    }
+    let robots: page::Robots = Arc::new(kept.iter().map(|kept| kept.robot.clone()).collect());
+    if let Some(listener) = listener {
+        let address = listener.local_addr()?;
+        tracing::info!("{} robots, page on http://{address}/", kept.len());
+        let callers = Callers::of(fleet.bind, machine_name().as_deref(), &fleet.trusted_hosts);
+        let (meter, token) = (PortMeter::new("http"), shutdown.clone());
+        let one = meter.clone();
+        start_port(&mut services, listener, &meter, move |listener| {
+            let pages = Pages::over(page::router(robots.clone()));
+            http::serve(listener, pages, one.clone(), callers.clone(), token.clone())
+        })?;
+    }
+    loop {
+        tokio::select! {
+            () = shutdown.cancelled() => break,
+            Some(()) = hangups.recv() => {
+                tokio::select! {
+                    () = shutdown.cancelled() => break,
+                    () = renew_all(path, &kept) => {}
+                }
+            }
+        }
+    }
+    for robot in running {
+        // One whose task has met a fault is gone with it.
+        let _ = robot.await;
+    }
+    while services.join_next().await.is_some() {}
+    tracing::info!("all robots have ended");
+    Ok(())
+}
+
+/// Reads the file again and starts one robot after the other anew; the next only when the one before is ready. Where the file is
+/// wrong, or one does not come up, the others stay as they are.
+async fn renew_all(path: &Path, kept: &[Kept]) {
+    let fleet = match Fleet::load(path) {
+        Ok(fleet) => fleet,
+        Err(error) => return tracing::error!("nothing is restarted: {error}"),
+    };
+    let names = |fleet: &[file::Plan]| {
+        fleet
+            .iter()
+            .map(|plan| plan.name.clone())
+            .collect::<Vec<_>>()
+    };
+    let running: Vec<file::Plan> = kept.iter().map(|kept| kept.robot.plan()).collect();
+    if names(&fleet.robots) != names(&running) {
+        return tracing::error!(
+            "nothing is restarted: {} has other robots now; end the fleet and start it again",
+            path.display()
+        );
+    }
+    for (kept, plan) in kept.iter().zip(fleet.robots) {
+        let name = plan.name.clone();
+        tracing::info!("robot {name} is restarted");
+        let (answer, answered) = oneshot::channel();
+        if kept.orders.send(Renew(plan, answer)).await.is_err() {
+            return;
+        }
+        let result = tokio::time::timeout(READY_WITHIN * 2, answered).await;
+        match result {
+            Ok(Ok(Ok(()))) => {}
+            Ok(Ok(Err(why))) => {
+                return tracing::error!(
+                    "robot {name} did not come up, the others are not restarted: {why}"
+                );
+            }
+            _ => {
+                return tracing::error!(
+                    "robot {name} did not come up, the others are not restarted"
+                );
+            }
+        }
+    }
+    tracing::info!("all robots are restarted");
+}

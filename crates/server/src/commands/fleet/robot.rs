@@ -1,0 +1,333 @@
+//! One robot of a fleet: a process that is started, watched, started again when it ends, and stopped in an orderly way.
+//!
+//! Owns the process, the pauses before it is started again, its log file and the bound of its memory. Its standard input is held
+//! open; when that closes, because it is to stop or because the fleet is gone however it went, it brings its arm to rest and ends.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::{ExitStatus, Stdio};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use serde_json::Value as Json;
+use supervision::{Faults, Kind};
+use tokio::process::{Child, ChildStdin, Command};
+use tokio::sync::{mpsc, oneshot};
+use tokio::time::{Instant, sleep, timeout};
+use tokio_util::sync::CancellationToken;
+
+use super::file::Plan;
+use super::log::copy_lines;
+
+/// How often it is looked whether a robot is ready, and what it holds.
+const LOOK_EVERY: Duration = Duration::from_millis(10);
+const MEASURE_EVERY: Duration = Duration::from_secs(1);
+/// A process has so long to be ready.
+pub(super) const READY_WITHIN: Duration = Duration::from_secs(30);
+/// A process that was told to end has so long; the arm comes to rest and the recording is closed in less.
+const END_WITHIN: Duration = Duration::from_secs(10);
+/// First and longest pause before it is started again.
+const FIRST_PAUSE: Duration = Duration::from_millis(500);
+const LONGEST_PAUSE: Duration = Duration::from_secs(30);
+/// One that was ready for so long was well: the next pause is the first again.
+const WELL_AFTER: Duration = Duration::from_secs(60);
+
+/// What a robot does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum State {
+    /// Its process runs and its ports do not listen yet.
+    Starting,
+    /// Its ports listen.
+    Ready,
+    /// It ended and is started again after a pause.
+    Waiting,
+    /// It was stopped.
+    Stopped,
+}
+
+impl State {
+    pub(super) const fn as_str(self) -> &'static str {
+        match self {
+            Self::Starting => "starting",
+            Self::Ready => "ready",
+            Self::Waiting => "waiting",
+            Self::Stopped => "stopped",
+        }
+    }
+}
+
+/// What is known of a robot.
+#[derive(Clone, Debug)]
+pub(super) struct Seen {
+    pub state: State,
+    pub pid: Option<u32>,
+    /// By service, from its ready file.
+    pub ports: BTreeMap<String, u16>,
+    /// How often it was started again without being asked.
+    pub restarts: u64,
+    /// Bytes it holds.
+    pub memory: u64,
+    /// How its last process ended.
+    pub last_end: Option<String>,
+}
+
+/// Start it anew with this plan; the answer comes when it is ready, or why it is not.
+pub(super) struct Renew(pub Plan, pub oneshot::Sender<Result<(), String>>);
+
+/// A robot.
+pub(super) struct Robot {
+    plan: Mutex<Plan>,
+    seen: Mutex<Seen>,
+}
+
+/// Why a process is over.
+enum Over {
+    /// By itself.
+    Ended(String),
+    /// It is to end for good.
+    Stopped,
+    /// It is to be started anew.
+    Renewed(Renew),
+}
+
+/// A process.
+struct Process {
+    child: Child,
+    /// Closed when it is to end.
+    input: Option<ChildStdin>,
+    ready_file: PathBuf,
+}
+
+impl Robot {
+    pub(super) fn new(plan: Plan) -> Self {
+        Self {
+            plan: Mutex::new(plan),
+            seen: Mutex::new(Seen {
+                state: State::Starting,
+                pid: None,
+                ports: BTreeMap::new(),
+                restarts: 0,
+                memory: 0,
+                last_end: None,
+            }),
+        }
+    }
+
+    pub(super) fn plan(&self) -> Plan {
+        lock(&self.plan).clone()
+    }
+
+    pub(super) fn seen(&self) -> Seen {
+        lock(&self.seen).clone()
+    }
+
+    fn see(&self, change: impl FnOnce(&mut Seen)) {
+        change(&mut lock(&self.seen));
+    }
+
+    /// Keeps it running until `shutdown`.
+    pub(super) async fn keep(
+        &self,
+        program: &Path,
+        mut orders: mpsc::Receiver<Renew>,
+        shutdown: &CancellationToken,
+    ) {
+        let name = self.plan().name;
+        let mut pause = FIRST_PAUSE;
+        let mut asked: Option<oneshot::Sender<Result<(), String>>> = None;
+        loop {
+            let begun = Instant::now();
+            let over = match start(program, &self.plan()) {
+                Ok(process) => self.watch(process, &mut orders, &mut asked, shutdown).await,
+                Err(error) => Over::Ended(format!("it cannot be started: {error}")),
+            };
+            let was_ready = self.seen().state == State::Ready;
+            self.see(|seen| {
+                (seen.pid, seen.memory) = (None, 0);
+                seen.ports.clear();
+            });
+            let why = match over {
+                Over::Stopped => break,
+                Over::Renewed(Renew(plan, answer)) => {
+                    *lock(&self.plan) = plan;
+                    (asked, pause) = (Some(answer), FIRST_PAUSE);
+                    self.see(|seen| seen.state = State::Starting);
+                    continue;
+                }
+                Over::Ended(why) => why,
+            };
+            if was_ready && begun.elapsed() >= WELL_AFTER {
+                pause = FIRST_PAUSE;
+            }
+            tracing::error!(
+                "robot {name}: {why}; it is started again in {} s",
+                pause.as_secs_f64()
+            );
+            if let Some(answer) = asked.take() {
+                // Whoever asked may have gone.
+                let _ = answer.send(Err(why.clone()));
+            }
+            self.see(|seen| {
+                seen.state = State::Waiting;
+                seen.restarts += 1;
+                seen.last_end = Some(why);
+            });
+            tokio::select! {
+                () = sleep(pause) => {}
+                () = shutdown.cancelled() => break,
+                Some(Renew(plan, answer)) = orders.recv() => {
+                    *lock(&self.plan) = plan;
+                    (asked, pause) = (Some(answer), FIRST_PAUSE);
+                    self.see(|seen| seen.state = State::Starting);
+                    continue;
+                }
+            }
+            pause = (pause * 2).min(LONGEST_PAUSE);
+            self.see(|seen| seen.state = State::Starting);
+        }
+        self.see(|seen| seen.state = State::Stopped);
+    }
+
+    /// Looks after a process until it is over.
+    async fn watch(
+        &self,
+        mut process: Process,
+        orders: &mut mpsc::Receiver<Renew>,
+        asked: &mut Option<oneshot::Sender<Result<(), String>>>,
+        shutdown: &CancellationToken,
+    ) -> Over {
+        let pid = process.child.id();
+        self.see(|seen| (seen.state, seen.pid) = (State::Starting, pid));
+        let begun = Instant::now();
+        let (memory_max, mut measured) = (self.plan().memory, Instant::now());
+        let mut is_ready = false;
+        loop {
+            let look = if is_ready { MEASURE_EVERY } else { LOOK_EVERY };
+            tokio::select! {
+                ended = process.child.wait() => return Over::Ended(told(ended)),
+                () = shutdown.cancelled() => {
+                    process.end().await;
+                    return Over::Stopped;
+                }
+                Some(renew) = orders.recv() => {
+                    process.end().await;
+                    return Over::Renewed(renew);
+                }
+                () = sleep(look) => {}
+            }
+            if !is_ready {
+                if let Some(ports) = ports_of(&process.ready_file, pid) {
+                    is_ready = true;
+                    self.see(|seen| (seen.state, seen.ports) = (State::Ready, ports));
+                    if let Some(answer) = asked.take() {
+                        let _ = answer.send(Ok(()));
+                    }
+                } else if begun.elapsed() >= READY_WITHIN {
+                    process.end().await;
+                    return Over::Ended(format!(
+                        "its ports did not listen within {} s",
+                        READY_WITHIN.as_secs()
+                    ));
+                }
+            }
+            if measured.elapsed() >= MEASURE_EVERY || self.seen().memory == 0 {
+                measured = Instant::now();
+                let held = pid.and_then(resident_bytes).unwrap_or(0);
+                self.see(|seen| seen.memory = held);
+                if let Some(most) = memory_max.filter(|most| held > *most) {
+                    process.end().await;
+                    return Over::Ended(format!(
+                        "it held {} MB, {} MB are allowed",
+                        held / 1_000_000,
+                        most / 1_000_000
+                    ));
+                }
+            }
+        }
+    }
+}
+
+impl Process {
+    /// Ends it in an orderly way, and by force when that takes too long.
+    async fn end(&mut self) {
+        drop(self.input.take());
+        if timeout(END_WITHIN, self.child.wait()).await.is_err() {
+            // One that has just ended is as good.
+            let _ = self.child.kill().await;
+        }
+    }
+}
+
+/// Starts a process in the robot's own folder.
+fn start(program: &Path, plan: &Plan) -> io::Result<Process> {
+    fs::create_dir_all(&plan.folder)?;
+    let config = plan.folder.join("robot.toml");
+    crate::ready_file::replace(&config, &plan.config)?;
+    let ready_file = plan.folder.join("ready.json");
+    crate::ready_file::remove(&ready_file)?;
+    let mut child = Command::new(program)
+        .arg("serve")
+        .arg("--config")
+        .arg(&config)
+        .arg("--ready-file")
+        .arg(&ready_file)
+        .arg("--until-stdin-closes")
+        .current_dir(&plan.folder)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        // Ctrl-C at the terminal is the fleet's to hear.
+        .process_group(0)
+        .kill_on_drop(true)
+        .spawn()?;
+    let input = child.stdin.take();
+    if let Some(said) = child.stderr.take() {
+        let copying = copy_lines(said, plan.folder.join("robot.log"));
+        Faults::default().spawn(Kind::Service, "robot-log", copying);
+    }
+    Ok(Process {
+        child,
+        input,
+        ready_file,
+    })
+}
+
+fn told(ended: io::Result<ExitStatus>) -> String {
+    match ended {
+        Ok(status) => format!("it ended ({status}); its log says why"),
+        Err(error) => format!("it cannot be waited for: {error}"),
+    }
+}
+
+/// The ports in a ready file, if this process wrote it.
+fn ports_of(file: &Path, pid: Option<u32>) -> Option<BTreeMap<String, u16>> {
+    let ready: Json = serde_json::from_slice(&fs::read(file).ok()?).ok()?;
+    if ready["pid"].as_u64() != pid.map(u64::from) {
+        return None;
+    }
+    let ports = ready["ports"]
+        .as_object()?
+        .iter()
+        .filter_map(|(name, port)| {
+            let port = u16::try_from(port.as_u64()?).ok()?;
+            Some((name.clone(), port))
+        });
+    Some(ports.collect())
+}
+
+/// What a process holds in memory.
+fn resident_bytes(pid: u32) -> Option<u64> {
+    let status = fs::read_to_string(format!("/proc/{pid}/status")).ok()?;
+    let line = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmRSS:"))?;
+    let kilobytes: u64 = line.trim().trim_end_matches("kB").trim().parse().ok()?;
+    Some(kilobytes * 1024)
+}
+
+/// Whole at every moment, so a poisoned lock is as good as any.
+fn lock<T>(value: &Mutex<T>) -> MutexGuard<'_, T> {
+    value.lock().unwrap_or_else(PoisonError::into_inner)
+}

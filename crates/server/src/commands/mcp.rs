@@ -1,0 +1,57 @@
+//! `eliteserver mcp`: the Model Context Protocol on standard input and output, for assistants that write robot programs.
+//!
+//! Owns what is wired together here: the folder, the lines, the tools, and the end. The protocol is the SDK's (`rmcp`). No tool
+//! reaches a robot or the network, and no file but those beneath the folder that the process was started in.
+
+mod builtins;
+pub mod lines;
+mod programs;
+mod recordings;
+mod server;
+mod suite;
+mod tools;
+mod workspace;
+
+use std::path::Path;
+use std::time::Duration;
+
+use rmcp::service::{QuitReason, ServerInitializeError, serve_server};
+
+use crate::cli::McpArgs;
+
+use lines::Lines;
+use server::Server;
+use workspace::Workspace;
+
+/// Calls that are given up when the client has gone have so long to notice.
+const LEAVING: Duration = Duration::from_secs(2);
+
+/// Exit status: 0 the client has left, 1 it left before it had said `initialize`.
+///
+/// # Errors
+/// The folder cannot be opened, the operating system gives no thread, or the client breaks the protocol.
+pub fn mcp(_: &McpArgs) -> Result<u8, String> {
+    let workspace = Workspace::open(Path::new(".")).map_err(|error| error.to_string())?;
+    let lines = Lines::of_standard_streams().map_err(|error| error.to_string())?;
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .map_err(|error| error.to_string())?;
+    let server = Server::new(workspace);
+    let stop_all = server.stop_all();
+    let ended = runtime.block_on(async {
+        let running = match serve_server(server, lines).await {
+            Ok(running) => running,
+            Err(ServerInitializeError::ConnectionClosed(_)) => return Ok(1),
+            Err(error) => return Err(error.to_string()),
+        };
+        match running.waiting().await {
+            Ok(QuitReason::JoinError(error)) | Err(error) => Err(error.to_string()),
+            Ok(_) => Ok(0),
+        }
+    });
+    stop_all.stop_and_wait(LEAVING);
+    // A thread that still reads from the client is not waited for.
+    runtime.shutdown_background();
+    ended
+}
