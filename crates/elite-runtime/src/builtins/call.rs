@@ -69,7 +69,7 @@ impl<'a, 'n> Call<'a, 'n> {
     }
 
     /// Runs a builtin whose answer comes from elsewhere: it is noted, or the recording gives it.
-    pub(super) fn from_outside(&mut self, run: Body) -> Result<Value, Raised> {
+    pub(super) fn ask_outside(&mut self, run: Body) -> Result<Value, Raised> {
         let (builtin, context) = (self.builtin, self.context);
         let arguments = self.native.args().to_vec();
         crate::external::from_outside(context, self.native, builtin.name, &arguments, |native| {

@@ -90,7 +90,7 @@ pub(crate) fn natives(context: &Rc<TaskContext>) -> Vec<NativeFunction> {
                             call.catch_up()?;
                         }
                         match asks_outside(builtin) {
-                            true => call.from_outside(run),
+                            true => call.ask_outside(run),
                             false => run(&mut call),
                         }
                     });
