@@ -4,9 +4,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use editor::analysis::reference::entry;
 use editor::analysis::words::Language;
-use elite_lang::SourceFile;
 use elite_lang::chinese::Table;
 
 /// Where sentences about texts of programs are declared.
@@ -240,37 +238,21 @@ fn tables_keep_what_varies_and_are_in_order() {
 fn every_function_is_described_in_chinese() {
     let is_chinese = |text: &str| text.chars().any(|c| ('\u{4e00}'..='\u{9fff}').contains(&c));
     for builtin in elite_runtime::builtins::all() {
-        let (chinese, english) = (
-            entry(builtin, Language::Chinese),
-            entry(builtin, Language::English),
-        );
-        assert!(is_chinese(chinese.summary), "{}", builtin.name);
-        for (own, known) in chinese.parameters.iter().zip(&english.parameters) {
-            let (own, known) = (own.meaning, known.meaning);
+        let (name, language) = (builtin.name, Language::Chinese);
+        assert!(is_chinese(language.summary(builtin)), "{name}");
+        for parameter in builtin.params {
+            let meaning = parameter.meaning;
             assert!(
-                known.is_empty() || is_chinese(own),
-                "{}: {known}",
-                builtin.name
+                meaning.is_empty() || is_chinese(language.phrase(meaning)),
+                "{name}: {meaning}"
             );
         }
         // Types alone are written alike.
-        let prose = english.returns.contains(|c: char| c == ' ') && english.returns.len() > 24;
+        let returns = builtin.returns;
+        let is_prose = returns.contains(' ') && returns.len() > 24;
         assert!(
-            !prose || is_chinese(chinese.returns),
-            "{}: {}",
-            builtin.name,
-            english.returns
+            !is_prose || is_chinese(language.phrase(returns)),
+            "{name}: {returns}"
         );
-        assert!(chinese.errors.iter().all(|error| is_chinese(error)));
-    }
-}
-
-#[test]
-fn examples_of_functions_have_no_findings() {
-    let known = elite_runtime::builtins::known_names();
-    for builtin in elite_runtime::builtins::all() {
-        let example = entry(builtin, Language::English).example;
-        let found = elite_lang::check(SourceFile::new("example", &*example), &known);
-        assert_eq!(found, [], "{example}");
     }
 }

@@ -402,27 +402,24 @@ impl Robot {
             self.dispatch(event, is_virtual);
         }
         // Under the lock, so that cycles are seen in order.
-        for left in (0..frames).rev() {
-            let Some(frame) = inbox.frames.next_frame() else {
-                break;
-            };
-            self.observer.cycle_ended(&frame);
+        inbox.frames.look(frames, |frame, left| {
+            self.observer.cycle_ended(frame);
             if left == 0 && !is_virtual {
-                self.tell(frame.state);
+                self.tell(&frame.state);
             }
-        }
+        });
         drop(inbox);
         self.progress.notify_one();
     }
 
     /// Programs may see this cycle from now on.
-    fn tell(&self, state: RobotState) {
+    fn tell(&self, state: &RobotState) {
         let cycle = state.cycle;
         {
             let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
             match told.as_mut() {
-                Some(told) => **told = state,
-                None => *told = Some(Box::new(state)),
+                Some(told) => **told = *state,
+                None => *told = Some(Box::new(*state)),
             }
         }
         self.told_cycle.store(cycle, Ordering::Release);

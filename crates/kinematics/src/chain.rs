@@ -35,9 +35,19 @@ impl Chain {
         transforms
     }
 
+    /// What is to be known of joint positions `q` for several questions about them.
+    pub fn posture(&self, q: &JointPositions) -> Posture {
+        Posture(self.joint_transforms(q))
+    }
+
     /// All joint frames and the flange at joint positions `q`.
     pub fn forward(&self, q: &JointPositions) -> Frames {
-        let mut base_from_joint = self.joint_transforms(q);
+        self.frames(&self.posture(q))
+    }
+
+    /// The same of a posture.
+    pub fn frames(&self, Posture(transforms): &Posture) -> Frames {
+        let mut base_from_joint = *transforms;
         for joint in 1..DOF {
             base_from_joint[joint] = base_from_joint[joint - 1] * base_from_joint[joint];
         }
@@ -57,6 +67,10 @@ impl Chain {
         pose * self.joint6_from_flange
     }
 }
+
+/// The joint frames at some joint positions, each in its parent's: what frames and dynamics are worked out from.
+#[derive(Clone, Copy, Debug)]
+pub struct Posture(pub(crate) [Pose; DOF]);
 
 /// Where the joint frames and the flange are at one set of joint positions.
 ///

@@ -4,7 +4,7 @@
 //! friction, no rotor inertia, no contact: an outside wrench w at the tool adds -Jᵀ w to the torques.
 //! Symbols as in Featherstone, *Rigid Body Dynamics Algorithms*, 2008, chapters 5 to 7.
 
-use crate::chain::Chain;
+use crate::chain::{Chain, Posture};
 use crate::joint::{DOF, JointAccelerations, JointPositions, JointSpeeds, JointTorques};
 use crate::matrix3::{product, times, transposed_times};
 use crate::payload::{Payload, RigidBody};
@@ -114,46 +114,77 @@ impl Dynamics {
         qd: &JointSpeeds,
         qdd: &JointAccelerations,
     ) -> JointTorques {
-        self.newton_euler(&self.chain.joint_transforms(q), qd, qdd)
+        self.inverse_dynamics_at(&self.chain.posture(q), qd, qdd)
     }
 
-    fn newton_euler(
+    /// [`Self::inverse_dynamics`] of a posture.
+    pub fn inverse_dynamics_at(
         &self,
-        transforms: &[Pose; DOF],
+        posture: &Posture,
         qd: &JointSpeeds,
         qdd: &JointAccelerations,
     ) -> JointTorques {
+        let [torques] = self.newton_euler(posture, qd, [qdd]);
+        torques
+    }
+
+    /// [`Self::inverse_dynamics`] and [`Self::bias_torques`] at once, which takes little longer than one of them.
+    pub fn inverse_dynamics_and_bias(
+        &self,
+        posture: &Posture,
+        qd: &JointSpeeds,
+        qdd: &JointAccelerations,
+    ) -> [JointTorques; 2] {
+        self.newton_euler(posture, qd, [qdd, &JointAccelerations::ZERO])
+    }
+
+    /// The torques for several accelerations at the same speeds.
+    fn newton_euler<const N: usize>(
+        &self,
+        Posture(transforms): &Posture,
+        qd: &JointSpeeds,
+        qdd: [&JointAccelerations; N],
+    ) -> [JointTorques; N] {
         let mut omega = Vector3::zeros();
-        let mut alpha = Vector3::zeros();
+        let mut alpha = [Vector3::zeros(); N];
         // Accelerating the base upwards is the same as gravity on every link.
-        let mut acceleration = -self.gravity;
-        let mut wrenches = [Spatial::ZERO; DOF];
+        let mut acceleration = [-self.gravity; N];
+        let mut wrenches = [[Spatial::ZERO; N]; DOF];
         for joint in 0..DOF {
             let parent_from_joint = &transforms[joint];
             let arm = &parent_from_joint.translation;
-            acceleration += alpha.cross(arm) + omega.cross(&omega.cross(arm));
-            acceleration = parent_from_joint.rotate_back(acceleration);
-            omega = parent_from_joint.rotate_back(omega);
-            alpha = parent_from_joint.rotate_back(alpha);
-            // The joint turns about z: omega × (z qd) has no z component.
-            alpha += Vector3::new(omega.y * qd[joint], -omega.x * qd[joint], qdd[joint]);
-            omega.z += qd[joint];
-
             let body = &self.bodies[joint];
-            let linear =
-                (acceleration + alpha.cross(&body.com) + omega.cross(&omega.cross(&body.com)))
-                    * body.mass;
-            let angular = times(&body.inertia, &alpha)
-                + omega.cross(&times(&body.inertia, &omega))
-                + body.com.cross(&linear);
-            wrenches[joint] = Spatial { linear, angular };
+            // What follows from the speeds alone.
+            let inwards = omega.cross(&omega.cross(arm));
+            omega = parent_from_joint.rotate_back(omega);
+            // The joint turns about z: omega × (z qd) has no z component.
+            let (turned_x, turned_y) = (omega.y * qd[joint], -omega.x * qd[joint]);
+            omega.z += qd[joint];
+            let inwards_of_body = omega.cross(&omega.cross(&body.com));
+            let gyroscopic = omega.cross(&times(&body.inertia, &omega));
+            for lane in 0..N {
+                let (alpha, acceleration) = (&mut alpha[lane], &mut acceleration[lane]);
+                *acceleration += alpha.cross(arm) + inwards;
+                *acceleration = parent_from_joint.rotate_back(*acceleration);
+                *alpha = parent_from_joint.rotate_back(*alpha);
+                *alpha += Vector3::new(turned_x, turned_y, qdd[lane][joint]);
+
+                let linear = (*acceleration + alpha.cross(&body.com) + inwards_of_body) * body.mass;
+                let angular = times(&body.inertia, alpha) + gyroscopic + body.com.cross(&linear);
+                wrenches[joint][lane] = Spatial { linear, angular };
+            }
         }
-        let mut torques = JointTorques::ZERO;
-        let mut carried = Spatial::ZERO;
+        let mut torques = [JointTorques::ZERO; N];
+        let mut carried = [Spatial::ZERO; N];
         for joint in (0..DOF).rev() {
-            carried = carried + wrenches[joint];
-            torques[joint] = carried.angular.z;
-            carried = carried.to_parent(&transforms[joint]);
+            for lane in 0..N {
+                let mut sum = carried[lane] + wrenches[joint][lane];
+                torques[lane][joint] = sum.angular.z;
+                if joint > 0 {
+                    sum = sum.to_parent(&transforms[joint]);
+                }
+                carried[lane] = sum;
+            }
         }
         torques
     }
@@ -170,21 +201,17 @@ impl Dynamics {
 
     /// The symmetric joint-space mass matrix M(q), kg m². Composite rigid bodies (Featherstone 6.2).
     pub fn mass_matrix(&self, q: &JointPositions) -> Matrix6<f64> {
-        self.composite_bodies(&self.chain.joint_transforms(q))
+        self.mass_matrix_at(&self.chain.posture(q))
     }
 
-    /// [`Self::mass_matrix`] and [`Self::bias_torques`] at once.
-    pub fn mass_and_bias(
-        &self,
-        q: &JointPositions,
-        qd: &JointSpeeds,
-    ) -> (Matrix6<f64>, JointTorques) {
-        let transforms = self.chain.joint_transforms(q);
-        let bias = self.newton_euler(&transforms, qd, &JointAccelerations::ZERO);
-        (self.composite_bodies(&transforms), bias)
+    /// [`Self::bias_torques`] of a posture.
+    pub fn bias_torques_at(&self, posture: &Posture, qd: &JointSpeeds) -> JointTorques {
+        let [bias] = self.newton_euler(posture, qd, [&JointAccelerations::ZERO]);
+        bias
     }
 
-    fn composite_bodies(&self, transforms: &[Pose; DOF]) -> Matrix6<f64> {
+    /// [`Self::mass_matrix`] of a posture.
+    pub fn mass_matrix_at(&self, Posture(transforms): &Posture) -> Matrix6<f64> {
         let mut matrix = Matrix6::zeros();
         // Everything from this joint outwards, held rigid.
         let mut composite = RigidBody::default();
@@ -200,7 +227,9 @@ impl Dynamics {
                 matrix[(inner, joint)] = wrench.angular.z;
                 matrix[(joint, inner)] = wrench.angular.z;
             }
-            composite = composite.expressed_in(&transforms[joint]);
+            if joint > 0 {
+                composite = composite.expressed_in(&transforms[joint]);
+            }
         }
         matrix
     }

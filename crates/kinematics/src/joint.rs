@@ -36,13 +36,14 @@ macro_rules! joint_quantity {
 
             /// True when no component is NaN or infinite.
             pub fn is_finite(&self) -> bool {
-                self.0.iter().all(|x| x.is_finite())
+                self.0.iter().fold(true, |all, x| all & x.is_finite())
             }
 
             /// The same numbers to the last bit, signs of zeros and NaN included: whatever follows from one follows from
             /// the other.
             pub fn has_bits_of(&self, other: &Self) -> bool {
-                self.0.iter().zip(&other.0).all(|(a, b)| a.to_bits() == b.to_bits())
+                let differing = |bits: u64, k: usize| bits | (self.0[k].to_bits() ^ other.0[k].to_bits());
+                (0..DOF).fold(0, differing) == 0
             }
 
             /// Applies `f` to every component.

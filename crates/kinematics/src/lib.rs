@@ -44,7 +44,7 @@ pub mod urdf;
 pub mod wrench;
 
 pub use calibration::{Calibration, CalibrationError};
-pub use chain::{Chain, Frames};
+pub use chain::{Chain, Frames, Posture};
 pub use collision::{Capsule, CollisionModel, LinkDistance};
 pub use dh::DhTable;
 pub use dynamics::{Dynamics, GRAVITY_UPRIGHT};

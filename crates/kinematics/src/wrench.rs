@@ -57,6 +57,13 @@ impl Wrench {
         }
     }
 
+    /// True when there is neither force nor moment.
+    pub fn is_zero(&self) -> bool {
+        self.to_array()
+            .iter()
+            .fold(true, |all, x| all & (*x == 0.0))
+    }
+
     /// `[Fx, Fy, Fz, Mx, My, Mz]`.
     pub fn to_array(self) -> [f64; 6] {
         let (f, m) = (self.force, self.moment);

@@ -6,6 +6,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use rtrb::chunks::ReadChunk;
 use rtrb::{Consumer, Producer, RingBuffer};
 use thiserror::Error;
 
@@ -351,9 +352,27 @@ impl FrameReader {
         self.ring.slots()
     }
 
-    /// The next cycle, if one waits.
-    pub fn next_frame(&mut self) -> Option<Frame> {
-        self.ring.pop().ok()
+    /// Shows the next `count` cycles, as far as they wait, in order, where they lie; and how many of them are still to come.
+    pub fn look(&mut self, count: usize, mut see: impl FnMut(&Frame, usize)) {
+        for left in (0..count).rev() {
+            let Ok(one) = self.ring.read_chunk(1) else {
+                return;
+            };
+            let seen = Seen(Some(one));
+            let frames = seen.0.iter().flat_map(|one| one.as_slices().0);
+            frames.for_each(|frame| see(frame, left));
+        }
+    }
+}
+
+/// A cycle that is gone from the ring afterwards, even if whoever sees it panics.
+struct Seen<'a>(Option<ReadChunk<'a, Frame>>);
+
+impl Drop for Seen<'_> {
+    fn drop(&mut self) {
+        if let Some(one) = self.0.take() {
+            one.commit_all();
+        }
     }
 }
 

@@ -17,14 +17,29 @@ pub(crate) struct SequenceLock<T> {
     value: PhantomData<fn() -> T>,
 }
 
-struct Storing<'a>(std::slice::Iter<'a, AtomicU64>);
+struct Storing<'a>(&'a [AtomicU64]);
 struct Loading<'a>(std::slice::Iter<'a, AtomicU64>);
 
 impl Sink for Storing<'_> {
+    #[inline]
     fn put(&mut self, word: u64) {
-        if let Some(cell) = self.0.next() {
+        if let Some((cell, rest)) = self.0.split_first() {
             cell.store(word, Ordering::Relaxed);
+            self.0 = rest;
         }
+    }
+
+    #[inline]
+    fn put_numbers(&mut self, numbers: &[f64]) {
+        let mut cells = self.0;
+        for number in numbers {
+            let Some((cell, rest)) = cells.split_first() else {
+                break;
+            };
+            cell.store(number.to_bits(), Ordering::Relaxed);
+            cells = rest;
+        }
+        self.0 = cells;
     }
 }
 
@@ -52,7 +67,7 @@ impl<T: Words> SequenceLock<T> {
         self.sequence
             .store(sequence.wrapping_add(1), Ordering::Relaxed);
         fence(Ordering::Release);
-        state.put(&mut Storing(self.words.iter()));
+        state.put(&mut Storing(&self.words));
         self.sequence
             .store(sequence.wrapping_add(2), Ordering::Release);
     }

@@ -8,6 +8,10 @@ use crate::{CommandId, IoConfig, MotionMode, RobotMode, SafetyMode};
 pub trait Sink {
     /// The next word.
     fn put(&mut self, word: u64);
+    /// The next words: the bits of these numbers.
+    fn put_numbers(&mut self, numbers: &[f64]) {
+        numbers.iter().for_each(|x| self.put(x.to_bits()));
+    }
 }
 
 /// Gives words one after the other.
@@ -24,6 +28,10 @@ pub trait Words: Sized {
     fn put(&self, sink: &mut impl Sink);
     /// Reads exactly `COUNT` words.
     fn take(source: &mut impl Source) -> Self;
+    /// Writes several, one after the other.
+    fn put_all(values: &[Self], sink: &mut impl Sink) {
+        values.iter().for_each(|x| x.put(sink));
+    }
 }
 
 impl Words for u64 {
@@ -41,6 +49,10 @@ impl Words for f64 {
     fn put(&self, sink: &mut impl Sink) {
         sink.put(self.to_bits());
     }
+    #[inline]
+    fn put_all(values: &[Self], sink: &mut impl Sink) {
+        sink.put_numbers(values);
+    }
     fn take(source: &mut impl Source) -> Self {
         f64::from_bits(source.take())
     }
@@ -49,7 +61,7 @@ impl Words for f64 {
 impl<T: Words + Copy + Default, const N: usize> Words for [T; N] {
     const COUNT: usize = N * T::COUNT;
     fn put(&self, sink: &mut impl Sink) {
-        self.iter().for_each(|x| x.put(sink));
+        T::put_all(self, sink);
     }
     fn take(source: &mut impl Source) -> Self {
         let mut out = [T::default(); N];

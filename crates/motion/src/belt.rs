@@ -163,6 +163,9 @@ impl Cycle {
     /// What was laid over the motion underneath must not ask more of the joints than they can do: a motion is planned where it
     /// begins, not where it is carried. It is stopped while the joints can still come to rest within their limits.
     pub(crate) fn check_laid_over(&mut self, wanted: &Setpoint) -> Result<(), StopReason> {
+        if self.tracking.is_none() && !self.path_offset.is_on() {
+            return Ok(());
+        }
         let (able, checked) = (self.limit_sets.able(), self.limit_sets.checked());
         let is_within = is_within_rates(wanted, &self.commanded, self.step, able);
         if self.tracking.is_some() {
@@ -171,10 +174,11 @@ impl Cycle {
             }
             return self.slow_for_points(wanted);
         }
-        if self.path_offset.is_on() && !(is_within && leaves_a_way_to_rest(wanted, checked)) {
-            return Err(StopReason::PathOffsetLost);
+        if is_within && leaves_a_way_to_rest(wanted, checked) {
+            Ok(())
+        } else {
+            Err(StopReason::PathOffsetLost)
         }
-        Ok(())
     }
 
     /// The setpoint of the belt within the speed limits of TCP and elbow, also while the joints come to rest; a motion on

@@ -6,7 +6,7 @@
 //! rule over a cycle, with the mean torque of the drives.
 
 use kinematics::bounds::within;
-use kinematics::{Dynamics, Frames, JointTorques, Pose};
+use kinematics::{Frames, JointTorques, Pose};
 use motion_api::StopReason;
 use nalgebra::{Matrix6, Vector6};
 
@@ -94,29 +94,29 @@ impl CollisionDetection {
         self.accepted = Vector6::zeros();
     }
 
-    /// The end of a cycle of `step` seconds; `at_tool` are the joint torques of what acts on the tool.
+    /// The end of a cycle of `step` seconds; `at_tool` are the joint torques of what acts on the tool. Mass matrix and bias torques
+    /// are those of the controller's model where the arm is.
     pub fn observe(
         &mut self,
         arm: &ArmState,
         at_tool: &JointTorques,
-        dynamics: &Dynamics,
+        (mass, bias): (Matrix6<f64>, JointTorques),
         step: f64,
     ) {
-        let (mass, bias) = dynamics.mass_and_bias(&arm.q, &arm.qd);
         let bias = bias.to_vector();
         let qd = arm.qd.to_vector();
         if let Some(before) = self.before {
-            let turned = (mass - before.mass) * (qd + before.qd) / (2.0 * step);
+            let turned = times(&(mass - before.mass), &(qd + before.qd)) / (2.0 * step);
             let own = arm.mean_torque.to_vector() + turned - (bias + before.bias) / 2.0;
             // r after the step appears on both sides: solved for it.
             let k = 1.0 / TIME_CONSTANT;
-            let left = mass * qd - self.integral - step * own;
+            let left = times(&mass, &qd) - self.integral - step * own;
             self.residual = left * k / (1.0 + k * step);
             self.integral += step * (own + self.residual);
             // It is late by the same time constant.
             self.explained = (self.explained + k * step * at_tool.to_vector()) / (1.0 + k * step);
         } else {
-            self.integral = mass * qd;
+            self.integral = times(&mass, &qd);
         }
         self.before = Some(Before { mass, bias, qd });
         if self.since_takeover < TAKEOVER {
@@ -178,6 +178,14 @@ impl CollisionDetection {
     }
 }
 
+/// `m * v`, column by column as nalgebra does, written out: its general product takes several times as long at this size.
+fn times(m: &Matrix6<f64>, v: &Vector6<f64>) -> Vector6<f64> {
+    let [a, b, c, d, e, f]: &[[f64; 6]; 6] = m.as_ref();
+    let [p, q, r, s, t, u] = (*v).into();
+    let row = |k: usize| a[k] * p + b[k] * q + c[k] * r + d[k] * s + e[k] * t + f[k] * u;
+    Vector6::new(row(0), row(1), row(2), row(3), row(4), row(5))
+}
+
 /// Size of the force at the TCP that explains the torques best: least squares of tau = J^T F.
 fn force_of(torques: &Vector6<f64>, frames: &Frames, base_from_tcp: &Pose) -> f64 {
     let jacobian = frames.jacobian(base_from_tcp.translation);
@@ -195,7 +203,7 @@ pub fn torques_of(
     frames: &Frames,
     base_from_tcp: &Pose,
 ) -> JointTorques {
-    if *wrench == kinematics::Wrench::default() {
+    if wrench.is_zero() {
         return JointTorques::ZERO;
     }
     let jacobian = frames.jacobian(base_from_tcp.translation);

@@ -170,9 +170,9 @@ pub const WINDOW_RANGE: (f64, f64) = (0.004, 0.5);
 
 /// Shares of the joints' limits that the bends of a path may take up, so that changes of speed have the rest.
 pub const BEND_SHARES: BendShares = BendShares {
-    acceleration: 0.95,
+    acceleration: 0.99,
     jerk: 0.45,
-    jerk_of_acceleration: 0.35,
+    jerk_of_acceleration: 0.3,
 };
 
 /// See [`BEND_SHARES`].

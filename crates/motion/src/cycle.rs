@@ -5,17 +5,15 @@
 
 use kinematics::chain::Frames;
 use kinematics::safety::SafetyBounds;
-use kinematics::{
-    Dynamics, JointPositions, JointTorques, Payload, Pose, RobotModel, RpyPose, Wrench,
-};
-use motion_api::{Command, CommandId, MotionEnd, Outcome, RobotMode, StopReason};
+use kinematics::{Dynamics, JointPositions, Payload, Pose, RobotModel, RpyPose, Wrench};
+use motion_api::{Command, CommandId, MotionEnd, RobotMode, StopReason};
 use nalgebra::Vector3;
 use rtrb::Consumer;
 
 use crate::brake::Brake;
 use crate::collision::CollisionDetection;
 use crate::config::{ConfigError, CycleConfig, MotionLimits};
-use crate::constants::{RESTING_SPEED, SHARE_ON_BELT, fault};
+use crate::constants::{SHARE_ON_BELT, fault};
 use crate::contact::Contacts;
 use crate::external::External;
 use crate::force_mode::ForceMode;
@@ -24,11 +22,11 @@ use crate::io::Io;
 use crate::limits_in_force::LimitSets;
 use crate::machine::Machine;
 use crate::micro_points::MicroPoints;
+use crate::modes::Online;
 use crate::modes::conveyor::Tracking;
 use crate::modes::encoder::Encoder;
 use crate::modes::lag::Lag;
 use crate::modes::path_offset::PathOffset;
-use crate::modes::{Online, stands};
 use crate::outbox::Outbox;
 use crate::path::Ground;
 use crate::plan::Cells;
@@ -39,10 +37,10 @@ use crate::safety_inputs::SafetyInputs;
 use crate::scalar::Drive;
 use crate::self_collision::LinkWatch;
 use crate::sensor::Sensor;
-use crate::setpoint::{LimitedSetpoint, Setpoint, limit};
+use crate::setpoint::{Expected, LimitedSetpoint, Placed, Setpoint, limit};
 use crate::thermal::Thermal;
 use crate::upcoming::Upcoming;
-use crate::waiting::{Waiting, WaitingFor};
+use crate::waiting::Waiting;
 
 /// What the caller measured about the cycles; zeros under the virtual clock.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -115,8 +113,9 @@ pub struct Cycle {
     pub(crate) plant: Plant,
     pub(crate) contacts: Contacts,
     pub(crate) actual: ArmState,
-    /// A setpoint, and the torques that it takes by the controller's model.
-    pub(crate) expected: (Setpoint, JointTorques),
+    /// What the latest setpoint takes.
+    pub(crate) expected: Expected,
+    pub(crate) placed: Placed,
     pub(crate) waypoint: Option<Waypoint>,
     /// Where the joints are at `actual`; changed with it by [`Cycle::arm_is`].
     pub(crate) actual_frames: Frames,
@@ -216,7 +215,12 @@ impl Cycle {
             contacts,
             actual,
             actual_frames,
-            expected: (Setpoint::standing(config.home), expected),
+            expected: Expected {
+                of: Setpoint::standing(config.home),
+                torques: expected,
+                bias: None,
+            },
+            placed: Placed::new(&model, &config.home),
             waypoint: None,
             model,
         };
@@ -324,7 +328,7 @@ impl Cycle {
             if matches!(self.generator, Generator::Brake(_)) {
                 let braking =
                     LimitedSetpoint::while_braking(wanted, &self.commanded, self.limit_sets.able());
-                self.target_frames = self.model.forward(&braking.get().q);
+                self.target_frames = self.placed.at(&self.model, &braking.get().q).frames;
                 return Ok(braking);
             }
             let nominal = wanted;
@@ -340,7 +344,7 @@ impl Cycle {
             let frames = if wanted.q.has_bits_of(&self.commanded.q) {
                 self.target_frames
             } else {
-                self.model.forward(&wanted.q)
+                self.placed.at(&self.model, &wanted.q).frames
             };
             let tcp = (frames.base_from_flange * self.flange_from_tcp).translation;
             let before = &self.commanded;
@@ -361,7 +365,7 @@ impl Cycle {
             let first = first.unwrap_or(Setpoint::standing(at));
             let braking =
                 LimitedSetpoint::while_braking(first, &self.commanded, self.limit_sets.able());
-            self.target_frames = self.model.forward(&braking.get().q);
+            self.target_frames = self.placed.at(&self.model, &braking.get().q).frames;
             braking
         })
     }
@@ -370,7 +374,7 @@ impl Cycle {
     fn move_arm(&mut self, limited: &LimitedSetpoint) {
         if self.is_under_servo() {
             self.expect(limited.get());
-            let believed = (&self.dynamics, &self.expected.1);
+            let believed = (&self.dynamics, &self.expected.torques);
             let actual = self
                 .plant
                 .follow(limited, believed, &mut self.contacts, self.step);
@@ -396,13 +400,25 @@ impl Cycle {
     /// Works out what a setpoint takes.
     fn expect(&mut self, setpoint: &Setpoint) {
         let Setpoint { q, qd, qdd } = setpoint;
-        self.expected = (*setpoint, self.dynamics.inverse_dynamics(q, qd, qdd));
+        let posture = &self.placed.at(&self.model, q).posture;
+        // The ideal arm will be just there, and the collision observer asks.
+        let (torques, bias) = if self.plant.is_ideal() {
+            let [torques, bias] = self.dynamics.inverse_dynamics_and_bias(posture, qd, qdd);
+            (torques, Some(bias))
+        } else {
+            (self.dynamics.inverse_dynamics_at(posture, qd, qdd), None)
+        };
+        self.expected = Expected {
+            of: *setpoint,
+            torques,
+            bias,
+        };
     }
 
     /// Takes over where the arm is.
     pub(crate) fn arm_is(&mut self, actual: ArmState) {
         if !actual.q.has_bits_of(&self.actual.q) {
-            self.actual_frames = self.model.forward(&actual.q);
+            self.actual_frames = self.placed.at(&self.model, &actual.q).frames;
         }
         self.actual = actual;
     }
@@ -419,79 +435,6 @@ impl Cycle {
     /// The speed fraction in effect: 0 while held.
     pub(crate) fn fraction(&self) -> f64 {
         self.permit().fraction()
-    }
-
-    /// Ends what has come to its end in this cycle.
-    fn settle(&mut self) {
-        self.settle_tracking();
-        match &self.generator {
-            Generator::Online(online) if online.is_over(&self.target) => {
-                if !online.has_ended() {
-                    self.out.ended(online.id, Outcome::Aborted);
-                }
-                self.generator = Generator::Hold;
-            }
-            // What the arm has to make good first belongs to the motion.
-            Generator::Path(motion)
-                if motion.is_stopping || self.holding.is_none() && !self.is_behind() =>
-            {
-                let motion = *motion;
-                self.settle_path(&motion);
-            }
-            Generator::Brake(brake)
-                if brake.has_settled(&self.queue, self.actual.qd.max_abs() < RESTING_SPEED) =>
-            {
-                // The arm may have been held up: from now on it is wanted where it stands, and the brakes hold it there.
-                self.generator = Generator::Hold;
-                self.stand_at_actual();
-            }
-            _ => {}
-        }
-        self.settle_force_mode();
-        self.settle_path_offset();
-        if !self.is_standing() {
-            return;
-        }
-        if self.waiting.includes(WaitingFor::PowerOff) || self.machine.is_emergency() {
-            self.machine.power_off();
-        }
-        while let Some(id) = self.waiting.take(|_| true) {
-            self.out.ended(id, Outcome::Done);
-        }
-    }
-
-    /// Ends the commands whose ends, or zones, the arm has reached on its path, and tells who may send the next one.
-    fn settle_path(&mut self, motion: &Motion) {
-        if motion.is_stopping && self.queue.is_standing(motion) {
-            self.end_legs(Outcome::Aborted);
-            self.generator = Generator::Hold;
-            return;
-        }
-        while let Some(leg) = self.queue.reached(motion) {
-            leg.has_ended = true;
-            let id = leg.id;
-            self.out.ended(id, Outcome::Done);
-        }
-        if self.queue.is_over(motion) {
-            self.generator = Generator::Hold;
-        } else if self.upcoming.is_none()
-            && let Some(leg) = self.queue.awaits_next(motion)
-        {
-            leg.is_told = true;
-            let id = leg.id;
-            self.out.queued(id);
-        }
-    }
-
-    /// Ends every command whose leg is under way or waits behind it.
-    pub(crate) fn end_legs(&mut self, outcome: Outcome) {
-        if !matches!(self.generator, Generator::Path(_)) {
-            return;
-        }
-        for leg in self.queue.open() {
-            leg.has_ended = true;
-            self.out.ended(leg.id, outcome);
-        }
     }
 
     /// The servos hold the arm, not the brakes: those do without power, and at the end of a protective stop.
@@ -512,42 +455,6 @@ impl Cycle {
         self.force.pressing = None;
         self.plant.retarget(&self.target.q);
         self.target_frames = self.actual_frames;
-    }
-
-    /// True when no setpoint moves: nothing to do, or held on the path.
-    pub fn is_standing(&self) -> bool {
-        if self.holding.is_some() {
-            return stands(&self.commanded) && self.nothing_moves_underneath();
-        }
-        if self.lag.is_some() {
-            return false;
-        }
-        if self.tracking.as_ref().is_some_and(Tracking::is_stopping) {
-            return false;
-        }
-        let offset = &self.path_offset;
-        if offset.is_coming_to_rest() || self.is_held() && !offset.is_standing() {
-            return false;
-        }
-        // While it is held force mode comes to rest as well; otherwise it moves the arm all the time.
-        if self.force.is_at_work() && self.is_held() && !stands(&self.commanded) {
-            return false;
-        }
-        self.nothing_moves_underneath()
-    }
-
-    /// The same, and nothing that is laid over motions moves the arm either.
-    pub(crate) fn is_at_rest(&self) -> bool {
-        self.is_standing() && stands(&self.commanded)
-    }
-
-    fn nothing_moves_underneath(&self) -> bool {
-        match &self.generator {
-            Generator::Hold => self.upcoming.is_none() && self.deferred.is_none(),
-            Generator::Path(motion) => self.queue.is_standing(motion),
-            Generator::Online(_) => self.is_held() && stands(&self.target),
-            Generator::Brake(_) => false,
-        }
     }
 
     /// The motion command under way, or the next one. One that ended by entering its blend zone is none, though the arm moves.

@@ -3,7 +3,7 @@
 //! Owns the rule when a command is taken: while there is room for all its consequences, and at most a fixed number in a
 //! cycle. The costly part of a plan is not done here but once a cycle in `plan_on`.
 
-use kinematics::{Payload, Pose, RpyPose};
+use kinematics::{JointPositions, Payload, Pose, RpyPose};
 pub(crate) use motion_api::form::bad_value;
 use motion_api::{
     Command, CommandId, CommandKind, DigitalBank, IoChange, MotionMode, Outcome, Refusal,
@@ -124,6 +124,13 @@ impl Cycle {
 
     /// Planned motions.
     fn begin_motion(&mut self, command: &Command) -> Answer {
+        let wish = |speed, acceleration, duration, radius| Wish {
+            speed,
+            acceleration,
+            duration,
+            radius,
+            is_process: matches!(command.kind, CommandKind::MoveP { .. }),
+        };
         match command.kind {
             CommandKind::MoveJ {
                 target,
@@ -131,24 +138,11 @@ impl Cycle {
                 speed,
                 duration,
                 radius,
-            } => {
-                let wish = Wish {
-                    speed,
-                    acceleration,
-                    duration,
-                    radius,
-                    is_process: false,
-                };
-                self.check_target(&target)?;
-                let start = self.next_start();
-                let mut cells = core::mem::take(&mut self.cells);
-                let planned = plan_movej(&start, &target, &wish, &self.arm(), &mut cells);
-                self.cells = cells;
-                let (leg, warnings) = planned?;
-                let who = (command.id, command.origin);
-                self.follow_with(who, MotionMode::MoveJ, Planned::Ready(leg, warnings));
-                Ok(Ending::Later)
-            }
+            } => self.movej(
+                command,
+                &target,
+                &wish(speed, acceleration, duration, radius),
+            ),
             CommandKind::MoveL {
                 target,
                 acceleration,
@@ -156,18 +150,17 @@ impl Cycle {
                 duration,
                 radius,
             } => {
-                let wish = Wish {
-                    speed,
-                    acceleration,
-                    duration,
-                    radius,
-                    is_process: false,
-                };
-                self.check_target_pose(&target)?;
-                let start = self.next_start();
-                let planner = CartesianPlanner::line(&start, &target, &wish, &self.arm())?;
-                self.begin_to_plan(command, MotionMode::MoveL, planner);
-                Ok(Ending::Later)
+                let wish = wish(speed, acceleration, duration, radius);
+                self.line(command, MotionMode::MoveL, &target, &wish)
+            }
+            CommandKind::MoveP {
+                target,
+                acceleration,
+                speed,
+                radius,
+            } => {
+                let wish = wish(speed, acceleration, 0.0, radius);
+                self.line(command, MotionMode::MoveP, &target, &wish)
             }
             CommandKind::MoveC {
                 via,
@@ -177,49 +170,58 @@ impl Cycle {
                 radius,
                 fixed,
             } => {
-                let wish = Wish {
-                    speed,
-                    acceleration,
-                    duration: 0.0,
-                    radius,
-                    is_process: false,
-                };
-                self.check_target_pose(&via)?;
-                self.check_target_pose(&target)?;
-                let start = self.next_start();
                 let orientation = if fixed {
                     ArcOrientation::WithTheArc
                 } else {
                     ArcOrientation::ToTheTarget
                 };
-                let poses = (&via, &target);
-                let planner =
-                    CartesianPlanner::arc(&start, poses, orientation, &wish, &self.arm())?;
-                self.begin_to_plan(command, MotionMode::MoveC, planner);
-                Ok(Ending::Later)
-            }
-            CommandKind::MoveP {
-                target,
-                acceleration,
-                speed,
-                radius,
-            } => {
-                let wish = Wish {
-                    speed,
-                    acceleration,
-                    duration: 0.0,
-                    radius,
-                    is_process: true,
-                };
-                self.check_target_pose(&target)?;
-                let start = self.next_start();
-                let planner = CartesianPlanner::line(&start, &target, &wish, &self.arm())?;
-                self.begin_to_plan(command, MotionMode::MoveP, planner);
-                Ok(Ending::Later)
+                let wish = wish(speed, acceleration, 0.0, radius);
+                self.arc(command, (&via, &target), orientation, &wish)
             }
             CommandKind::MoveMl { count, interval } => self.moveml(command, count, interval),
             _ => Err(Refusal::Planner { code: WRONG_FAMILY }),
         }
+    }
+
+    fn movej(&mut self, command: &Command, target: &JointPositions, wish: &Wish) -> Answer {
+        self.check_target(target)?;
+        let start = self.next_start();
+        let mut cells = core::mem::take(&mut self.cells);
+        let planned = plan_movej(&start, target, wish, &self.arm(), &mut cells);
+        self.cells = cells;
+        let (leg, warnings) = planned?;
+        let who = (command.id, command.origin);
+        self.follow_with(who, MotionMode::MoveJ, Planned::Ready(leg, warnings));
+        Ok(Ending::Later)
+    }
+
+    fn line(
+        &mut self,
+        command: &Command,
+        mode: MotionMode,
+        target: &RpyPose,
+        wish: &Wish,
+    ) -> Answer {
+        self.check_target_pose(target)?;
+        let start = self.next_start();
+        let planner = CartesianPlanner::line(&start, target, wish, &self.arm())?;
+        self.begin_to_plan(command, mode, planner);
+        Ok(Ending::Later)
+    }
+
+    fn arc(
+        &mut self,
+        command: &Command,
+        (via, target): (&RpyPose, &RpyPose),
+        orientation: ArcOrientation,
+        wish: &Wish,
+    ) -> Answer {
+        self.check_target_pose(via)?;
+        self.check_target_pose(target)?;
+        let start = self.next_start();
+        let planner = CartesianPlanner::arc(&start, (via, target), orientation, wish, &self.arm())?;
+        self.begin_to_plan(command, MotionMode::MoveC, planner);
+        Ok(Ending::Later)
     }
 
     /// Online modes, leading by hand, and coming to rest from them.

@@ -1,6 +1,6 @@
 //! The state that is published at the end of a cycle, computed from what the cycle holds.
 
-use kinematics::{JointPositions, RpyPose};
+use kinematics::{JointPositions, Pose, RpyPose};
 use motion_api::{MotionMode, OffsetAxes, RobotState, SafetyMode};
 
 use crate::cycle::{Cycle, Generator, Timing};
@@ -25,7 +25,7 @@ pub(crate) fn report(cycle: &mut Cycle, timing: Timing) -> RobotState {
         (tcp.to_rpy(), frames.twist(&actual.qd, tcp.translation))
     };
     let target_torque = match &cycle.expected {
-        (setpoint, torque) if setpoint.has_bits_of(target) => *torque,
+        expected if expected.of.has_bits_of(target) => expected.torques,
         _ => cycle
             .dynamics
             .inverse_dynamics(&target.q, &target.qd, &target.qdd),
@@ -81,15 +81,24 @@ pub(crate) fn report(cycle: &mut Cycle, timing: Timing) -> RobotState {
             .waypoint
             .map_or(target_tcp_pose, |waypoint| waypoint.pose),
         gravity: cycle.gravity.into(),
-        encoder_counts: cycle.encoders.map(|encoder| encoder.counts()),
-        encoder_ranges: cycle.encoders.map(|encoder| encoder.range().number()),
+        encoder_counts: core::array::from_fn(|k| cycle.encoders[k].counts()),
+        encoder_ranges: core::array::from_fn(|k| cycle.encoders[k].range().number()),
         collision_detection: cycle.collision.is_enabled,
         collision_sensitivity: u64::from(cycle.collision.sensitivity()),
         force_mode: cycle.force.is_on(),
         path_pose: path_rpy,
-        path_offsets: [OffsetAxes::Base, OffsetAxes::Tool, OffsetAxes::Motion]
-            .map(|axes| cycle.path_offset.in_force(axes, &path_pose.rotation)),
+        path_offsets: path_offsets(cycle, &path_pose),
     }
+}
+
+/// The offset of the path in base, TCP and motion axes.
+fn path_offsets(cycle: &Cycle, path_pose: &Pose) -> [[f64; 6]; 3] {
+    let offset = &cycle.path_offset;
+    if !offset.is_on() {
+        return [[0.0; 6]; 3];
+    }
+    [OffsetAxes::Base, OffsetAxes::Tool, OffsetAxes::Motion]
+        .map(|axes| offset.in_force(axes, &path_pose.rotation))
 }
 
 /// Where a motion leads.

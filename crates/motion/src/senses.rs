@@ -4,14 +4,16 @@
 //! Owns the order in which the sensors are read and what is too much; the sensors themselves are in `sensor`, `collision`,
 //! `modes::encoder` and `thermal`, and the stop that follows in `stopping`.
 
-use kinematics::Wrench;
+use kinematics::{JointTorques, Wrench};
 use motion_api::{RobotMode, StopReason};
+use nalgebra::Matrix6;
 
 use crate::collision::torques_of;
 use crate::constants::{TRACKING_LIMIT, fault};
 use crate::cycle::{Cycle, Generator};
 use crate::modes::Kind;
-use crate::plant::Push;
+use crate::plant::{ArmState, Push};
+use crate::setpoint::Expected;
 
 impl Cycle {
     /// Does the arm follow?
@@ -102,8 +104,9 @@ impl Cycle {
             let frames = &self.actual_frames;
             let tcp = frames.base_from_flange * self.flange_from_tcp;
             let at_tool = torques_of(&self.sensor.from_outside, frames, &tcp);
+            let model = self.mass_and_bias();
             self.collision
-                .observe(&self.actual, &at_tool, &self.dynamics, self.step);
+                .observe(&self.actual, &at_tool, model, self.step);
             if self.force.is_at_work() {
                 self.collision.press_on_purpose();
             }
@@ -115,10 +118,27 @@ impl Cycle {
         let torque = if self.is_under_servo() {
             self.actual.torque
         } else {
-            kinematics::JointTorques::ZERO
+            JointTorques::ZERO
         };
         let effort = &self.model.limits().effort;
         self.thermal.pass(&torque, effort, is_powered, self.step);
+    }
+
+    /// Mass matrix and bias torques where the arm is, by the controller's model.
+    fn mass_and_bias(&mut self) -> (Matrix6<f64>, JointTorques) {
+        let ArmState { q, qd, .. } = &self.actual;
+        let posture = &self.placed.at(&self.model, q).posture;
+        let mass = self.dynamics.mass_matrix_at(posture);
+        // An arm that is just where it should be has been looked at.
+        let bias = match &self.expected {
+            Expected {
+                of,
+                bias: Some(bias),
+                ..
+            } if of.q.has_bits_of(q) && of.qd.has_bits_of(qd) => *bias,
+            _ => self.dynamics.bias_torques_at(posture, qd),
+        };
+        (mass, bias)
     }
 
     /// What hand, loads and obstacles did to the tool: base axes, about the TCP.

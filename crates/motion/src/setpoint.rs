@@ -2,7 +2,9 @@
 
 use kinematics::bounds::within;
 use kinematics::chain::Frames;
-use kinematics::{JointAccelerations, JointPositions, JointSpeeds};
+use kinematics::{
+    JointAccelerations, JointPositions, JointSpeeds, JointTorques, Posture, RobotModel,
+};
 use motion_api::StopReason;
 use nalgebra::Vector3;
 
@@ -39,6 +41,47 @@ impl Setpoint {
 
     fn is_finite(&self) -> bool {
         self.q.is_finite() && self.qd.is_finite() && self.qdd.is_finite()
+    }
+}
+
+/// What a setpoint takes by the controller's model.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Expected {
+    /// The setpoint.
+    pub(crate) of: Setpoint,
+    /// The drives' torques, Nm.
+    pub(crate) torques: JointTorques,
+    /// Those of them that are there without accelerations, where they were worked out.
+    pub(crate) bias: Option<JointTorques>,
+}
+
+/// Where joint positions put the links, kept until others are asked for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Placed {
+    q: JointPositions,
+    pub(crate) posture: Posture,
+    pub(crate) frames: Frames,
+}
+
+impl Placed {
+    /// At `q`.
+    pub(crate) fn new(model: &RobotModel, q: &JointPositions) -> Self {
+        let posture = model.chain().posture(q);
+        Self {
+            q: *q,
+            posture,
+            frames: model.chain().frames(&posture),
+        }
+    }
+
+    /// The links at `q`.
+    pub(crate) fn at(&mut self, model: &RobotModel, q: &JointPositions) -> &Self {
+        if !self.q.has_bits_of(q) {
+            self.q = *q;
+            self.posture = model.chain().posture(q);
+            self.frames = model.chain().frames(&self.posture);
+        }
+        self
     }
 }
 

@@ -6,6 +6,7 @@ mod common;
 mod way;
 
 mod any_commands;
+mod asked_in_every_mode;
 mod asked_when;
 mod blend_edges;
 mod blend_smooth;

@@ -556,3 +556,39 @@ fn what_is_slid_off_to_the_side_is_free_and_may_come_back_from_there() {
     let f = force(&bench);
     assert!(f.y > 9.0 && f.z.abs() < 1e-9, "{f}");
 }
+
+#[test]
+fn among_two_hundred_obstacles_the_arm_feels_those_that_it_touches_to_the_bit() {
+    let run = |crowd: u16| {
+        let config = CycleConfig {
+            plant: PlantKind::Rigid,
+            ..rigid()
+        };
+        let mut obstacles = vec![plate(&config, 0.01, Some(2e4))];
+        let top = tcp_at_home(&config).xyz;
+        // Balls on a sphere around the arm, none within reach of the way; some of them stand right beside it.
+        obstacles.extend((0..crowd).map(|k| {
+            let turn = f64::from(k) * 2.4;
+            let away = if k % 10 == 0 { 0.25 } else { 1.6 };
+            let z = if k % 10 == 0 {
+                0.15
+            } else {
+                f64::from(k % 40) * 0.05
+            };
+            let (x, y) = (top[0] + away * turn.cos(), top[1] + away * turn.sin());
+            let pose = Pose::from_translation(x, y, top[2] + z);
+            obstacle(Shape::Sphere { radius: 0.02 }, pose, None)
+        }));
+        let mut config = among(config, obstacles);
+        config.limits.self_collision = Some(false);
+        let mut bench = Bench::new(config);
+        bench.do_it(CommandKind::SetCollisionDetection(false));
+        down(&mut bench, 0.0115, 0.05);
+        bench.run(300);
+        bench
+    };
+    let (alone, crowded) = (run(0), run(199));
+    assert!(alone.stops.is_empty(), "{:?}", alone.stops);
+    assert!(force(&alone).z > 10.0, "{}", force(&alone));
+    assert_eq!(alone.states, crowded.states);
+}

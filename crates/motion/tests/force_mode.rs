@@ -15,7 +15,8 @@ use crate::common;
 use common::force::*;
 use common::{Bench, ideal, movej, movel, unwatched};
 use kinematics::{JointPositions, JointSpeeds, Pose, RpyPose};
-use motion::{Cycle, SensorNoise};
+use motion::contact::{Obstacle, Shape, Solid};
+use motion::{Cycle, CycleConfig, PlantKind, SensorNoise};
 use motion_api::{
     CommandId, CommandKind, FreedriveFrame, MotionMode, Outcome, Refusal, RobotMode, SafetyMode,
 };
@@ -417,4 +418,46 @@ fn a_hand_of_any_strength_cannot_lead_the_arm_over_its_limits() {
 fn a_controller_may_change_threads() {
     const fn is_send<T: Send>() {}
     is_send::<Cycle>();
+}
+
+#[test]
+fn a_thin_soft_sheet_holds_the_tool_that_is_pressed_deep_into_it() {
+    // Past half of its thickness the far face is the nearer one: 5 N/mm and 40 N are 8 mm of 10.
+    for plant in [PlantKind::Rigid, PlantKind::Ideal] {
+        for name in ["cs63", "cs66", "cs620"] {
+            let mut config = CycleConfig {
+                plant,
+                ..rigid(name)
+            };
+            config.tcp = RpyPose::from_array([0.0, 0.0, 0.2, 0.0, 0.0, 0.0]);
+            let [x, y, z] = config.first_state().actual_tcp_pose.xyz;
+            let top = z - 0.004;
+            config.surroundings.obstacles.push(Obstacle {
+                name: "sheet".to_owned(),
+                solid: Solid {
+                    pose: Pose::from_translation(x, y, top - 0.005),
+                    shape: Shape::Box {
+                        half: [0.25, 0.25, 0.005],
+                    },
+                },
+                stiffness: Some(5000.0),
+                damping: 0.0,
+                friction: 0.0,
+            });
+            let mut bench = Bench::new(config);
+            bench.do_it(down(40.0, 0.02));
+            bench.run(1000);
+            let mut highest: f64 = 0.0;
+            let mut least = f64::INFINITY;
+            for _ in 0..250 {
+                let force = press(&mut bench);
+                (highest, least) = (highest.max(force), least.min(force));
+            }
+            let depth = top - bench.now().actual_tcp_pose.xyz[2];
+            let place = format!("{name} {plant:?}: {least} to {highest} N, {depth} m");
+            assert!(bench.stops.is_empty(), "{place} {:?}", bench.stops);
+            assert!(least > 39.0 && highest < 41.0, "{place}");
+            assert!((depth - 0.008).abs() < 0.0005, "{place}");
+        }
+    }
 }

@@ -91,7 +91,7 @@ pub fn findings(question: &Question) -> Value {
     let analysis = question.analysis();
     let language = question.language();
     let rows = analysis.findings().iter().map(|finding| {
-        let fields = finding.fields(&analysis.file);
+        let fields = language.finding(finding).fields(&analysis.file);
         let changes = fixes(&analysis, finding, language).into_iter();
         let changes = changes.map(|fix| {
             let edits = fix.edits.iter().map(|edit| {

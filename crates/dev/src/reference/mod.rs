@@ -19,7 +19,11 @@ pub use examples::{Example, Examples};
 const GROUPS: &[(Category, &str, &str)] = &[
     (Category::Interpreter, "Interpreter mode", "解释器模式"),
     (Category::Motion, "Motion", "运动"),
-    (Category::Math, "Mathematics, poses, kinematics", "数学、位姿与运动学"),
+    (
+        Category::Math,
+        "Mathematics, poses, kinematics",
+        "数学、位姿与运动学",
+    ),
     (Category::Force, "Force control", "力控"),
     (Category::Io, "Inputs and outputs", "输入输出"),
     (Category::Register, "Registers", "寄存器"),

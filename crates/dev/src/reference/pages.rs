@@ -115,7 +115,7 @@ fn function(out: &mut String, builtin: &Builtin, language: Language, examples: &
     let nothing = language.pick("nothing", "无");
     let given = match builtin.returns {
         "nothing" => nothing,
-        given => given,
+        given => language.phrase(given),
     };
     let colon = language.pick(": ", "：");
     let _ = write!(out, "\n- {returns}{colon}{given}\n");
@@ -169,7 +169,7 @@ fn row(out: &mut String, parameter: &Parameter, language: Language) {
         cell(&parameter.kind.type_name()),
         language.unit(parameter.unit),
         cell(&allowed(parameter.kind, language)),
-        cell(parameter.meaning)
+        cell(language.phrase(parameter.meaning))
     );
 }
 

@@ -91,8 +91,7 @@ impl<W: Write> Client<W> {
     fn expect(&mut self, shown: &Json, place: &str) {
         let is_event = shown.get("event").is_some();
         loop {
-            if is_event
-                && let Some(at) = self.waiting.iter().position(|event| holds(event, shown))
+            if is_event && let Some(at) = self.waiting.iter().position(|event| holds(event, shown))
             {
                 self.waiting.drain(..=at);
                 return;
@@ -119,9 +118,9 @@ impl<W: Write> Client<W> {
 /// Whether everything that is shown is there.
 fn holds(whole: &Json, shown: &Json) -> bool {
     match (whole, shown) {
-        (Json::Object(whole), Json::Object(shown)) => shown.iter().all(|(name, value)| {
-            whole.get(name).is_some_and(|found| holds(found, value))
-        }),
+        (Json::Object(whole), Json::Object(shown)) => shown
+            .iter()
+            .all(|(name, value)| whole.get(name).is_some_and(|found| holds(found, value))),
         (Json::Array(whole), Json::Array(shown)) => {
             whole.len() == shown.len() && whole.iter().zip(shown).all(|(a, b)| holds(a, b))
         }

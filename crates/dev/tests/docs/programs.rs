@@ -33,6 +33,7 @@ walks! {
     index: "docs/index.md",
     interpreter: "docs/protocol/interpreter.md",
     io: "docs/IO.md",
+    packages: "docs/packages.md",
     plc: "docs/plc.md",
     primary: "docs/protocol/primary.md",
     real_robot: "docs/real-robot.md",

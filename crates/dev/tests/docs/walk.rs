@@ -167,11 +167,10 @@ esac
         script.push_str("s=$?; printf '\\n@@%d@@\\n' $s; (exit $s)\n");
         let told = self.shell(&script, block);
         let mut parts = told.split("@@\n");
-        let mut lines_before = parts.next().unwrap_or("").to_owned();
+        parts.next();
         for (command, expected) in &commands {
             let part = parts.next().unwrap_or("");
             let (said, status) = part.rsplit_once("@@").unwrap_or((part, "?"));
-            lines_before.clear();
             let said: Vec<&str> = said.trim_matches('\n').lines().map(str::trim_end).collect();
             if expected.is_empty() {
                 assert_eq!(
@@ -226,9 +225,15 @@ esac
 
     /// Tests are run beside the programs of the examples.
     fn test(&self, block: &Block) {
-        let path = self.folder.path().join("examples/testing/test_block.script");
+        let path = self
+            .folder
+            .path()
+            .join("examples/testing/test_block.script");
         std::fs::write(&path, &block.text).unwrap();
-        let told = self.shell("eliteserver test examples/testing/test_block.script && echo @@ended@@", block);
+        let told = self.shell(
+            "eliteserver test examples/testing/test_block.script && echo @@ended@@",
+            block,
+        );
         assert!(told.contains("@@ended@@"), "{}: {told}", self.place(block));
     }
 

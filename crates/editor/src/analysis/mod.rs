@@ -15,7 +15,6 @@ mod joined;
 pub mod library;
 pub mod navigate;
 pub mod outline;
-pub mod reference;
 pub mod rename;
 pub mod scopes;
 pub mod semantic;

@@ -23,7 +23,7 @@ use super::probe::Probe;
 /// Most clients at once.
 const CLIENTS_MAX: usize = 8;
 /// A program that begins waits so long for its driver to say where it is to be held.
-const READY_WITHIN: Duration = Duration::from_millis(300);
+const READY_WITHIN: Duration = Duration::from_secs(1);
 /// Orders that may wait for the program.
 const ORDERS_MAX: usize = 256;
 

@@ -57,7 +57,7 @@ pub(crate) fn from_outside(
         let answered = repeat.answered(context.program(), number, function);
         return match answered {
             Answered::AsBefore => match key.and_then(|key| context.memo().0.get(&key).cloned()) {
-                Some(answer) => give(context, native, function, &answer),
+                Some(answer) => give(context, native, &answer),
                 None => never(context, native),
             },
             Answered::So(call) => {
@@ -68,7 +68,7 @@ pub(crate) fn from_outside(
                 if call.waits.is_empty() {
                     context.memo().note(key, &call.answer);
                 }
-                give(context, native, function, &call.answer)
+                give(context, native, &call.answer)
             }
         };
     }
@@ -128,7 +128,6 @@ fn never(context: &TaskContext, native: &mut NativeCall<'_>) -> Result<Value, Ra
 fn give(
     context: &TaskContext,
     native: &mut NativeCall<'_>,
-    function: &str,
     answer: &Answer,
 ) -> Result<Value, Raised> {
     match answer {
@@ -139,7 +138,6 @@ fn give(
             let known = kinds.copied().find(|known| known.name() == kind);
             // Builtins raise Python's own exceptions; another one comes from a file that is not ours.
             let kind = known.unwrap_or(ExceptionKind::RuntimeError);
-            let _ = function;
             Err(native.raise(kind, text.clone()))
         }
     }

@@ -112,12 +112,20 @@ impl Repeat {
                     program.presets = presets;
                 }
                 What::Ends => program.ends = Some(turn),
-                What::Sees => drop(program.sees.insert(turn, cycle)),
+                What::Sees => {
+                    program.sees.insert(turn, cycle);
+                }
                 What::Order(order) => program.orders.entry(turn).or_default().push(order),
-                What::Call(call) => drop(program.calls.insert(call.number, call)),
+                What::Call(call) => {
+                    program.calls.insert(call.number, call);
+                }
                 What::Woken { thread } => program.woken.entry(turn).or_default().push(thread),
-                What::Clock(time) => drop(program.clock.insert(turn, time)),
-                What::Lost(text) => drop(program.lost.get_or_insert((cycle, text))),
+                What::Clock(time) => {
+                    program.clock.insert(turn, time);
+                }
+                What::Lost(text) => {
+                    program.lost.get_or_insert((cycle, text));
+                }
             }
         }
         let mut progress = Progress::default();

@@ -97,10 +97,13 @@ impl Bounds {
         let speed = self.fastest(wish, limits);
         let able = self.accelerations(speed, limits);
         let most = able.as_flattened().iter().copied().fold(0.0, f64::max);
+        let jerk = self.jerk_left(speed, most, limits);
+        // One that takes longer to be reached than others would have the whole way smoothed over a longer time.
+        let in_time = jerk * ACCELERATION_RISE;
         let wanted = if wish.duration > 0.0 {
-            f64::INFINITY
+            in_time
         } else {
-            wish.acceleration
+            wish.acceleration.min(in_time)
         };
         let [asked, braking] = able.map(|able| able.map(|a| a.min(wanted)));
         CellLimits {
@@ -108,7 +111,7 @@ impl Bounds {
             asked,
             braking,
             hardest: able[1].map(|a| HARDEST_SHARE * a),
-            jerk: self.jerk_left(speed, most, limits),
+            jerk,
         }
     }
 

@@ -49,7 +49,7 @@ pub struct Push {
 
 impl Push {
     fn is_nothing(&self) -> bool {
-        self.wrench == Wrench::default()
+        self.wrench.is_zero()
     }
 
     /// The TCP in the base frame, m, and the joint torques that the wrench makes, Nm.
@@ -116,6 +116,11 @@ impl Plant {
                 Self::Rigid(Box::new(RigidPlant::in_rapier(model, arm, gravity, q)?))
             }
         })
+    }
+
+    /// True of the arm that is where it should be.
+    pub const fn is_ideal(&self) -> bool {
+        matches!(self, Self::Ideal(_))
     }
 
     /// Puts the arm at rest at `q`.

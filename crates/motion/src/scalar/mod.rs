@@ -2,19 +2,22 @@
 //!
 //! - [`ramp`]: the fastest change from one speed to another (three phases of constant jerk).
 //! - [`profile`]: such a change, sampled exactly.
+//! - [`cell_limits`]: what a piece of a way bears.
 //! - [`track`]: how fast one may be at each place of a way.
 //! - [`travel`]: moving along a track cycle by cycle: speed fraction, pause, stop.
 //!
 //! Knows no joints and no poses. The unit of s is the caller's (rad of the leading joint, m along a line); time is in
 //! seconds. Everything is closed form or bisection with a fixed number of steps: no allocation, bounded time.
 
+pub mod cell_limits;
 pub mod profile;
 pub mod ramp;
 pub mod track;
 pub mod travel;
 
+pub use cell_limits::CellLimits;
 pub use profile::Profile;
-pub use track::{CellLimits, Track};
+pub use track::Track;
 pub use travel::{Drive, Travel, window_for};
 
 /// Limits of a scalar motion, all positive and finite; unit of s over powers of seconds.

@@ -6,6 +6,8 @@
 //! afterwards ([`Travel`](super::Travel)): for half of that time before and behind a cell nobody may be faster than the cell
 //! allows, so that the mean keeps its limits too.
 
+use super::CellLimits;
+
 /// A cell that is passed within so many windows counts as short, and a step to a next one whose square of the speed is such a
 /// share as gentle; less is not felt.
 const SHORT_CELL: f64 = 2.0;
@@ -38,80 +40,6 @@ struct Speeds {
     end: f64,
     fall: f64,
     most: f64,
-}
-
-/// Limits of a cell; unit of the way over powers of seconds.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CellLimits {
-    /// Largest speed.
-    pub speed: f64,
-    /// Largest acceleration when speeding up at rest and at that speed; evenly less with the square of the speed in between.
-    pub asked: [f64; 2],
-    /// The same for slowing down, which bends of the way may make easier than speeding up, or harder.
-    pub braking: [f64; 2],
-    /// The same for stops that shall be as short as they can be.
-    pub hardest: [f64; 2],
-    /// Largest jerk.
-    pub jerk: f64,
-}
-
-impl CellLimits {
-    /// No limits.
-    pub const NONE: Self = Self {
-        speed: f64::INFINITY,
-        asked: [f64::INFINITY; 2],
-        braking: [f64::INFINITY; 2],
-        hardest: [f64::INFINITY; 2],
-        jerk: f64::INFINITY,
-    };
-
-    /// True when they are positive and finite.
-    pub fn are_usable(&self) -> bool {
-        let [a, b] = self.asked;
-        let [c, d] = self.braking;
-        let [e, f] = self.hardest;
-        let all = [self.speed, a, b, c, d, e, f, self.jerk];
-        all.iter().all(|x| x.is_finite() && *x > 0.0)
-    }
-
-    /// The same way counted in a unit of which one has `rate` of the present ones.
-    #[must_use]
-    pub fn counted(&self, rate: f64) -> Self {
-        Self {
-            speed: self.speed / rate,
-            asked: self.asked.map(|a| a / rate),
-            braking: self.braking.map(|a| a / rate),
-            hardest: self.hardest.map(|a| a / rate),
-            jerk: self.jerk / rate,
-        }
-    }
-
-    /// The acceleration left where the square of the speed is `square`.
-    fn left(&self, [rest, fast]: [f64; 2], square: f64) -> f64 {
-        rest + (fast - rest) * (square / (self.speed * self.speed)).min(1.0)
-    }
-
-    fn paced(&self, pace: f64, window: f64) -> Self {
-        let most = self.jerk * window;
-        Self {
-            speed: self.speed * pace,
-            asked: self.asked.map(|a| (a * pace * pace).min(most)),
-            braking: self.braking.map(|a| (a * pace * pace).min(most)),
-            hardest: self.hardest.map(|a| a.min(most)),
-            jerk: self.jerk,
-        }
-    }
-
-    /// The lower of both, each at its own speed.
-    pub fn lower(&mut self, other: &Self) {
-        self.speed = self.speed.min(other.speed);
-        for k in 0..2 {
-            self.asked[k] = self.asked[k].min(other.asked[k]);
-            self.braking[k] = self.braking[k].min(other.braking[k]);
-            self.hardest[k] = self.hardest[k].min(other.hardest[k]);
-        }
-        self.jerk = self.jerk.min(other.jerk);
-    }
 }
 
 /// The cells in order, and where they begin.
@@ -358,14 +286,26 @@ impl Track {
     }
 
     /// The cell at a place; the last one behind the end.
-    fn index(&self, place: f64) -> usize {
+    pub fn index(&self, place: f64) -> usize {
         let k = self.cells.partition_point(|cell| cell.until <= place);
         k.min(self.cells.len().saturating_sub(1))
     }
 
+    /// The same for a place that is not before the cell `from`, and had better be near behind it.
+    pub fn index_from(&self, from: usize, place: f64) -> usize {
+        let ahead = self.cells.get(from..).unwrap_or_default();
+        let passed = ahead.iter().take_while(|cell| cell.until <= place).count();
+        (from + passed).min(self.cells.len().saturating_sub(1))
+    }
+
     /// Square of the speed allowed at a place.
     pub fn square(&self, place: f64) -> f64 {
-        let cell = self.cells.get(self.index(place));
+        self.square_in(self.index(place), place)
+    }
+
+    /// The same, where it is known in which cell that is.
+    pub fn square_in(&self, cell: usize, place: f64) -> f64 {
+        let cell = self.cells.get(cell);
         cell.map_or(0.0, |cell| cell.square(place))
     }
 
@@ -375,22 +315,22 @@ impl Track {
         cell.map_or(0.0, |cell| cell.planned.square(cell.until - place))
     }
 
-    /// The least of it between two places.
-    pub fn least_square(&self, from: f64, to: f64) -> f64 {
-        let (first, last) = (self.index(from), self.index(to));
+    /// The least of it between two places; of the first its cell is known.
+    pub fn least_square(&self, (first, from): (usize, f64), to: f64) -> f64 {
         if to >= self.end() {
             return 0.0;
         }
-        let mut least = self.square(from).min(self.square(to));
+        let last = self.index_from(first, to);
+        let mut least = self.square_in(first, from).min(self.square_in(last, to));
         for cell in self.cells.get(first..last).unwrap_or_default() {
             least = least.min(cell.speeds.end);
         }
         least
     }
 
-    /// Acceleration asked for when speeding up, at a place and a speed.
-    pub fn speeding(&self, place: f64, speed: f64) -> f64 {
-        self.cells.get(self.index(place)).map_or(1.0, |cell| {
+    /// Acceleration asked for when speeding up, in a cell and at a speed.
+    pub fn speeding(&self, cell: usize, speed: f64) -> f64 {
+        self.cells.get(cell).map_or(1.0, |cell| {
             cell.eroded.left(cell.eroded.asked, speed * speed)
         })
     }

@@ -66,6 +66,8 @@ pub struct Travel {
     fraction: f64,
     /// Where it is faster than the track allows it brakes as hard as the arm can.
     is_hard: bool,
+    /// The state after the last advance, on a track that ended there.
+    known: Option<(f64, ScalarState)>,
 }
 
 impl Travel {
@@ -80,6 +82,7 @@ impl Travel {
             wanted: Drive::Halt,
             fraction: 0.0,
             is_hard: false,
+            known: None,
         }
     }
 
@@ -128,7 +131,10 @@ impl Travel {
     pub fn fits(&self, track: &Track) -> bool {
         let (place, speed) = (self.committed(), self.committed_speed());
         let least = if self.accelerations().1 > 0.0 {
-            track.least_square(place, place + speed * track.window() / self.rate)
+            track.least_square(
+                (track.index(place), place),
+                place + speed * track.window() / self.rate,
+            )
         } else {
             track.square(place)
         };
@@ -166,6 +172,7 @@ impl Travel {
         if self.rate < 1.0 && (self.wanted == Drive::HaltHard || self.fraction > self.rate) {
             self.hasten(track);
         }
+        self.known = None;
         let passed = dt * self.rate;
         self.time += passed;
         self.phase += passed;
@@ -174,7 +181,9 @@ impl Travel {
             self.knots.copy_within(1.., 0);
             self.knots[STEPS + 1] = self.next_knot(track);
         }
-        self.state(track)
+        let state = self.state(track);
+        self.known = Some((track.end(), state));
+        state
     }
 
     /// Takes its clock to the pace of real time: one that is slow takes its time to come to rest, too, and the mean over a window
@@ -202,17 +211,24 @@ impl Travel {
         self.knots = core::array::from_fn(at);
         self.rate = 1.0;
         self.phase = 0.0;
+        self.known = None;
     }
 
     /// From rest at a fraction of the pace.
     fn begin(&mut self, fraction: f64, track: &Track) {
         self.rate = fraction;
         self.phase = 0.0;
+        self.known = None;
         self.knots[STEPS + 1] = self.next_knot(track);
     }
 
     /// The state now.
     pub fn state(&self, track: &Track) -> ScalarState {
+        if let Some((end, state)) = self.known
+            && end == track.end()
+        {
+            return state;
+        }
         if self.is_finished(track) {
             return ScalarState::at_rest(track.end());
         }
@@ -283,8 +299,21 @@ impl Travel {
         let rest_of_first = self.integral(&old_left, &knots[1], self.step)
             - self.integral(&old_left, &knots[1], self.phase);
         let mut sum = rest_of_first + self.integral(&new_left, &knots[STEPS + 1], self.phase);
-        for pair in knots.windows(2).take(STEPS).skip(1) {
-            sum += self.integral(&pair[0], &pair[1], self.step);
+        if knots.iter().all(|knot| knot.speed > 0.0) {
+            // Nowhere at rest: every step lasts to its end, and all of them are worked out side by side.
+            let mut whole = [0.0; STEPS - 1];
+            for (k, whole) in whole.iter_mut().enumerate() {
+                let (from, to) = (knots[k + 1], knots[k + 2]);
+                let change = (to.speed - from.speed) / self.step;
+                let place = from.place - old_left.place;
+                *whole =
+                    self.step * (place + self.step * (from.speed / 2.0 + self.step * change / 6.0));
+            }
+            whole.iter().for_each(|whole| sum += whole);
+        } else {
+            for pair in knots.windows(2).take(STEPS).skip(1) {
+                sum += self.integral(&pair[0], &pair[1], self.step);
+            }
         }
         ScalarState {
             position: old_left.place + sum / window,
@@ -338,14 +367,15 @@ impl Travel {
             Drive::Go(fraction) => fraction / self.rate,
             Drive::Halt | Drive::HaltHard => 0.0,
         };
-        let allowed = track.square(now.place).sqrt();
+        let here = track.index(now.place);
+        let allowed = track.square_in(here, now.place).sqrt();
         if gear > 0.0 && now.speed <= gear * allowed * (1.0 + 1e-9) {
             // Slower by a factor is the same in steps that are shorter by it.
             let slowed = Knot {
                 speed: now.speed / gear,
                 ..now
             };
-            let next = self.onward(slowed, gear, track);
+            let next = self.onward(slowed, gear, (track, here));
             return Knot {
                 speed: next.speed * gear,
                 ..next
@@ -357,14 +387,25 @@ impl Travel {
     /// The accelerations of the first motion within the window, smallest and largest, 0 included.
     fn accelerations(&self) -> (f64, f64) {
         let (mut slower, mut faster) = (0.0_f64, 0.0_f64);
-        let mut halting = 0.0_f64;
+        let mut slowest = f64::INFINITY;
+        // Speeds are numbers, so plain comparisons do.
         for pair in self.knots.windows(2) {
             let change = pair[1].speed - pair[0].speed;
-            slower = slower.min(change);
-            faster = faster.max(change);
-            if pair[1].speed <= 0.0 && pair[0].speed > 0.0 {
-                // Within the step.
-                halting = halting.min(self.change(&pair[0], &pair[1]).0);
+            slower = if change < slower { change } else { slower };
+            faster = if change > faster { change } else { faster };
+            slowest = if pair[1].speed < slowest {
+                pair[1].speed
+            } else {
+                slowest
+            };
+        }
+        let mut halting = 0.0_f64;
+        if slowest <= 0.0 {
+            for pair in self.knots.windows(2) {
+                if pair[1].speed <= 0.0 && pair[0].speed > 0.0 {
+                    // Within the step.
+                    halting = halting.min(self.change(&pair[0], &pair[1]).0);
+                }
             }
         }
         ((slower / self.step).min(halting), faster / self.step)
@@ -417,19 +458,21 @@ impl Travel {
     }
 
     /// One step as fast as the track allows; the step and the window are longer by the gear.
-    fn onward(&self, now: Knot, gear: f64, track: &Track) -> Knot {
+    fn onward(&self, now: Knot, gear: f64, (track, here): (&Track, usize)) -> Knot {
         let (place, speed) = (now.place, now.speed);
         let (h, window) = (self.step * gear, track.window() * gear);
-        let asked = track.speeding(place, speed);
+        let asked = track.speeding(here, speed);
         // What slowed down within the window must have gone from the mean before it may speed up fully.
         let least = self.accelerations().0 / (gear * gear);
         let up = speed + (asked + least).max(0.0) * h;
         // After speeding up there has to be time for the mean to do so too before it slows down.
         let room = |next: f64| {
             let ahead = place + next * (h + window);
-            track.least_square(place, ahead) - next * next
+            track.least_square((here, place), ahead) - next * next
         };
-        let top = track.square(place + speed * h).sqrt();
+        // The cell at the end of the step is this one or close behind it.
+        let there = track.square_in(track.index_from(here, place + speed * h), place + speed * h);
+        let top = there.sqrt();
         let up = up.min(top);
         if up >= speed && up > 0.0 && room(up) >= -SLACK * up * up {
             return reached(now, up, h, track);
@@ -448,7 +491,6 @@ impl Travel {
                 return reached(now, low, h, track);
             }
         }
-        let there = track.square(place + speed * h);
         if there >= speed * speed * (1.0 - SLACK) && speed > 0.0 {
             return reached(now, speed, h, track);
         }

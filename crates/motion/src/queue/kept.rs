@@ -1,0 +1,93 @@
+//! The way ahead kept within other limits than it was planned with: those of reduced mode, the largest speeds on a belt.
+//!
+//! Owns how far that is done, some cells a cycle; what it means for the speed is the track's.
+
+use kinematics::{JointPositions, Pose};
+
+use super::{Motion, Queue};
+use crate::config::MotionLimits;
+use crate::path::Ground;
+use crate::scalar::ScalarState;
+use crate::setpoint::elbow_speed;
+
+/// See [`Queue::keep_within`].
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Kept {
+    pub(super) place: f64,
+    q: JointPositions,
+    /// The largest speed of s there.
+    pub(super) cap: f64,
+}
+
+/// Cells that are looked at in one cycle.
+const CELLS_KEPT_PER_CYCLE: usize = 64;
+/// Share of the limits that places leave for what lies between them.
+const KEPT_SHARE: f64 = 0.98;
+/// Nothing is kept.
+pub(super) const NONE_KEPT: Kept = Kept {
+    place: f64::NEG_INFINITY,
+    q: JointPositions([0.0; 6]),
+    cap: f64::INFINITY,
+};
+
+impl Queue {
+    /// Keeps the way ahead of the motion within `limits` of joints, TCP and elbow, whatever it was planned with; some cells a
+    /// cycle, the nearest first. `near` is where the joints are.
+    pub(crate) fn keep_within(
+        &mut self,
+        motion: &Motion,
+        limits: &MotionLimits,
+        tool: &Pose,
+        ground: &Ground,
+        near: &JointPositions,
+    ) {
+        let oldest = motion.travel.oldest();
+        if self.kept.place < oldest {
+            let (q, cap) = (*near, f64::INFINITY);
+            self.kept = Kept {
+                place: oldest,
+                q,
+                cap,
+            };
+        }
+        let before = self.kept.place;
+        for _ in 0..CELLS_KEPT_PER_CYCLE {
+            let Some((cell, until)) = self.track.cell_after(self.kept.place) else {
+                break;
+            };
+            let evenly = ScalarState {
+                position: until,
+                speed: 1.0,
+                acceleration: 0.0,
+            };
+            let Some(there) = self.route.at(ground, &evenly, &self.kept.q) else {
+                break;
+            };
+            let frames = ground.model.forward(&there.q);
+            let tcp = (frames.base_from_flange * *tool).translation;
+            let tcp = frames.twist(&there.qd, tcp).linear.norm();
+            let by_points =
+                (limits.tcp_speed / tcp).min(limits.elbow_speed / elbow_speed(&frames, &there.qd));
+            let cap = (0..6).fold(by_points, |least, joint| {
+                least.min(limits.speed[joint] / there.qd[joint].abs())
+            });
+            self.track
+                .set_cap(cell, KEPT_SHARE * cap.min(self.kept.cap));
+            self.kept = Kept {
+                place: until,
+                q: there.q,
+                cap,
+            };
+        }
+        if self.kept.place > before {
+            self.track.settle();
+        }
+    }
+
+    /// The way is as fast as it was planned.
+    pub(crate) fn forget_caps(&mut self) {
+        self.kept = NONE_KEPT;
+        self.track.forget_caps();
+        self.track.settle();
+    }
+}
