@@ -361,6 +361,87 @@ fn a_recording_is_looked_at_and_takes_no_orders() {
 }
 
 #[test]
+fn texts_are_read_as_the_language_server_reads_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let server = Server::start(folder.path(), &["--record", "off"]);
+    let ask = |path: &str, body: Value| post(&server, path, "", &body.to_string());
+    let (status, found) = ask(
+        "/api/v1/check",
+        json!({"name": "a.script", "text": "x = (\n"}),
+    );
+    assert_eq!((status, &found[0]["severity"]), (200, &json!("error")));
+    let (_, found) = ask("/api/v1/complete", json!({"text": "mov", "at": 3}));
+    let items = found["items"].as_array().unwrap();
+    assert!(items.iter().any(|item| item["label"] == "movej"), "{found}");
+    assert_eq!((&found["from"], &found["to"]), (&json!(0), &json!(3)));
+    let (_, about) = ask(
+        "/api/v1/hover",
+        json!({"text": "movej", "at": 2, "language": "zh"}),
+    );
+    assert!(about["text"].as_str().unwrap().contains("参数"), "{about}");
+    let (_, call) = ask("/api/v1/call", json!({"text": "movej(", "at": 6}));
+    assert_eq!(
+        (
+            &call["active"],
+            call["label"].as_str().unwrap().starts_with("movej(")
+        ),
+        (&json!(0), true)
+    );
+    let (status, about) = server.page("/api/v1/builtins/movej?language=en");
+    assert!(status == 200 && about.contains("Parameters"), "{about}");
+    assert_eq!(server.page("/api/v1/builtins/nonsense").0, 404);
+    let long = " ".repeat((1 << 20) + 1);
+    for (body, part) in [
+        (json!({"text": long}), "text is 1048577 bytes long"),
+        (
+            json!({"text": "", "name": "n".repeat(201)}),
+            "name is 201 bytes long",
+        ),
+        (json!({"text": "", "at": -1}), "the body does not fit"),
+        (json!({"text": "", "where": 1}), "unknown field `where`"),
+    ] {
+        for path in ["check", "complete", "hover", "call"] {
+            let (status, answer) = ask(&format!("/api/v1/{path}"), body.clone());
+            let said = answer["error"].as_str().unwrap_or_default();
+            assert!(
+                status == 422 && said.contains(part),
+                "{path}: {status} {said}"
+            );
+        }
+    }
+}
+
+#[test]
+fn events_are_given_from_either_end_and_by_level() {
+    let folder = tempfile::tempdir().unwrap();
+    let server = Server::start(folder.path(), &["--record", "off"]);
+    let token = token_of(&server);
+    for order in [json!({"do": "power_off"}), json!({"do": "power_on"})] {
+        assert_eq!(
+            post(&server, "/api/v1/orders", &token, &order.to_string()).0,
+            200
+        );
+    }
+    let events = |query: &str| -> Vec<Value> {
+        let (status, body) = server.page(&format!("/api/v1/events{query}"));
+        assert_eq!(status, 200, "{body}");
+        serde_json::from_str(&body).unwrap()
+    };
+    let begin = Instant::now();
+    while events("?level=3").len() < 2 {
+        assert!(begin.elapsed() < PATIENCE, "two changes of mode");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let time = |events: &[Value]| events[0]["time"].as_f64().unwrap();
+    let (first, latest) = (events("?level=3&most=1&first=1"), events("?level=3&most=1"));
+    assert_eq!((first.len(), latest.len()), (1, 1));
+    assert!(time(&first) <= time(&latest));
+    assert_eq!(first[0]["event"], "mode");
+    assert_eq!(events("?level=6"), Vec::<Value>::new());
+    assert_eq!(server.page("/api/v1/events?most=x").0, 422);
+}
+
+#[test]
 fn a_server_that_records_nothing_says_so() {
     let folder = tempfile::tempdir().unwrap();
     let server = Server::start(folder.path(), &["--record", "off"]);

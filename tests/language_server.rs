@@ -316,3 +316,60 @@ vim.cmd("qa!")
         "{told}"
     );
 }
+
+/// What a command says about a program, on both of its streams.
+fn said(command: &[&str], variables: &[(&str, &str)], program: &str) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("pick.script");
+    std::fs::write(&path, program).unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_eliteserver"))
+        .args(command)
+        .arg(&path)
+        .env_remove("LC_ALL")
+        .env_remove("LC_MESSAGES")
+        .env_remove("LANG")
+        .envs(variables.iter().copied())
+        .output()
+        .unwrap();
+    let mut said = String::from_utf8(output.stdout).unwrap();
+    said.push_str(&String::from_utf8(output.stderr).unwrap());
+    said
+}
+
+#[test]
+fn findings_and_errors_are_in_chinese_where_that_is_wanted() {
+    let broken = "if x\n    pass\n";
+    let chinese = "应为'if' 条件之后的 ':'，却是行尾";
+    let english = "expected ':' after the 'if' condition, found the end of the line";
+    let says = |command: &[&str], variables: &[(&str, &str)], text: &str| {
+        let told = said(command, variables, broken);
+        assert!(told.contains(text), "{command:?} {variables:?}: {told}");
+    };
+    says(&["check"], &[], english);
+    says(&["check", "--language", "zh"], &[], chinese);
+    says(
+        &["check", "--format", "json", "--language", "zh"],
+        &[],
+        chinese,
+    );
+    says(&["check"], &[("LANG", "zh_CN.UTF-8")], chinese);
+    says(
+        &["check"],
+        &[("LANG", "zh_CN.UTF-8"), ("LC_ALL", "C")],
+        english,
+    );
+    says(
+        &["check", "--language", "en"],
+        &[("LANG", "zh_CN.UTF-8")],
+        english,
+    );
+    says(&["run", "--language", "zh"], &[], chinese);
+    let told = said(&["run", "--language", "zh"], &[], "movej(1)\n");
+    // The type stays, and so does the picture.
+    assert!(
+        told.contains("TypeError: movej(): q 必须是六个关节位置（rad），不能是 int（1）"),
+        "{told}"
+    );
+    let own = said(&["run", "--language", "zh"], &[], "print([1][2])\n");
+    assert!(own.contains("IndexError: list index out of range"), "{own}");
+}

@@ -1,4 +1,5 @@
-// Bundles the page into the folder that is named: index.html, app.js.gz, app.css.gz, icon.svg.gz.
+// Bundles the page into the folder that is named: index.html, app.js.gz, view.js.gz, app.css.gz, icon.svg.gz.
+// The 3D view is a file of its own, so that the state is there before it is.
 import { build } from "esbuild";
 import { readFile, writeFile, mkdir } from "node:fs/promises";
 import { gzipSync } from "node:zlib";
@@ -11,12 +12,12 @@ if (!out) {
 }
 const here = path.dirname(new URL(import.meta.url).pathname);
 const result = await build({
-  entryPoints: [path.join(here, "src/main.ts")],
+  entryPoints: { app: path.join(here, "src/main.ts"), view: path.join(here, "src/view.ts") },
   bundle: true,
   minify: true,
   format: "esm",
   target: ["chrome110", "firefox110", "safari16"],
-  outfile: "app.js",
+  outdir: ".",
   write: false,
   legalComments: "eof",
   logLevel: "error",
@@ -25,7 +26,7 @@ await mkdir(out, { recursive: true });
 const pack = (bytes) => gzipSync(bytes, { level: 9 });
 for (const file of result.outputFiles) {
   const name = path.basename(file.path);
-  if (name === "app.js" || name === "app.css") {
+  if (["app.js", "view.js", "app.css"].includes(name)) {
     await writeFile(path.join(out, `${name}.gz`), pack(file.contents));
   }
 }

@@ -18,7 +18,7 @@ export default tseslint.config(
   },
   {
     files: ["**/*.mjs"],
-    languageOptions: { globals: { process: "readonly", console: "readonly", URL: "readonly", fetch: "readonly", setTimeout: "readonly", performance: "readonly", WebSocket: "readonly", document: "readonly", innerWidth: "readonly" } },
+    languageOptions: { globals: { process: "readonly", console: "readonly", URL: "readonly", fetch: "readonly", setTimeout: "readonly", performance: "readonly", WebSocket: "readonly", document: "readonly", innerWidth: "readonly", Event: "readonly", getComputedStyle: "readonly" } },
     rules: { "no-empty": "off", "no-unused-expressions": "off", "@typescript-eslint/no-unused-expressions": "off" },
   },
 );

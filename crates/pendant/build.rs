@@ -3,6 +3,8 @@
 //! The libraries of the page come from the npm registry by `npm ci`, in the versions of the lock file. Nothing of them is
 //! committed, and a build without network or Node still works.
 
+use std::collections::hash_map::DefaultHasher;
+use std::hash::{Hash as _, Hasher as _};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::{env, fs};
@@ -34,7 +36,7 @@ fn main() {
     fs::write(out.join("assets.rs"), listed).unwrap_or_else(|error| panic!("assets.rs: {error}"));
 }
 
-/// Puts `index.html`, `app.js.gz` and `app.css.gz` into the folder.
+/// Puts `index.html`, `app.js.gz`, `view.js.gz` and `app.css.gz` into the folder.
 fn bundle(web: &Path, out: &Path) -> Result<(), String> {
     if env::var("ELITESERVER_PAGE").is_ok_and(|value| value == "off") {
         return Err("ELITESERVER_PAGE=off".to_owned());
@@ -73,13 +75,22 @@ fn run(command: &mut Command) -> Result<(), String> {
     Err(format!("{command:?} failed: {}", last.join("; ")))
 }
 
+/// What tells one content of a file from another.
+fn mark(bytes: &[u8]) -> String {
+    let mut hasher = DefaultHasher::new();
+    bytes.hash(&mut hasher);
+    format!("\"{:016x}\"", hasher.finish())
+}
+
 /// The list of what was bundled.
 fn files(out: &Path) -> String {
     let row = |path: &str, file: &str, kind: &str, gzipped: bool| {
         let file = out.join(file);
+        let name = file.display().to_string();
+        let bytes = fs::read(&file).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let mark = mark(&bytes);
         format!(
-            "    Asset {{ path: {path:?}, media_type: {kind:?}, bytes: include_bytes!({:?}), is_gzipped: {gzipped} }},\n",
-            file.display().to_string()
+            "    Asset {{ path: {path:?}, media_type: {kind:?}, bytes: include_bytes!({name:?}), is_gzipped: {gzipped}, mark: {mark:?} }},\n"
         )
     };
     let mut text = String::from(
@@ -89,6 +100,12 @@ fn files(out: &Path) -> String {
     text += &row(
         "/app.js",
         "app.js.gz",
+        "text/javascript; charset=utf-8",
+        true,
+    );
+    text += &row(
+        "/view.js",
+        "view.js.gz",
         "text/javascript; charset=utf-8",
         true,
     );
@@ -106,9 +123,10 @@ fn placeholder(out: &Path, reason: &str) -> String {
          <p>Build it again with Node {NODE_MIN} or newer. The interface under /api/v1 is there.</p></html>\n"
     );
     let file = out.join("index.html");
-    fs::write(&file, page).unwrap_or_else(|error| panic!("index.html: {error}"));
+    fs::write(&file, &page).unwrap_or_else(|error| panic!("index.html: {error}"));
     format!(
-        "/// Whether the page is in this build.\npub const IS_BUNDLED: bool = false;\n/// Every file.\npub const ASSETS: &[Asset] = &[Asset {{ path: \"/\", media_type: \"text/html; charset=utf-8\", bytes: include_bytes!({:?}), is_gzipped: false }}];\n",
-        file.display().to_string()
+        "/// Whether the page is in this build.\npub const IS_BUNDLED: bool = false;\n/// Every file.\npub const ASSETS: &[Asset] = &[Asset {{ path: \"/\", media_type: \"text/html; charset=utf-8\", bytes: include_bytes!({:?}), is_gzipped: false, mark: {:?} }}];\n",
+        file.display().to_string(),
+        mark(page.as_bytes())
     )
 }

@@ -9,7 +9,7 @@ import { chromium } from "playwright-core";
 const here = path.dirname(new URL(import.meta.url).pathname);
 export const BINARY = process.env.ELITESERVER ?? path.join(here, "../../target/debug/eliteserver");
 export const CHROMIUM = process.env.CHROMIUM ?? ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"].find((file) => existsSync(file));
-const PATIENCE = 30000;
+const PATIENCE = Number(process.env.PATIENCE_MS ?? 30000);
 
 export const sleep = (ms) => new Promise((done) => setTimeout(done, ms));
 
@@ -125,8 +125,11 @@ export class Server {
   }
 }
 
+/** A page that a test hands out comes from nowhere, for Chromium, and may not connect to this machine. */
+const ROUTED = process.env.PAGE_BUNDLE ? ["--disable-features=LocalNetworkAccessChecks"] : [];
+
 export async function launch(extra = []) {
-  return chromium.launch({ executablePath: CHROMIUM, args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", ...extra] });
+  return chromium.launch({ executablePath: CHROMIUM, args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", ...ROUTED, ...extra] });
 }
 
 /** A page that is connected; what it complains of is kept. */
@@ -153,7 +156,12 @@ export async function open(browser, server, options = {}) {
   // A bundle of `node bundle.mjs dist` is tried without building the program anew.
   const bundle = process.env.PAGE_BUNDLE;
   if (bundle) {
-    for (const [name, contentType] of [["app.js", "text/javascript"], ["app.css", "text/css"]]) {
+    await page.route(server.base + "/", async (route) => {
+      const response = await route.fetch();
+      const nonce = /name="style-nonce" content="([^"]*)"/.exec(await response.text())?.[1] ?? "";
+      await route.fulfill({ response, body: readFileSync(path.join(bundle, "index.html"), "utf8").replaceAll("__NONCE__", nonce) });
+    });
+    for (const [name, contentType] of [["app.js", "text/javascript"], ["view.js", "text/javascript"], ["app.css", "text/css"]]) {
       await page.route(`**/${name}`, (route) => route.fulfill({ contentType, body: gunzipSync(readFileSync(path.join(bundle, `${name}.gz`))) }));
     }
   }

@@ -1,4 +1,4 @@
-// Runs every scenario; `node browser/run.mjs TEXT` those whose name contains the text.
+// Runs every scenario; `node browser/run.mjs PATTERN` those whose name has the pattern.
 import { execFileSync } from "node:child_process";
 import { existsSync } from "node:fs";
 import path from "node:path";
@@ -14,7 +14,7 @@ if (!CHROMIUM || !existsSync(BINARY)) {
 const scenarios = { ...moving, ...running, ...working };
 /** More that fail at once are no accident of a machine with other work. */
 const SECOND_TRIES_MAX = 12;
-const wanted = process.argv[2] ?? "";
+const wanted = new RegExp(process.argv[2] ?? "");
 const begin = Date.now();
 let failed = [];
 let passed = 0;
@@ -22,7 +22,7 @@ let passed = 0;
 let again;
 
 async function scenario(name, act) {
-  if (again ? !again.includes(name) : !name.includes(wanted)) return;
+  if (again ? !again.includes(name) : !wanted.test(name)) return;
   const started = Date.now();
   try {
     await act();
@@ -168,8 +168,8 @@ async function alone() {
     for (let clicks = 0; clicks < 40 && at <= 0.5; clicks += 1) {
       await page.id("event-after").click();
       // What is shown follows the click a little later; the next click goes on from where this one led.
-      await sleep(400);
-      at = Number(await page.text("time"));
+      const before = at;
+      at = await until(async () => Number(await page.text("time")) > before && Number(await page.text("time")), "the next event");
     }
     check(at > 0.5, "no later event");
     await page.id("event-before").click();
@@ -185,14 +185,17 @@ async function alone() {
     const page = await open(browser, server);
     const drawn = () => page.evaluate(() => globalThis.eliteserver.drawn());
     await until(async () => (await drawn()) > 0, "the first drawing");
-    await page.waitForTimeout(1500);
+    await until(async () => {
+      const before = await drawn();
+      await sleep(300);
+      return (await drawn()) === before;
+    }, "the drawing to rest");
     const still = await drawn();
     await page.waitForTimeout(600);
     check((await drawn()) - still <= 2, "it draws though nothing moves");
     const before = await page.id("view-3d").screenshot();
     await server.run("def p():\n  movej([1.2, -1.2, 1.4, -1.77, -1.57, 0], a=2, v=1)\nend\n");
     await until(async () => (await drawn()) > still + 5, "drawings of the motion");
-    await page.waitForTimeout(1500);
     check(!before.equals(await page.id("view-3d").screenshot()), "the picture is the same");
     await page.context().close();
     await server.end();
@@ -207,7 +210,7 @@ async function alone() {
   });
 }
 
-const names = Object.keys(scenarios).filter((name) => name.includes(wanted));
+const names = Object.keys(scenarios).filter((name) => wanted.test(name));
 const half = Math.ceil(names.length / 2);
 await Promise.all([group(names.slice(0, half)), group(names.slice(half))]);
 await alone();

@@ -152,4 +152,71 @@ export const scenarios = {
     await page.id("stop").click();
     await mode(page, "program-state", "stopped");
   },
+  async "a breakpoint holds the program; its variables are seen, set, and led on"({ page, server }) {
+    if (!(await hasDebugger(server))) return;
+    await take(page);
+    await page.id("program-name").fill("held.script");
+    await edit(page, "def p():\n  n = 1\n  while n < 100:\n    n = n + 1\n    sleep(0.02)\n  end\n  textmsg('n is ', n)\nend\n");
+    await breakpointAt(page, 5);
+    await until(() => page.id("debugger").isVisible(), "the debugger");
+    await page.id("run").click();
+    await until(async () => (await page.id("held-line").innerText()).includes("sleep(0.02)"), "the line at which it is held");
+    const value = page.id("scopes").locator("[data-variable=n]");
+    await until(async () => (await value.innerText()) === "2", "the variable");
+    check((await page.text("stack")).includes("p"), "the stack");
+    await page.id("debug-continue").click();
+    await until(async () => (await value.innerText()) === "3", "the next turn");
+    await page.id("watch").fill("n * 100");
+    await page.id("watch").press("Enter");
+    await until(async () => (await page.text("watch-result")) === "300", "the expression");
+    await value.click();
+    await page.id("new-value").fill("99");
+    await page.id("new-value").press("Enter");
+    await until(async () => (await value.innerText()) === "99", "the new value");
+    await breakpointAt(page, 5);
+    await until(async () => (await page.text("log")).includes("n is 100"), "the program to go on, without its breakpoint");
+    await until(() => page.id("debugger").isHidden(), "the debugger to leave");
+  },
+  async "a breakpoint with a condition, and steps"({ page, server }) {
+    if (!(await hasDebugger(server))) return;
+    await take(page);
+    await edit(page, "def p():\n  def twice(x):\n    y = 2 * x\n    return y\n  end\n  for k in range(10):\n    z = twice(k)\n    sleep(0.01)\n  end\nend\n");
+    await page.id("editor").focus();
+    await gutter(page, 7, { button: "right" });
+    await page.id("bp-condition").fill("k == 4");
+    await page.id("bp-condition").press("Enter");
+    await until(async () => (await page.id("breakpoint").count()) === 1, "the breakpoint");
+    await until(() => page.id("debugger").isVisible(), "the debugger");
+    await page.id("run").click();
+    await until(async () => (await page.id("held-line").innerText()).includes("twice(k)"), "the line");
+    await until(async () => (await page.id("scopes").locator("[data-variable=k]").innerText()) === "4", "the turn");
+    await page.keyboard.press("F11");
+    await until(async () => (await page.id("held-line").innerText()).includes("2 * x"), "the callee");
+    await page.id("debug-out").click();
+    await until(async () => /twice\(k\)|sleep/.test(await page.id("held-line").innerText()), "the caller");
+    // Who gives control up debugs no more: the program goes on to its end.
+    await page.id("take-control").click();
+    await until(async () => (await server.state()).program_state === "stopped", "the end");
+  },
 };
+
+/** Servers that were built without the debugger's channel have no breakpoints, and their pages show no gutter for them. */
+async function hasDebugger(server) {
+  const { ok } = await fetch(`${server.base}/api/v1/debug`);
+  if (!ok) console.log("      skipped: this server has no debugger's channel");
+  return ok;
+}
+
+/** Clicks left of a line number. */
+async function gutter(page, line, options = {}) {
+  const row = page.locator(".cm-lineNumbers .cm-gutterElement", { hasText: new RegExp(`^${line}$`) });
+  await row.scrollIntoViewIfNeeded();
+  const [box, column] = [await row.boundingBox(), await page.locator(".cm-breakpoints").boundingBox()];
+  await page.mouse.click(column.x + column.width / 2, box.y + box.height / 2, options);
+}
+
+async function breakpointAt(page, line) {
+  const before = await page.id("breakpoint").count();
+  await gutter(page, line);
+  await until(async () => (await page.id("breakpoint").count()) !== before, "the breakpoint");
+}

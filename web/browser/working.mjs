@@ -1,5 +1,6 @@
 // Several pages, files, the editor, languages, time, and what must not be possible.
 import { readFileSync, writeFileSync } from "node:fs";
+import { createRequire } from "node:module";
 import path from "node:path";
 import { attribute, check, edit, hold, mode, MOVES, open, sleep, stands, take, until } from "./harness.mjs";
 
@@ -99,6 +100,45 @@ export const scenarios = {
     await sleep(120);
     await page.keyboard.press("Enter");
     await until(async () => (await page.text("editor")).startsWith("get_inverse_kin"), "the text");
+  },
+  async "completion knows attributes and names of the program"({ page }) {
+    await edit(page, "parts = []\nparts.app");
+    await page.id("editor").focus();
+    await page.keyboard.press("Control+End");
+    await page.keyboard.type("e");
+    await until(async () => (await page.locator(".cm-tooltip-autocomplete").innerText()).includes("append"), "the method");
+  },
+  async "a call that is being written is explained, and Escape takes it away"({ page }) {
+    await edit(page, "");
+    await page.id("editor").focus();
+    await page.keyboard.type("movej([0, 0, 0, 0, 0, 0], a=1.4, v=", { delay: 2 });
+    await until(async () => (await page.id("call").locator("pre b").innerText()).startsWith("v"), "the parameter");
+    await page.keyboard.press("Escape");
+    await until(async () => (await page.id("call").count()) === 0, "it to go");
+    check((await page.text("editor")).startsWith("movej("), "the text");
+  },
+  async "a finding is corrected by a click"({ page }) {
+    await edit(page, "# 🤖\nmvoej([0, 0, 0, 0, 0, 0])\n");
+    await page.id("fix").first().click();
+    await until(async () => (await page.text("editor")).includes("movej(["), "the correction");
+    await until(async () => (await page.text("problems")).includes("No problems"), "no finding");
+  },
+  async "the wheel and a box zoom the plot, a double click ends it"({ page, server }) {
+    await server.run(MOVES);
+    await until(async () => Number(await page.id("timeline").getAttribute("max")) > 2, "some time");
+    const over = page.locator("#plot .u-over");
+    await over.hover({ position: { x: 300, y: 40 } });
+    await page.mouse.wheel(0, -600);
+    await until(async () => (await page.id("window").inputValue()) === "zoom", "the zoom");
+    await over.dblclick({ position: { x: 300, y: 40 } });
+    await until(async () => (await page.id("window").inputValue()) !== "zoom", "its end");
+    const box = await over.boundingBox();
+    await page.mouse.move(box.x + box.width * 0.5, box.y + 30);
+    await page.mouse.down();
+    await page.mouse.move(box.x + box.width * 0.8, box.y + 40, { steps: 5 });
+    await page.mouse.up();
+    await until(async () => (await page.id("window").inputValue()) === "zoom", "the zoom by a box");
+    check((await attribute(page, "live", "aria-pressed")) === "false", "a box is a look at the past");
   },
   async "a function tells its signature"({ page }) {
     await edit(page, "movej([0, 0, 0, 0, 0, 0])\n");
@@ -200,6 +240,24 @@ export const scenarios = {
       seen.add(await page.evaluate(() => document.activeElement?.getAttribute("data-testid")));
     }
     for (const name of ["power-off", "stop", "language", "speed"]) check(seen.has(name), `${name} is not reached`);
+  },
+  async "no rule of accessibility is broken, light and dark"({ server, browser }) {
+    const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+    for (const colorScheme of ["dark", "light"]) {
+      const page = await open(browser, server, { colorScheme, reducedMotion: "reduce" });
+      await take(page);
+      // Something of everything: findings, an alarm, a popup.
+      await edit(page, "x = undefined_name\n");
+      await until(async () => (await page.text("problems")).includes("undefined_name"), "the finding");
+      await server.order({ do: "run", name: "a.script", text: "popup('ready?', 'Question')\n1 / 0\n" }).catch(() => undefined);
+      await page.id("run").click();
+      await page.id("alarm").waitFor();
+      await page.evaluate(axe);
+      const { violations } = await page.evaluate(() => globalThis.axe.run(document, { runOnly: ["wcag2a", "wcag2aa", "wcag21aa", "best-practice"] }));
+      const told = violations.map((one) => `${one.id}: ${one.nodes.slice(0, 3).map((node) => `${node.target.join(" ")} ${(node.any[0] ?? node.all[0] ?? node.none[0])?.message ?? ""}`).join(" | ")}`);
+      check(told.length === 0, `${colorScheme}: ${told.join("; ")}`);
+      await page.context().close();
+    }
   },
   async "nothing is cut off on a tablet"({ browser, server }) {
     for (const viewport of [{ width: 820, height: 1180 }, { width: 1024, height: 768 }]) {

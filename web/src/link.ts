@@ -42,7 +42,7 @@ export class Link {
   private signedAt = 0;
 
   start(): void {
-    void this.connect();
+    this.connect();
     setInterval(() => {
       const isSilent = this.state === "connected" && performance.now() - this.heard > SILENT_MS;
       if (isSilent && document.visibilityState === "visible") this.socket?.close();
@@ -105,20 +105,18 @@ export class Link {
     });
   }
 
-  private async connect(): Promise<void> {
+  private connect(): void {
     this.change("connecting");
-    try {
-      await this.findToken();
-    } catch {
-      return this.retry();
-    }
+    // The token is looked for while the connection is made; it is not needed to look on.
+    const finding = this.findToken();
+    finding.catch(() => undefined);
     const scheme = location.protocol === "https:" ? "wss" : "ws";
     const socket = new WebSocket(`${scheme}://${location.host}/api/v1/live`);
     socket.binaryType = "arraybuffer";
     this.socket = socket;
     socket.addEventListener("message", (message: MessageEvent<ArrayBuffer | string>) => {
       this.heard = performance.now();
-      if (typeof message.data === "string") this.take(message.data);
+      if (typeof message.data === "string") this.take(message.data, finding);
       else {
         const frame = readFrame(message.data);
         if (frame) this.onFrame(frame);
@@ -139,7 +137,7 @@ export class Link {
 
   private retry(): void {
     if (this.state !== "disconnected") this.change("disconnected");
-    setTimeout(() => void this.connect(), this.pause);
+    setTimeout(() => this.connect(), this.pause);
     this.pause = Math.min(this.pause * 1.6, 2000);
   }
 
@@ -153,7 +151,7 @@ export class Link {
     this.asking = session.asks_for_token;
   }
 
-  private take(text: string): void {
+  private take(text: string, finding: Promise<void>): void {
     const message = JSON.parse(text) as ServerEvent & { answer?: number; ok?: boolean; value?: unknown; error?: string };
     if (typeof message.answer === "number") {
       const waiting = this.waiting.get(message.answer);
@@ -168,7 +166,7 @@ export class Link {
       this.readOnly = message["read_only"] as string | null;
       this.pause = 250;
       this.change("connected");
-      void this.introduce();
+      void finding.then(() => this.introduce(), () => this.socket?.close());
     } else if (message.event === "control") {
       this.control = message["page"] as number | null;
       if (!this.hasControl) this.endSigns();

@@ -1,6 +1,8 @@
 // The page: brings the parts together and shows the state at a glance.
 
 import "./app.css";
+import { type Channel, Debugger } from "./debugger";
+import { DebugPanel } from "./debugpanel";
 import { ask, byId, fixed, make, setText, toast } from "./dom";
 import type { Frame } from "./frame";
 import { Jog } from "./jog";
@@ -9,7 +11,7 @@ import { Notices, type Panel, setChip } from "./notices";
 import { Points, type Registers } from "./points";
 import { Programs, type RunningProgram } from "./program";
 import { TimeLine } from "./timeline";
-import { View, type SceneData } from "./view";
+import type { SceneData, View } from "./view";
 import { currentLanguage, isWord, onLanguage, setLanguage, t, translate, type Language, type Word } from "./words";
 
 const ROBOT: Record<number, string> = {
@@ -41,10 +43,19 @@ function remember(name: string, value: string): void {
 
 const link = new Link();
 let view: View | null = null;
-try {
-  view = new View(byId("view"));
-} catch {
-  byId("no-webgl").hidden = false;
+let scene: SceneData | null = null;
+/** The 3D view comes behind the rest, which says at a glance what there is to know. */
+async function openView(): Promise<void> {
+  try {
+    const file = "/view.js";
+    const { View: Drawn } = (await import(file)) as typeof import("./view");
+    view = new Drawn(byId("view"));
+    view.setTheme(theme());
+    if (scene) view.setScene(scene);
+    if (shown) view.show(shown, true);
+  } catch {
+    byId("no-webgl").hidden = false;
+  }
 }
 const programs = new Programs(link);
 const jog = new Jog(link, (q) => {
@@ -55,6 +66,45 @@ const points = new Points(link);
 const timeline = new TimeLine();
 const names = new Map<number, RunningProgram>();
 const notices = new Notices(link, (number, line) => void goToPlace(number, line), (number) => names.get(number)?.name ?? "");
+
+const debug = new Debugger(() => new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/api/v1/debug`) as Channel);
+const debugPanel = new DebugPanel(debug);
+
+/** Whether this server has a debugger. A recording has none. */
+let hasDebugger = false;
+async function findDebugger(): Promise<void> {
+  const answer = link.readOnly === null ? await fetch("/api/v1/debug", { cache: "no-store" }).catch(() => null) : null;
+  hasDebugger = answer?.ok ?? false;
+  document.body.classList.toggle("has-debugger", hasDebugger);
+  wantDebugger();
+}
+
+/** With breakpoints and control the debugger is attached; without either it leaves. */
+function wantDebugger(): void {
+  const { breakpoints } = programs;
+  const isWanted = hasDebugger && link.hasControl && link.token !== null && breakpoints.length > 0;
+  if (!isWanted) {
+    if (debug.isAttached) debug.detach();
+    return;
+  }
+  const fail = (error: Error): void => toast(error.message, "error");
+  void debug.setBreakpoints(programs.name, breakpoints).catch(fail);
+  if (!debug.isAttached && link.token !== null) void debug.attach(link.token).catch(fail);
+}
+let breakpointsTimer: ReturnType<typeof setTimeout> | null = null;
+programs.onBreakpoints = () => {
+  // Lines that are typed move breakpoints with every key.
+  if (breakpointsTimer !== null) clearTimeout(breakpointsTimer);
+  breakpointsTimer = setTimeout(wantDebugger, 100);
+};
+debug.onPlaced = (placed) => programs.showPlaced(placed);
+debug.onError = (reason) => toast(reason, "error");
+debug.onChange = () => {
+  document.body.classList.toggle("held", debug.held !== null);
+  debugPanel.refresh();
+  enable();
+};
+debugPanel.onLine = (line) => programs.showHeld(line);
 
 let latest: Frame | null = null;
 let shown: Frame | null = null;
@@ -159,7 +209,7 @@ function enable(): void {
     const button = document.querySelector<HTMLButtonElement>(`[data-testid=${testid}]`);
     if (button && button.disabled === on) button.disabled = !on;
   };
-  const isPaused = frame?.task === 2;
+  const isPaused = frame?.task === 2 || debug.held !== null;
   const isStopped = frame?.task === 0;
   set("power-on", may && (robot === "POWER_OFF" || safety === "FAULT"));
   set("power-off", may && robot !== "POWER_OFF");
@@ -193,6 +243,7 @@ function showLink(): void {
   document.body.classList.toggle("offline", link.state !== "connected");
   showControl();
   enable();
+  wantDebugger();
 }
 
 let hadConnection = false;
@@ -240,8 +291,24 @@ link.onEvent = (event: ServerEvent) => {
     if (timeline.isLive) points.showRegisters(liveRegisters);
   } else if (event.event === "alarm" && event["kind"] === "script") {
     void programOf(Number(event["program"])).then(() => notices.take(event));
-  } else notices.take(event);
+  } else if (event.event === "debug") debugElsewhere(event["debug"] as DebugNews | null);
+  else notices.take(event);
 };
+
+interface DebugNews {
+  driver: boolean;
+  watched: boolean;
+  held: { reason: string; line: number } | null;
+}
+/** What another one debugs is seen here as well; and that a program runs which has no places to be held at. */
+function debugElsewhere(news: DebugNews | null): void {
+  if (!debug.isAttached) programs.showHeld(news?.held?.line ?? 0);
+  const isDeaf = debug.isAttached && news !== null && !news.watched && latest?.task !== 0;
+  byId("debug-unwatched").hidden = !isDeaf;
+  const other = byId("debug-elsewhere");
+  other.hidden = debug.isAttached || !news?.held;
+  setText(other, news?.held ? t("held_elsewhere", { line: news.held.line }) : "");
+}
 
 async function welcome(): Promise<void> {
   hadConnection = true;
@@ -250,7 +317,9 @@ async function welcome(): Promise<void> {
   programs.setReadOnly(link.readOnly !== null);
   document.body.classList.toggle("read-only", link.readOnly !== null);
   try {
-    const [about, scene] = await Promise.all([api<{ robot: string; replay?: string }>("/api/v1"), api<SceneData>("/api/v1/scene")]);
+    const [about, data] = await Promise.all([api<{ robot: string; replay?: string }>("/api/v1"), api<SceneData>("/api/v1/scene")]);
+    scene = data;
+    void findDebugger();
     setText(byId("robot-name"), about.replay ? `${about.robot} · ${about.replay}` : about.robot);
     document.title = `${about.robot} – eliteserver`;
     view?.setScene(scene);
@@ -300,8 +369,26 @@ for (const button of document.querySelectorAll<HTMLButtonElement>("[data-order]"
     order({ do: isFault ? "restart_safety" : name });
   });
 }
-byId("play").addEventListener("click", () => (latest?.task === 2 ? order({ do: "play" }) : void programs.run(false)));
-byId("step").addEventListener("click", () => (latest?.task === 2 ? order({ do: "step" }) : void programs.run(true)));
+const led = (what: Promise<void>): void => void what.catch((error: Error) => toast(error.message, "error"));
+byId("play").addEventListener("click", () => {
+  if (debug.held) led(debug.resume());
+  else if (latest?.task === 2) order({ do: "play" });
+  else void run(false);
+});
+byId("step").addEventListener("click", () => {
+  if (debug.held) led(debug.step("next"));
+  else if (latest?.task === 2) order({ do: "step" });
+  else void run(true);
+});
+byId("run").addEventListener("click", () => void run(false));
+
+/** Runs what is in the editor, with its breakpoints. */
+async function run(step: boolean): Promise<void> {
+  if (breakpointsTimer !== null) clearTimeout(breakpointsTimer);
+  wantDebugger();
+  await debug.settled();
+  await programs.run(step);
+}
 byId("pause").addEventListener("click", () => order({ do: "pause" }));
 byId("stop").addEventListener("click", () => order({ do: "stop" }));
 byId("reset-view").addEventListener("click", () => view?.resetCamera());
@@ -369,6 +456,7 @@ setLanguage(language === "zh" || (language === null && navigator.language.toLowe
 applyTheme();
 showLink();
 link.start();
+void openView();
 
 // For measurements: how often the page and the arm were drawn, and how late frames came.
 Object.assign(window, { eliteserver: { frames: () => framesSeen, drawn: () => view?.frames ?? 0, latest: () => latest } });

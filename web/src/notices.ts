@@ -167,5 +167,6 @@ export function setChip(id: string, text: string, kind: string, raw: string): vo
   if (!value) return;
   setText(value, text);
   value.dataset["value"] = raw;
+  if (chip.title !== text) chip.title = text;
   chip.className = `chip ${kind}`;
 }

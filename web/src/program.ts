@@ -1,35 +1,15 @@
-// Programs: the list, the editor with the findings of `check`, completion and hover, saving with a guard, the running line.
+// Programs: the list, the editor with its findings, saving with a guard, breakpoints, the running line and node.
 
-import { autocompletion, type CompletionContext, type CompletionResult, completeAnyWord } from "@codemirror/autocomplete";
-import { defaultKeymap, history, historyKeymap, indentWithTab } from "@codemirror/commands";
-import { bracketMatching, HighlightStyle, indentUnit, StreamLanguage, syntaxHighlighting } from "@codemirror/language";
-import { python } from "@codemirror/legacy-modes/mode/python";
-import { type Diagnostic, lintGutter, linter, setDiagnostics } from "@codemirror/lint";
-import { highlightSelectionMatches, searchKeymap } from "@codemirror/search";
-import { EditorState, RangeSetBuilder, StateEffect, StateField } from "@codemirror/state";
-import { Decoration, type DecorationSet, drawSelection, EditorView, highlightActiveLine, highlightActiveLineGutter, hoverTooltip, keymap, lineNumbers } from "@codemirror/view";
-import { tags } from "@lezer/highlight";
+import type { EditorView } from "@codemirror/view";
+import { advice } from "./advice";
+import { breakpointGutter, breakpointsOf, putBreakpoints, showHeld } from "./breakpoints";
+import type { Breakpoint, Placed } from "./debugger";
+import { askForCondition } from "./debugpanel";
 import { ask, byId, fixed, make, setText, toast } from "./dom";
+import { applyFix, type Finding, makeEditor, markFindings, showRunning } from "./editor";
 import { api, type Link } from "./link";
-import { onLanguage, t } from "./words";
+import { currentLanguage, onLanguage, t } from "./words";
 
-interface Builtin {
-  name: string;
-  signature: string;
-  summary: string;
-  section: string;
-  category: string;
-  params: { name: string; unit: string; meaning: string; range: string | null }[];
-}
-interface Finding {
-  line: number;
-  column: number;
-  end_line: number;
-  end_column: number;
-  code: string;
-  message: string;
-  help: string | null;
-}
 interface Opened {
   name: string;
   etag: string;
@@ -41,38 +21,10 @@ export interface RunningProgram {
   text: string;
 }
 
-const KEYWORDS = ["def", "end", "if", "elif", "else", "while", "for", "in", "return", "break", "continue", "thread", "global", "try", "except", "finally", "raise", "True", "False", "None", "and", "or", "not", "import", "from", "class", "lambda", "pass", "sec"];
 const CHECK_MS = 300;
+/** Programs whose breakpoints are kept while others are in the editor. */
+const PUT_BY_MAX = 20;
 export const START_TEXT = "def program():\n  movej([0, -1.2, 1.4, -1.77, -1.57, 0], a=1.4, v=1.0)\n  sleep(0.5)\nend\n";
-
-const setRunning = StateEffect.define<number>();
-const runningLine = Decoration.line({ class: "cm-running", attributes: { "aria-current": "step", "data-testid": "running-line" } });
-const runningField = StateField.define<DecorationSet>({
-  create: () => Decoration.none,
-  update(lines, transaction) {
-    let shown = lines.map(transaction.changes);
-    for (const effect of transaction.effects) {
-      if (!effect.is(setRunning)) continue;
-      const builder = new RangeSetBuilder<Decoration>();
-      const line = effect.value;
-      if (line >= 1 && line <= transaction.state.doc.lines) {
-        const at = transaction.state.doc.line(line).from;
-        builder.add(at, at, runningLine);
-      }
-      shown = builder.finish();
-    }
-    return shown;
-  },
-  provide: (field) => EditorView.decorations.from(field),
-});
-
-const colors = HighlightStyle.define([
-  { tag: tags.keyword, color: "var(--code-keyword)" },
-  { tag: tags.comment, color: "var(--code-comment)", fontStyle: "italic" },
-  { tag: tags.string, color: "var(--code-string)" },
-  { tag: tags.number, color: "var(--code-number)" },
-  { tag: [tags.standard(tags.name), tags.definition(tags.variableName)], color: "var(--code-name)" },
-]);
 
 /** Nodes of the pendant's task: lines `$ LINE: (number, "label", …)`. */
 export function nodesOf(text: string): { number: number; label: string; line: number }[] {
@@ -93,7 +45,6 @@ export class Programs {
   private readonly view: EditorView;
   private etag: string | null = null;
   private saved = START_TEXT;
-  private builtins: Builtin[] = [];
   private timer: ReturnType<typeof setTimeout> | null = null;
   private asked = 0;
   private running: RunningProgram | null = null;
@@ -102,42 +53,33 @@ export class Programs {
   private findings: Finding[] = [];
   private readOnly = false;
 
+  /** Somebody has changed breakpoints, or opened a program with others. */
+  onBreakpoints: () => void = () => undefined;
+  /** Breakpoints of programs that are not in the editor. */
+  private readonly putBy = new Map<string, Breakpoint[]>();
+
   constructor(private readonly link: Link) {
-    const nonce = document.querySelector<HTMLMetaElement>("meta[name=style-nonce]")?.content ?? "";
-    this.view = new EditorView({
-      parent: byId("editor"),
-      state: EditorState.create({
-        doc: START_TEXT,
-        extensions: [
-          nonce ? EditorView.cspNonce.of(nonce) : [],
-          lineNumbers(), highlightActiveLine(), highlightActiveLineGutter(), drawSelection(), history(), bracketMatching(), highlightSelectionMatches(),
-          indentUnit.of("  "), EditorState.tabSize.of(8), StreamLanguage.define(python), syntaxHighlighting(colors),
-          // All style sheets at once: one that came later would be refused by the policy of the page.
-          linter(null), lintGutter(), runningField,
-          autocompletion({ override: [(context) => this.complete(context)] }),
-          hoverTooltip((view, at) => this.hover(view, at)),
-          keymap.of([
-            { key: "Mod-s", run: () => (void this.save(), true) },
-            { key: "Escape", run: (view) => (view.contentDOM.blur(), true) },
-            ...defaultKeymap, ...historyKeymap, ...searchKeymap, indentWithTab,
-          ]),
-          EditorView.contentAttributes.of({ "data-testid": "editor", "aria-label": "Program text" }),
-          EditorView.updateListener.of((update) => {
-            if (update.docChanged) this.changed();
-          }),
-        ],
-      }),
+    const edited = (view: EditorView, line: number): void => void this.editBreakpoint(view, line);
+    this.view = makeEditor({
+      host: byId("editor"),
+      label: t("editor"),
+      text: START_TEXT,
+      extensions: [breakpointGutter(() => this.onBreakpoints(), edited), advice(() => this.name)],
+      onChange: () => this.changed(),
+      onSave: () => void this.save(),
     });
     byId("new").addEventListener("click", () => void this.fresh());
     byId("open").addEventListener("click", () => void this.choose());
     byId("save").addEventListener("click", () => void this.save());
-    byId("run").addEventListener("click", () => void this.run(false));
     byId("show-running").addEventListener("click", () => {
       if (this.running) void this.showText(this.running.name, this.running.text, null);
     });
     byId("program-name").addEventListener("input", () => (this.etag = null));
-    onLanguage(() => (this.showFindings(), this.mark()));
-    void api<Builtin[]>("/api/v1/builtins").then((list) => (this.builtins = list)).catch(() => undefined);
+    onLanguage(() => {
+      this.view.contentDOM.setAttribute("aria-label", t("editor"));
+      void this.check();
+      this.mark();
+    });
     this.changed();
   }
 
@@ -169,23 +111,11 @@ export class Programs {
     const number = ++this.asked;
     const text = this.text;
     try {
-      const findings = await api<Finding[]>("/api/v1/check", { body: { name: this.name, text } });
-      if (number !== this.asked) return;
+      const findings = await api<Finding[]>("/api/v1/check", { body: { name: this.name, text, language: currentLanguage() } });
+      if (number !== this.asked || text !== this.text) return;
       this.findings = findings;
       this.showFindings();
-      const doc = this.view.state.doc;
-      const at = (line: number, column: number): number => {
-        const found = doc.line(Math.min(Math.max(line, 1), doc.lines));
-        // Columns count characters, places of the editor count UTF-16 units.
-        const before = [...found.text].slice(0, Math.max(column - 1, 0)).join("").length;
-        return Math.min(found.from + before, found.to);
-      };
-      const marks = findings.map((finding): Diagnostic => {
-        const from = at(finding.line, finding.column);
-        const text = finding.help ? `${finding.message} (${finding.help})` : finding.message;
-        return { from, to: Math.max(from, at(finding.end_line, finding.end_column)), severity: /^(unused|unreachable|degrees)/.test(finding.code) ? "warning" : "error", message: text, source: finding.code };
-      });
-      this.view.dispatch(setDiagnostics(this.view.state, marks));
+      markFindings(this.view, findings);
     } catch {
       // The next change asks again.
     }
@@ -199,15 +129,21 @@ export class Programs {
     }
     list.replaceChildren(...this.findings.map((finding) => {
       const button = make("button", { type: "button", class: "quiet" }, `${finding.line}:${finding.column} ${finding.message}${finding.help ? ` – ${finding.help}` : ""}`);
-      button.addEventListener("click", () => this.goTo(finding.line));
-      return make("li", { "data-code": finding.code }, button);
+      button.addEventListener("click", () => this.goTo(finding.line, finding.column));
+      const fixes = finding.fixes.slice(0, 3).map((fix) => {
+        const apply = make("button", { type: "button", class: "fix", "data-testid": "fix" }, fix.title);
+        apply.addEventListener("click", () => applyFix(this.view, fix));
+        return apply;
+      });
+      return make("li", { "data-code": finding.code, class: finding.severity }, button, ...fixes);
     }));
   }
 
-  goTo(line: number): void {
+  goTo(line: number, column = 1): void {
     const doc = this.view.state.doc;
-    const at = doc.line(Math.min(Math.max(line, 1), doc.lines)).from;
-    this.view.dispatch({ selection: { anchor: at }, effects: EditorView.scrollIntoView(at, { y: "center" }) });
+    const found = doc.line(Math.min(Math.max(line, 1), doc.lines));
+    const at = found.from + [...found.text].slice(0, Math.max(column - 1, 0)).join("").length;
+    this.view.dispatch({ selection: { anchor: at }, scrollIntoView: true });
     byId("code").scrollIntoView({ block: "start" });
     this.view.focus();
   }
@@ -232,30 +168,29 @@ export class Programs {
     }
   }
 
-  private complete(context: CompletionContext): CompletionResult | null | Promise<CompletionResult | null> {
-    const word = context.matchBefore(/[A-Za-z_]\w*/);
-    if (!word && !context.explicit) return null;
-    const own = completeAnyWord(context) as CompletionResult | null;
-    const known = new Set(this.builtins.map((builtin) => builtin.name));
-    return {
-      from: word?.from ?? context.pos,
-      options: [
-        ...this.builtins.map((builtin) => ({ label: builtin.name, type: "function", detail: builtin.signature.slice(builtin.name.length), info: builtin.summary, boost: 1 })),
-        ...KEYWORDS.map((label) => ({ label, type: "keyword" })),
-        ...(own?.options ?? []).filter((option) => !known.has(option.label) && !KEYWORDS.includes(option.label)),
-      ],
-      validFor: /^\w*$/,
-    };
+  get breakpoints(): Breakpoint[] {
+    return breakpointsOf(this.view.state);
   }
 
-  private hover(view: EditorView, at: number): { pos: number; end: number; create: () => { dom: HTMLElement } } | null {
-    const word = view.state.wordAt(at);
-    const name = word ? view.state.sliceDoc(word.from, word.to) : "";
-    const builtin = this.builtins.find((one) => one.name === name);
-    if (!word || !builtin) return null;
-    const rows = builtin.params.map((p) => make("div", {}, make("b", {}, p.name), ` ${[p.unit, p.range ?? "", p.meaning].filter((text) => text !== "").join(" · ")}`));
-    const section = builtin.section ? `  §${builtin.section}` : "";
-    return { pos: word.from, end: word.to, create: () => ({ dom: make("div", { class: "hover" }, make("code", {}, builtin.signature), make("p", {}, builtin.summary + section), ...rows) }) };
+  /** Says what has become of the breakpoints. */
+  showPlaced(placed: readonly Placed[]): void {
+    const { breakpoints } = this;
+    if (placed.length === breakpoints.length) putBreakpoints(this.view, breakpoints, placed);
+  }
+
+  /** The line at which the program is held; 0 for none. */
+  showHeld(line: number): void {
+    const isOwn = this.running === null || this.running.text === this.text;
+    showHeld(this.view, isOwn ? line : 0);
+  }
+
+  private async editBreakpoint(view: EditorView, line: number): Promise<void> {
+    const all = breakpointsOf(view.state);
+    const answer = await askForCondition(all.find((point) => point.line === line) ?? { line });
+    if (answer === null) return;
+    const left = all.filter((point) => point.line !== line);
+    putBreakpoints(view, answer === "remove" ? left : [...left, answer].sort((a, b) => a.line - b.line));
+    this.onBreakpoints();
   }
 
   private async maySwap(): Promise<boolean> {
@@ -296,10 +231,14 @@ export class Programs {
   }
 
   private put(name: string, text: string, etag: string | null): void {
+    this.putBy.set(this.name, this.breakpoints);
+    if (this.putBy.size > PUT_BY_MAX) this.putBy.delete([...this.putBy.keys()][0] ?? "");
     byId<HTMLInputElement>("program-name").value = name;
     this.saved = text;
     this.etag = etag;
     this.replace(text);
+    putBreakpoints(this.view, this.putBy.get(name) ?? []);
+    this.onBreakpoints();
     this.changed();
   }
 
@@ -389,10 +328,8 @@ export class Programs {
     const line = isOwn ? this.line : 0;
     if (line !== this.shown) {
       this.shown = line;
-      const effects: StateEffect<unknown>[] = [setRunning.of(line)];
-      if (line > 0 && line <= this.view.state.doc.lines) effects.push(EditorView.scrollIntoView(this.view.state.doc.line(line).from, { y: "nearest" }));
       // Called from an update listener as well, in which nothing may be dispatched.
-      queueMicrotask(() => this.view.dispatch({ effects }));
+      queueMicrotask(() => showRunning(this.view, this.shown));
     }
     const other = byId("running-other");
     other.hidden = isOwn || this.running === null || this.line === 0;

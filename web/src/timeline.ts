@@ -8,6 +8,7 @@ import { api } from "./link";
 import type { Panel } from "./notices";
 import type { Registers } from "./points";
 import { Search } from "./search";
+import { spread, wheeled, zoomed } from "./span";
 import { onLanguage, t, type Word } from "./words";
 
 interface Moment {
@@ -28,10 +29,15 @@ const PLOTS: { word: Word; unit: string; names: string[]; values: (frame: Frame)
   { word: "plot_torque", unit: "Nm", names: ["J1", "J2", "J3", "J4", "J5", "J6"], values: (frame) => frame.actualTorque },
   { word: "plot_force", unit: "N, Nm", names: ["Fx", "Fy", "Fz", "Mx", "My", "Mz"], values: (frame) => frame.tcpForce },
 ];
-const COLORS = ["#4aa3ff", "#ff7a2f", "#37d0a0", "#e5679a", "#b58cff", "#e6c229"];
 const POINTS = 1200;
 const LIVE_FRAMES = 1400;
-
+/** So long a time is plotted from the frames that came, s. */
+const RECENT_SECS = 10;
+/** Events from this level on are marked and jumped to. */
+const MARK_LEVEL = 3;
+const MARKS = 500;
+/** Times that differ by less are the same, s. */
+const SAME_TIME = 1e-4;
 export class TimeLine {
   isLive = true;
   private first = 0;
@@ -40,7 +46,10 @@ export class TimeLine {
   private recent: Frame[] = [];
   private past: Frame[] = [];
   private span: [number, number] = [0, 0];
-  private events: TimedEvent[] = [];
+  /** Alarms and changes of mode in the span that is plotted. */
+  private marks: TimedEvent[] = [];
+  /** What somebody has zoomed to, s; at the live end it goes along. */
+  private zoom: [number, number] | null = null;
   private plotted = 0;
   private plot: uPlot | null = null;
   private isPlaying = false;
@@ -69,7 +78,7 @@ export class TimeLine {
     byId("replay-play").addEventListener("click", () => this.playOrPause());
     byId("event-before").addEventListener("click", () => this.jump(-1));
     byId("event-after").addEventListener("click", () => this.jump(1));
-    byId("window").addEventListener("change", () => void this.fetchSpan(true));
+    byId("window").addEventListener("change", () => this.zoomTo(null));
     this.search.onFound = () => {
       this.drawnAt = 0;
       const first = this.search.stretches?.[0];
@@ -90,6 +99,7 @@ export class TimeLine {
       this.isLive = false;
       byId<HTMLSelectElement>("window").value = "0";
     }
+    this.zoom = null;
     this.recent = [];
     this.past = [];
     // Whatever there is is news, also if it was asked for before it was known to be a recording.
@@ -122,15 +132,10 @@ export class TimeLine {
       const last = Number(answer.headers.get("x-last-time"));
       const hasGrown = last !== this.last;
       this.last = this.isRecording ? last : Math.max(last, this.recent.at(-1)?.time ?? 0);
-      if (this.isRecording ? hasGrown || this.past.length === 0 : this.windowSecs() !== 10) await this.fetchSpan(false);
-      if (this.isRecording && hasGrown) await this.fetchEvents();
+      if (this.isRecording ? hasGrown || this.past.length === 0 : !this.isRecent()) await this.fetchSpan(false);
     } catch {
       // The connection says so itself.
     }
-  }
-
-  private async fetchEvents(): Promise<void> {
-    this.events = await api<TimedEvent[]>("/api/v1/events");
   }
 
   private windowSecs(): number {
@@ -139,11 +144,40 @@ export class TimeLine {
 
   /** What the plot shows, s. */
   private wanted(): [number, number] {
+    if (this.zoom) {
+      const [from, to] = this.zoom;
+      return this.isLive ? [this.last - (to - from), this.last] : [from, to];
+    }
     const secs = this.windowSecs();
     if (secs === 0) return [this.first, this.last];
     if (this.isLive) return [Math.max(this.first, this.last - secs), this.last];
     const from = Math.min(Math.max(this.first, this.at - secs / 2), Math.max(this.first, this.last - secs));
     return [from, Math.min(this.last, from + secs)];
+  }
+
+  /** What the plot shows came while the page was open. */
+  private isRecent(): boolean {
+    const [from, to] = this.wanted();
+    return this.isLive && to - from <= RECENT_SECS;
+  }
+
+  private zoomTo(span: [number, number] | null): void {
+    this.zoom = span && zoomed(span, this.first, this.last);
+    const select = byId<HTMLSelectElement>("window");
+    if (this.zoom) select.value = "zoom";
+    else if (select.value === "zoom") select.value = this.isRecording ? "0" : "10";
+    this.drawnAt = 0;
+    if (!this.isRecent()) void this.fetchSpan(true);
+  }
+
+  /** The wheel: nearer or farther around the time under the pointer; sideways, or with Shift, along the time. */
+  private wheel(event: WheelEvent): void {
+    const at = this.plot?.posToVal(event.offsetX, "x");
+    if (at === undefined || !Number.isFinite(at)) return;
+    event.preventDefault();
+    const sideways = event.shiftKey && event.deltaX === 0 ? event.deltaY : event.deltaX;
+    const lines = event.deltaMode === 1 ? 30 : 1;
+    this.zoomTo(wheeled(this.wanted(), this.isLive ? this.last : at, sideways * lines, event.shiftKey ? 0 : event.deltaY * lines));
   }
 
   private async fetchSpan(force: boolean): Promise<void> {
@@ -158,6 +192,8 @@ export class TimeLine {
       const answer = await fetch(`/api/v1/history?from=${from}&to=${to}&points=${POINTS}`, { cache: "no-store" });
       this.past = readFrames(await answer.arrayBuffer());
       this.span = [from, to];
+      const marks = await api<TimedEvent[]>(`/api/v1/events?level=${MARK_LEVEL}&from=${from}&to=${to}&most=${MARKS}`);
+      this.marks = marks.filter((one) => one.event !== "command");
       this.drawnAt = 0;
     } finally {
       this.asking = false;
@@ -235,18 +271,18 @@ export class TimeLine {
     this.buttons();
   }
 
-  /** What is jumped to: when the condition began to hold, and without one the events. */
-  private async times(): Promise<number[]> {
-    const stretches = this.search.stretches;
-    if (stretches) return stretches.map((stretch) => stretch.from);
-    if (!this.isRecording) await this.fetchEvents().catch(() => undefined);
-    return this.events.filter((one) => one.event !== "log" || Number(one["level"]) >= 3).map((one) => one.time);
+  /** The next thing to jump to in a direction: where the condition begins to hold, and without one an event. */
+  private async nextTime(direction: 1 | -1): Promise<number | undefined> {
+    const times = this.search.stretches?.map((stretch) => stretch.from);
+    if (times) return direction > 0 ? times.find((time) => time > this.at + SAME_TIME) : times.findLast((time) => time < this.at - SAME_TIME);
+    const where = direction > 0 ? `from=${this.at + SAME_TIME}&first=1` : `to=${this.at - SAME_TIME}`;
+    const found = await api<TimedEvent[]>(`/api/v1/events?level=${MARK_LEVEL}&most=1&${where}`).catch(() => []);
+    return found[0]?.time;
   }
 
   /** To the next of these in this direction. */
   private async jump(direction: 1 | -1): Promise<void> {
-    const times = await this.times();
-    const next = direction > 0 ? times.find((time) => time > this.at + 1e-4) : times.findLast((time) => time < this.at - 1e-4);
+    const next = await this.nextTime(direction);
     this.isPlaying = false;
     if (next !== undefined) this.goTo(next);
     else if (direction > 0) this.goLive();
@@ -298,34 +334,71 @@ export class TimeLine {
     const plot = PLOTS[this.plotted];
     if (!plot) return;
     this.plot?.destroy();
+    const legend = plot.names.map((name, k) => make("span", { class: `series s${k}` }, name));
+    byId("plot-legend").replaceChildren(...legend);
     const style = getComputedStyle(document.documentElement);
     const line = style.getPropertyValue("--line").trim() || "#888";
     const ink = style.getPropertyValue("--ink2").trim() || "#888";
+    const alarm = style.getPropertyValue("--bad").trim() || "#d33";
     const axis = { stroke: ink, grid: { stroke: line, width: 1 }, ticks: { stroke: line, width: 1 }, font: "11px system-ui" };
     this.plot = new uPlot(
       {
         width: Math.max(host.clientWidth, 200),
         height: Math.max(host.clientHeight, 80),
-        scales: { x: { time: false } },
+        scales: { x: { time: false }, y: { range: (_: uPlot, min: number, max: number) => spread(min, max) } },
         legend: { show: false },
-        cursor: { drag: { x: true, y: false } },
-        axes: [{ ...axis, size: 24, values: (_: uPlot, values: number[]) => values.map((value) => `${value} s`) }, { ...axis, size: 46, label: plot.unit, labelSize: 14, labelFont: "11px system-ui" }],
-        series: [{}, ...plot.names.map((label, k) => ({ label, stroke: COLORS[k] ?? "#888", width: 1.5, points: { show: false } }))],
+        cursor: { drag: { x: true, y: false, setScale: false, dist: 6 }, points: { show: false } },
+        axes: [{ ...axis, size: 24, values: (_: uPlot, values: number[]) => values.map((value) => `${value} s`) }, { ...axis, size: 46, space: 17, label: plot.unit, labelSize: 14, labelFont: "11px system-ui" }],
+        series: [{}, ...plot.names.map((label, k) => ({ label, stroke: getComputedStyle(legend[k] ?? host).color, width: 1.5, points: { show: false } }))],
         hooks: {
           drawClear: [(self: uPlot) => this.drawFound(self, ink)],
-          draw: [(self: uPlot) => this.drawCursor(self, ink)],
-          setSelect: [],
+          draw: [(self: uPlot) => (this.drawMarks(self, ink, alarm), this.drawCursor(self, ink))],
+          setSelect: [(self: uPlot) => this.selected(self)],
         },
       },
       [[], ...plot.names.map(() => [])] as unknown as uPlot.AlignedData,
       host,
     );
     const over = this.plot.over;
+    over.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
+    over.addEventListener("dblclick", () => this.zoomTo(null));
     over.addEventListener("click", (event) => {
+      if (performance.now() - this.selectedAt < 200) return;
       const time = this.plot?.posToVal(event.offsetX, "x");
       if (time !== undefined && Number.isFinite(time)) this.goTo(time);
     });
     this.drawnAt = 0;
+  }
+
+  private selectedAt = 0;
+
+  /** A box was drawn: its time is zoomed to. */
+  private selected(plot: uPlot): void {
+    const { left, width } = plot.select;
+    if (width < 6) return;
+    const span: [number, number] = [plot.posToVal(left, "x"), plot.posToVal(left + width, "x")];
+    plot.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
+    this.selectedAt = performance.now();
+    if (this.isLive) this.goTo(span[1]);
+    this.zoomTo(span);
+  }
+
+  /** Alarms and changes of mode, at the upper edge. */
+  private drawMarks(plot: uPlot, ink: string, alarm: string): void {
+    const { ctx, bbox } = plot;
+    const size = 4 * devicePixelRatio;
+    ctx.save();
+    for (const mark of this.marks) {
+      const x = plot.valToPos(mark.time, "x", true);
+      if (x < bbox.left || x > bbox.left + bbox.width) continue;
+      ctx.fillStyle = mark.event === "alarm" || Number(mark["level"]) >= 4 ? alarm : ink;
+      ctx.beginPath();
+      ctx.moveTo(x - size, bbox.top);
+      ctx.lineTo(x + size, bbox.top);
+      ctx.lineTo(x, bbox.top + 1.6 * size);
+      ctx.fill();
+    }
+    ctx.restore();
   }
 
   /** Where the condition holds. */
@@ -366,9 +439,9 @@ export class TimeLine {
   private draw(): void {
     const plot = PLOTS[this.plotted];
     if (!plot || !this.plot) return;
-    const isRecent = this.isLive && this.windowSecs() === 10;
+    const isRecent = this.isRecent();
     let frames = isRecent ? this.recent : this.past;
-    const [from, to] = isRecent ? [Math.max(this.last - 10, 0), this.last] : this.span;
+    const [from, to] = isRecent || this.zoom ? this.wanted() : this.span;
     if (isRecent) frames = frames.slice(indexAt(frames, from));
     const data: number[][] = [frames.map((frame) => frame.time), ...plot.names.map((_, k) => frames.map((frame) => plot.values(frame)[k] ?? 0))];
     this.plot.setData(data as unknown as uPlot.AlignedData, true);

@@ -4,7 +4,7 @@
 import {
   AmbientLight, ArrowHelper, AxesHelper, BackSide, BoxGeometry, BufferAttribute, BufferGeometry, CapsuleGeometry, CanvasTexture,
   CylinderGeometry, DirectionalLight, DoubleSide, EdgesGeometry, GridHelper, Group, HemisphereLight, Line, LineBasicMaterial,
-  LineSegments, Matrix4, Mesh, MeshBasicMaterial, MeshStandardMaterial, type Object3D, PerspectiveCamera, PlaneGeometry, Quaternion, Scene,
+  LineSegments, NotEqualStencilFunc, ReplaceStencilOp, Matrix4, Mesh, MeshBasicMaterial, MeshStandardMaterial, type Object3D, PerspectiveCamera, PlaneGeometry, Quaternion, Scene,
   SphereGeometry, Sprite, SpriteMaterial, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
@@ -31,12 +31,16 @@ export interface Shown {
 
 const TRACE_POINTS = 600;
 const TRACE_SECS = 12;
+/** Joints that are nearer to each other have one ring, m. */
+const RING_APART = 0.03;
+/** Where the light for the shadow on the ground stands: far above, a little aside. */
+const LIGHT = [0.28, -0.22, 1] as const;
 const NEWTON_LENGTH = 0.004;
 const ARROW_MAX = 0.6;
 
 const themes = {
-  dark: { ground: 0x2a313b, ground2: 0x20262e, light: 0xdfe4ea, dark: 0x6a7688, accent: 0xff7a2f, outline: 0x0b0e12, trace: [0.25, 0.7, 1], ghost: 0x37d0a0 },
-  light: { ground: 0xb8c0ca, ground2: 0xd4dae1, light: 0xf4f6f8, dark: 0x7f8c9e, accent: 0xe8590c, outline: 0x39424e, trace: [0.05, 0.4, 0.85], ghost: 0x0c9b6f },
+  dark: { ground: 0x2a313b, ground2: 0x20262e, light: 0xdfe4ea, dark: 0x6a7688, accent: 0xff7a2f, outline: 0x0b0e12, trace: [0.25, 0.7, 1], ghost: 0x37d0a0, shadow: 0.42 },
+  light: { ground: 0xb8c0ca, ground2: 0xd4dae1, light: 0xf4f6f8, dark: 0x7f8c9e, accent: 0xe8590c, outline: 0x39424e, trace: [0.05, 0.4, 0.85], ghost: 0x0c9b6f, shadow: 0.16 },
 };
 
 function matrix4(m: Matrix): Matrix4 {
@@ -70,12 +74,21 @@ function label(text: string, color: string): Sprite {
 
 class Arm {
   readonly root = new Group();
+  /** The arm pressed flat on the ground along the light. */
+  readonly shadow = new Group();
   private readonly links: Group[] = [];
+  private readonly shadows: Group[] = [];
 
   constructor(data: SceneData, ghost: number | null, theme: (typeof themes)["dark"]) {
     const outline = new MeshBasicMaterial({ color: theme.outline, side: BackSide });
+    // Each place of the ground is darkened once, whatever lies above it.
+    const dark = new MeshBasicMaterial({ color: 0x000000, transparent: true, opacity: theme.shadow, depthWrite: false, stencilWrite: true, stencilRef: 1, stencilFunc: NotEqualStencilFunc, stencilZPass: ReplaceStencilOp });
+    const [lx, ly, lz] = LIGHT;
+    this.shadow.matrixAutoUpdate = false;
+    this.shadow.matrix.set(1, 0, -lx / lz, 0, 0, 1, -ly / lz, 0, 0, 0, 0, 0.0005, 0, 0, 0, 1);
     data.links.forEach((capsules, index) => {
       const group = new Group();
+      const flat = new Group();
       const material =
         ghost === null
           ? new MeshStandardMaterial({ color: index % 2 === 0 ? theme.light : theme.dark, roughness: 0.45, metalness: 0.12 })
@@ -85,17 +98,21 @@ class Arm {
         const axis = b.clone().sub(a);
         const length = axis.length();
         const turn = new Quaternion().setFromUnitVectors(new Vector3(0, 1, 0), length > 1e-9 ? axis.normalize() : new Vector3(0, 1, 0));
-        const add = (r: number, m: MeshStandardMaterial | MeshBasicMaterial): void => {
-          const mesh = new Mesh(new CapsuleGeometry(r, length, 8, 28), m);
+        const add = (to: Group, r: number, m: MeshStandardMaterial | MeshBasicMaterial, sides = 28): void => {
+          const mesh = new Mesh(new CapsuleGeometry(r, length, sides === 28 ? 8 : 4, sides), m);
           mesh.position.copy(a).add(b).multiplyScalar(0.5);
           mesh.quaternion.copy(turn);
-          group.add(mesh);
+          to.add(mesh);
         };
-        add(radius, material);
-        if (ghost === null) add(radius + 0.0035, outline);
+        add(group, radius, material);
+        if (ghost === null) {
+          add(group, radius + 0.0035, outline);
+          add(flat, radius, dark, 12);
+        }
       }
-      if (ghost === null && index > 0) {
-        // A ring where the joint turns.
+      const [x = 0, y = 0, z = 0] = [3, 7, 11].map((k) => data.joints[index - 1]?.[k] ?? 0);
+      if (ghost === null && index > 0 && Math.hypot(x, y, z) > RING_APART) {
+        // A ring where the joint turns; two joints at one place have one.
         const radius = Math.max(0.04, ...capsules.map((capsule) => capsule.radius)) * 1.02;
         const ring = new Mesh(new CylinderGeometry(radius, radius, 0.016, 40, 1, true), new MeshStandardMaterial({ color: theme.accent, roughness: 0.5, side: DoubleSide }));
         ring.rotation.x = Math.PI / 2;
@@ -103,11 +120,14 @@ class Arm {
       }
       this.links.push(group);
       this.root.add(group);
+      this.shadows.push(flat);
+      this.shadow.add(flat);
     });
   }
 
   show(frames: number[][]): void {
     this.links.forEach((link, k) => place(link, frames[k] ?? []));
+    this.shadows.forEach((link, k) => place(link, frames[k] ?? []));
   }
 }
 
@@ -138,7 +158,7 @@ export class View {
     const drawer = drawerName();
     if (drawer === null) throw new Error("WebGL is off");
     this.isSoft = /swiftshader|llvmpipe|software|basic render/i.test(drawer);
-    this.renderer = new WebGLRenderer({ antialias: !this.isSoft, alpha: true, powerPreference: "low-power" });
+    this.renderer = new WebGLRenderer({ antialias: !this.isSoft, alpha: true, stencil: true, powerPreference: "low-power" });
     this.renderer.setPixelRatio(this.isSoft ? 0.85 : Math.min(devicePixelRatio, 2));
     this.host.prepend(this.renderer.domElement);
     this.renderer.domElement.setAttribute("aria-hidden", "true");
@@ -192,11 +212,14 @@ export class View {
     const grid = new GridHelper(3, 30, this.theme.ground, this.theme.ground2);
     grid.rotation.x = Math.PI / 2;
     grid.position.z = -0.001;
+    // It fades into the distance instead of ending.
+    (grid.material as LineBasicMaterial).transparent = true;
+    (grid.material as LineBasicMaterial).opacity = 0.75;
     const base = new AxesHelper(0.25);
     this.arm = new Arm(data, null, this.theme);
     this.ghost = new Arm(data, this.theme.ghost, this.theme);
     this.ghost.root.visible = this.ghostQ !== null;
-    this.world.add(grid, base, this.arm.root, this.ghost.root);
+    this.world.add(grid, base, this.arm.shadow, this.arm.root, this.ghost.root);
     const text = this.theme === themes.dark ? "#dfe4ea" : "#20262e";
     for (const obstacle of data.obstacles) this.world.add(this.obstacle(obstacle, text));
     for (const plane of data.planes) if (plane.mode !== "off") this.world.add(this.plane(plane, text));
@@ -235,8 +258,8 @@ export class View {
     const group = new Group();
     const color = one.mode === "reduced" ? 0xf5a524 : 0xe5484d;
     const shape = new PlaneGeometry(1.6, 1.6, 8, 8);
-    group.add(new Mesh(shape, new MeshBasicMaterial({ color, transparent: true, opacity: 0.1, side: DoubleSide, depthWrite: false })));
-    group.add(new LineSegments(new EdgesGeometry(new PlaneGeometry(1.6, 1.6)), new LineBasicMaterial({ color })));
+    group.add(new Mesh(shape, new MeshBasicMaterial({ color, transparent: true, opacity: 0.06, side: DoubleSide, depthWrite: false })));
+    group.add(new LineSegments(new EdgesGeometry(new PlaneGeometry(1.6, 1.6)), new LineBasicMaterial({ color, transparent: true, opacity: 0.65 })));
     group.add(new ArrowHelper(new Vector3(0, 0, 1), new Vector3(), 0.2, color, 0.06, 0.03));
     const name = label(one.name, text);
     name.position.set(0, 0.85, 0.02);

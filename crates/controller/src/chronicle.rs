@@ -7,12 +7,15 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use elite_lang::TaskNode;
+use elite_runtime::external::{External, Witness};
 use elite_runtime::message::{InterpreterEvent, Message, Observer, Severity};
 use elite_runtime::panel::VariableValue;
 use motion_api::{Frame, Origin, ProgramId, SnapshotCell, ThreadNumber};
 use recorder::lengths::{NAME_BYTES, SHORT_TEXT_BYTES, cut};
 use recorder::{LogLevel, RecorderHandle};
 use tokio::sync::broadcast;
+
+use crate::external;
 
 /// What the log says when a program has ended.
 pub const PROGRAM_ENDED: &str = "program ended";
@@ -62,6 +65,7 @@ pub(crate) struct Chronicle {
     snapshot: Arc<SnapshotCell>,
     programs: Mutex<BTreeMap<ProgramId, KnownProgram>>,
     log_lines: broadcast::Sender<LogLine>,
+    external: external::Writer,
     observer: Arc<dyn Observer>,
 }
 
@@ -77,6 +81,7 @@ impl Chronicle {
             snapshot,
             programs: Mutex::default(),
             log_lines: broadcast::channel(LINES_WAITING_MAX).0,
+            external: external::Writer::default(),
             observer,
         }
     }
@@ -118,6 +123,12 @@ impl Chronicle {
                 text: short(text, LOG_BYTES_MAX),
             });
         }
+    }
+}
+
+impl Witness for Chronicle {
+    fn note(&self, external: &External) {
+        self.external.write(&self.recording, self.time(), external);
     }
 }
 

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock, Weak};
 use std::time::Duration;
 
+use elite_runtime::external::{Course, Repeat};
 use elite_runtime::message::{Message, Observer, RECORDING_ALARM_CODE, Severity};
 use elite_runtime::panel::Operator;
 use elite_runtime::{
@@ -17,8 +18,8 @@ use io_bus::Fieldbus;
 use io_bus::serial::SerialLine;
 use kinematics::{CalibrationError, ModelError, RobotModel};
 use motion::{Cycle, CycleConfig};
-use motion_api::{BorderSizes, ScriptEnd, SnapshotCell, Timeline, border};
-use recorder::{RecordError, Recorder, RecorderConfig, RecorderHandle, Viewer};
+use motion_api::{BorderSizes, CommandPort, Registers, ScriptEnd, SnapshotCell, Timeline, border};
+use recorder::{RecordError, Recorder, RecorderConfig, RecorderHandle, Setup, Viewer};
 use supervision::Faults;
 use thiserror::Error;
 
@@ -26,8 +27,10 @@ use crate::cell::{Cell, CellError};
 use crate::chronicle::Chronicle;
 use crate::clock::{Pump, start_clock};
 use crate::config::RobotConfig;
+use crate::external;
 use crate::loaded_model::{LoadedModel, setup};
 use crate::options::{ClockChoice, Permission};
+use crate::recorded_run::{ArmError, cell_of, model_of};
 use crate::recording_files;
 use crate::running::Controller;
 use crate::start_configuration::{SetupError, cycle_config};
@@ -67,6 +70,9 @@ pub enum StartError {
     /// A setting that no arm or not this one can start with.
     #[error(transparent)]
     Setup(#[from] SetupError),
+    /// The arm of a recording cannot be made.
+    #[error(transparent)]
+    Arm(#[from] ArmError),
     /// No recording.
     #[error(transparent)]
     Recording(#[from] RecordError),
@@ -129,6 +135,8 @@ pub struct Prepared {
     recording_path: Option<PathBuf>,
     alarm: RecordingAlarm,
     faults: Faults,
+    /// A recorded run that is repeated.
+    repeat: Option<Arc<Repeat>>,
 }
 
 impl Prepared {
@@ -164,7 +172,7 @@ impl Prepared {
                     setup,
                     model: loaded.model.clone(),
                     obstacles,
-                    extra: Vec::new(),
+                    extra: vec![external::topic()],
                     rotation: recording_files::rotation(config),
                     notes_wait: config.clock == ClockChoice::Virtual,
                     patience: manner.patience,
@@ -199,7 +207,53 @@ impl Prepared {
             recording_path: path,
             alarm,
             faults,
+            repeat: None,
         })
+    }
+
+    /// The arm and the cell of a recording, for a run that is repeated.
+    pub(crate) fn of_recording(setup: &Setup, repeat: Arc<Repeat>) -> Result<Self, StartError> {
+        let loaded = model_of(setup)?;
+        let cell = cell_of(setup).map_err(ArmError::from)?;
+        let cycle_config = cycle_config(setup, loaded.clone(), cell.as_ref())?;
+        let sizes = BorderSizes {
+            records: None,
+            ..BorderSizes::default()
+        };
+        let (motion_end, script_end) = border(sizes, &cycle_config.first_state());
+        let model = Arc::new(cycle_config.limited_model()?);
+        let cycle = Cycle::new(cycle_config.clone(), motion_end)?;
+        let obstacles = cell.as_ref().map(Cell::drawn).unwrap_or_default();
+        let faults = Faults::default();
+        Ok(Self {
+            clock: ClockChoice::Virtual,
+            manner: Manner {
+                powered_off: setup.powered_off,
+                ..Manner::alone()
+            },
+            // Nobody outside is reached: the recording answers.
+            permissions: Permissions::default(),
+            task_folder: absolute(Path::new(".")),
+            seed: setup.seed,
+            cell: None,
+            cycle_config,
+            cycle,
+            script_end,
+            model,
+            viewer: Viewer::new(loaded, obstacles, setup.epoch_ns),
+            recorder: None,
+            handle: RecorderHandle::off(),
+            recording_path: None,
+            alarm: RecordingAlarm::new(faults.clone()),
+            faults,
+            repeat: Some(repeat),
+        })
+    }
+
+    /// Where commands go in, and the registers.
+    pub(crate) fn border(&self) -> (CommandPort, Arc<Registers>) {
+        let end = &self.script_end;
+        (end.commands.clone(), end.registers.clone())
     }
 
     /// The arm with the limits in force.
@@ -253,7 +307,9 @@ impl Prepared {
             recording_path,
             alarm,
             faults,
+            repeat,
         } = self;
+        let has_stand_ins = extras.stand_ins.is_some();
         let safety = cycle_config.safety_of_targets()?;
         let snapshot = script_end.snapshot.clone();
         let chronicle = Arc::new(Chronicle::new(handle, snapshot, observer));
@@ -284,6 +340,14 @@ impl Prepared {
             task_folder,
             faults: faults.clone(),
             extras,
+            course: match repeat {
+                Some(repeat) => Course::Repeated(repeat),
+                // Beside tests programs share their time with others, which no recording tells.
+                None if recorder.is_some() && !has_stand_ins => {
+                    Course::Witnessed(chronicle.clone())
+                }
+                None => Course::Live,
+            },
         };
         Ok(Controller {
             robot,

@@ -11,4 +11,6 @@ pub mod material;
 pub mod mcap_file;
 pub mod mutation;
 pub mod programs;
+#[cfg(feature = "ports")]
+pub mod reference;
 pub mod targets;

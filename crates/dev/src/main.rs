@@ -82,6 +82,9 @@ enum Order {
     },
     /// The targets and what they read
     Targets,
+    /// Writes the pages of all functions of the robot: docs/reference and docs/zh/reference
+    #[cfg(feature = "ports")]
+    Reference,
     /// What the campaign starts
     #[command(hide = true)]
     Cases {
@@ -111,6 +114,18 @@ fn main() -> ExitCode {
 
 fn obey(order: Order) -> Result<ExitCode, Box<dyn std::error::Error>> {
     match order {
+        #[cfg(feature = "ports")]
+        Order::Reference => {
+            let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+            for made in dev::reference::make(&root)? {
+                let path = root.join(made.path);
+                if let Some(folder) = path.parent() {
+                    std::fs::create_dir_all(folder)?;
+                }
+                std::fs::write(path, made.text)?;
+            }
+            Ok(ExitCode::SUCCESS)
+        }
         Order::Campaign {
             targets: names,
             seconds,

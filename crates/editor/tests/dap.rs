@@ -8,6 +8,8 @@
     reason = "test helpers fail by panicking, and start threads as they like"
 )]
 
+#[path = "dap/attached.rs"]
+mod attached;
 #[path = "dap/back.rs"]
 mod back;
 #[path = "dap/client.rs"]

@@ -7,8 +7,11 @@
 )]
 
 mod answers;
+mod behaviour;
+mod chinese;
 mod client;
 mod edits;
 mod messages;
 mod programs;
+mod reading;
 mod recovery;

@@ -8,6 +8,7 @@
 mod advice;
 mod ast;
 mod builtins;
+pub mod chinese;
 pub mod debug;
 mod diagnostic;
 mod embedded;
@@ -26,6 +27,7 @@ mod native;
 mod ops;
 mod parser;
 mod program;
+mod reading;
 mod remote;
 mod resolve;
 mod source;

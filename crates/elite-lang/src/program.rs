@@ -13,7 +13,7 @@ use crate::source::{SourceFile, Span};
 use crate::stack::with_deep_stack;
 
 /// Longest text that is compiled, in bytes.
-const TEXT_MAX: usize = 64 << 20;
+pub(crate) const TEXT_MAX: usize = 64 << 20;
 
 /// From this length on, in bytes, reading a text takes so much that what is over is worth giving back: some 100 MiB.
 const LONG_TEXT: usize = 1 << 20;
@@ -144,37 +144,16 @@ pub fn check(file: Arc<SourceFile>, known: &KnownNames) -> Vec<Diagnostic> {
     found
 }
 
-/// What is in a text, as far as it can be read, and what was found in it: the same findings as [`check`]'s, with one reading.
-pub(crate) fn examine(file: &SourceFile, known: &KnownNames) -> (Module, Vec<Diagnostic>) {
-    if file.text().len() > TEXT_MAX {
-        let (_, found, _) = front(file);
-        return (Module::EMPTY, found);
-    }
-    let parsed = parse(file);
-    let (module, mut found) = (parsed.module, parsed.diagnostics);
-    shape(&module, &mut found);
-    let is_error = |finding: &Diagnostic| finding.severity == Severity::Error;
-    if !found.iter().any(is_error) {
-        found.extend(resolve(&module, known).diagnostics);
-    } else {
-        found.retain(is_error);
-        let found = in_nodes(found, &module.nodes);
-        return (module, found);
-    }
-    if found.iter().any(is_error) {
-        found.retain(is_error);
-    } else {
-        found = in_order(found);
-        found.extend(crate::lint::lint(&module, file, known));
-    }
-    let found = in_nodes(in_order(found), &module.nodes);
-    (module, found)
-}
-
 /// What a text is as a whole.
-struct Shape {
+pub(crate) struct Shape {
     kind: ProgramKind,
     entry: Option<Box<str>>,
+}
+
+/// What is said of a text that is longer than any that is read.
+pub(crate) fn too_long(bytes: usize) -> Diagnostic {
+    let text = format!("the text has {bytes} bytes, {TEXT_MAX} are allowed");
+    Diagnostic::error("too-long", Span::default(), text)
 }
 
 fn front(file: &SourceFile) -> (Option<Module>, Vec<Diagnostic>, Shape) {
@@ -183,15 +162,7 @@ fn front(file: &SourceFile) -> (Option<Module>, Vec<Diagnostic>, Shape) {
         entry: None,
     };
     if file.text().len() > TEXT_MAX {
-        let text = format!(
-            "the text has {} bytes, {TEXT_MAX} are allowed",
-            file.text().len()
-        );
-        return (
-            None,
-            vec![Diagnostic::error("too-long", Span::default(), text)],
-            nothing,
-        );
+        return (None, vec![too_long(file.text().len())], nothing);
     }
     let parsed = parse(file);
     let mut diagnostics = parsed.diagnostics;
@@ -210,7 +181,7 @@ fn front(file: &SourceFile) -> (Option<Module>, Vec<Diagnostic>, Shape) {
 
 /// A text whose only statement is a function without required parameters runs that function; `sec` always does
 /// (language.md 5).
-fn shape(module: &Module, diagnostics: &mut Vec<Diagnostic>) -> Shape {
+pub(crate) fn shape(module: &Module, diagnostics: &mut Vec<Diagnostic>) -> Shape {
     let statements: Vec<&Stmt> = module
         .body
         .iter()

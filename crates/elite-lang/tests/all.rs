@@ -14,6 +14,7 @@ mod long_integers;
 mod nesting;
 mod nodes;
 mod pace;
+mod reading;
 mod robustness;
 mod scripts;
 mod statements;

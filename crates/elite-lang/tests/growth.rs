@@ -286,6 +286,27 @@ const LOOPS: &[(&str, &str)] = &[
         "import collections\nd = collections.OrderedDict.fromkeys(range(n))\nfor i in range(n): d.move_to_end(i, last=i % 2 == 0)",
     ),
     (
+        "keys of a dictionary that the script compares",
+        "class K:\n    def __init__(self, i): self.i = i\n    def __hash__(self): return hash(self.i)\n    \
+         def __eq__(self, other): return self.i == other.i\n\
+         d = {K(i): i for i in range(n // 8)}\nfor i in range(n // 8): d[K(i)]",
+    ),
+    (
+        "elements of a set that the script compares",
+        "class K:\n    def __init__(self, i): self.i = i\n    def __hash__(self): return hash(self.i)\n    \
+         def __eq__(self, other): return self.i == other.i\n\
+         d = {K(i) for i in range(n // 8)}\nfor i in range(n // 8): K(i) in d",
+    ),
+    (
+        "arguments by name",
+        "def f(**named): return len(named)\nd = {f'k{i}': i for i in range(n // 2)}\nf(**d), dict(**d), f(a=1, **d)",
+    ),
+    (
+        "fields of a named tuple",
+        "import collections\nm = min(n // 4, 60_000)\nT = collections.namedtuple('T', [f'f{i}' for i in range(m)])\n\
+         T(**{f'f{i}': i for i in range(m)})",
+    ),
+    (
         "dict.popitem",
         "d = dict.fromkeys(range(n))\nwhile d: d.popitem()",
     ),

@@ -768,3 +768,102 @@ fn regular_expressions_give_way_1() {
 fn regular_expressions_give_way_2() {
     check_expressions(1, 2);
 }
+
+/// What a program does with many values, and what it leaves behind: how they are made of `n`, and what is done with them (`x`).
+const DEEDS: &[(&str, &str)] = &[
+    ("list(range(n))", "f(*x)"),
+    ("list(range(n))", "max(*x)"),
+    ("list(range(n))", "'{}'.format(*x)"),
+    ("{f'k{i}': i for i in range(n // 16)}", "f(**x)"),
+    ("{f'k{i}': i for i in range(n // 16)}", "dict(**x)"),
+    ("list(range(n))", "unpacked(x)"),
+    ("dict.fromkeys(range(n))", "[x.popitem() for _ in range(n)]"),
+    (
+        "dict.fromkeys(range(n))",
+        "[x.pop(next(iter(x))) for _ in range(n)]",
+    ),
+    ("set(range(n))", "[x.pop() for _ in range(n)]"),
+    (
+        "collections.OrderedDict.fromkeys(range(n))",
+        "[x.move_to_end(i, False) for i in range(0, n, 2)]",
+    ),
+    ("[[i] for i in range(n)]", "x.clear()"),
+    (
+        "[None]",
+        "[x.__setitem__(0, [x[0]]) for _ in range(n)] and None",
+    ),
+    (
+        "[None]",
+        "[x.__setitem__(0, (x[0],)) for _ in range(n)] and None",
+    ),
+    (
+        "[None]",
+        "[x.__setitem__(0, {1: x[0]}) for _ in range(n // 4)] and None",
+    ),
+    ("[str(i) for i in range(n)]", "sorted(x)"),
+    ("[str(i) for i in range(n)]", "sorted(x, key=len)"),
+    (
+        "dict.fromkeys(range(n))",
+        "(set(x), frozenset(x), dict(x), list(x))",
+    ),
+    (
+        "[Node() for _ in range(n // 8)]",
+        "[setattr(a, 'me', a) for a in x] and None",
+    ),
+    (
+        "[f'f{i}' for i in range(min(n // 32, 60_000))]",
+        "collections.namedtuple('T', x)",
+    ),
+    (
+        "' '.join(f'f{i}' for i in range(min(n // 32, 60_000)))",
+        "collections.namedtuple('T', x)",
+    ),
+    ("'a,' * n", "collections.namedtuple('T', x)"),
+    (
+        "{str(i): [i] for i in range(n // 8)}",
+        "json.loads(json.dumps(x, sort_keys=True))",
+    ),
+];
+
+#[test]
+fn what_is_done_and_left_gives_way() {
+    let deeds: Vec<String> = DEEDS
+        .iter()
+        .enumerate()
+        .map(|(index, (made, deed))| {
+            format!("attempt('{index}', lambda: ({made}), lambda x: ({deed}))\n")
+        })
+        .collect();
+    let program = format!(
+        "{BEGIN}
+class Node: pass
+def f(*a, **k): return len(a) + len(k)
+def unpacked(x):
+    a, *b = x
+    *c, d = x
+    a, *b, d = x
+    return b, c
+def attempt(label, make, act):
+    x = make()
+    print(label)
+    give_way()
+    try: result = act(x)
+    except Exception: result = None
+    give_way()
+    result = x = None
+    give_way()
+    print('-')
+    give_way()
+n = {VALUES}
+{}",
+        deeds.concat()
+    );
+    let trouble: Vec<String> = too_long(&program)
+        .iter()
+        .map(|(index, stretch)| {
+            let (made, deed) = DEEDS[index.parse::<usize>().unwrap_or(0)];
+            format!("{deed} of {made}: {stretch:?}")
+        })
+        .collect();
+    assert!(trouble.is_empty(), "\n{}", trouble.join("\n"));
+}

@@ -7,8 +7,9 @@
 use std::rc::Rc;
 
 use elite_lang::debug::{Aside, Halt, Watcher};
-use motion_api::{RobotState, ThreadNumber};
+use motion_api::{ProgramId, RobotState, ThreadNumber};
 
+use crate::external::What;
 use crate::task::{TaskContext, TaskEnd};
 
 /// The number under which an evaluation runs that waits for something.
@@ -16,8 +17,14 @@ pub const CONSOLE_THREAD: ThreadNumber = ThreadNumber(u32::MAX);
 
 /// Attaches a debugger to a task.
 pub trait DebugLink: Send + Sync {
-    /// On the thread of the task, before its program begins.
-    fn attach(&self, task: Debuggee) -> Rc<dyn Attached>;
+    /// A program is about to start.
+    fn begins(&self, _program: ProgramId, _name: &str, _text: &str) {}
+
+    /// It has ended.
+    fn ended(&self, _program: ProgramId) {}
+
+    /// On the thread of the task, before its program begins; `None`: nobody watches this one.
+    fn attach(&self, task: Debuggee) -> Option<Rc<dyn Attached>>;
 }
 
 /// A debugger on the thread of a task.
@@ -28,11 +35,31 @@ pub trait Attached: Watcher {
     /// The program is over, and nothing of it has been taken apart yet.
     fn before_end(&self, halt: &Halt<'_>, end: &TaskEnd);
 
+    /// The task has looked round, and no script thread runs. Only where time passes by itself, or the task is held.
+    fn between_turns(&self, _halt: &Halt<'_>) {}
+
+    /// Whether a program is held without the task standing still: orders of ports are heard, the arm halts on its path as for
+    /// any pause, and only the thread that is held has its turns, in which it is asked again.
+    fn holds(&self) -> Holds {
+        Holds::Nothing
+    }
+
     /// A script thread has ended.
     fn thread_ended(&self, number: ThreadNumber);
 
     /// The program is to end without running any more of it.
     fn is_over(&self) -> bool;
+}
+
+/// What a debugger holds, see [`Attached::holds`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Holds {
+    /// Nothing.
+    Nothing,
+    /// The program, within whatever its threads wait for.
+    Program,
+    /// The program, before a statement of this thread.
+    At(ThreadNumber),
 }
 
 /// The task of a program that is debugged.
@@ -57,7 +84,23 @@ impl Debuggee {
 
     /// Runs `look`, in which builtins that move the arm or wait are refused as in a secondary program.
     pub fn without_motion<T>(&self, look: impl FnOnce() -> T) -> T {
-        self.0.as_secondary(look)
+        self.0.aside(|| self.0.as_secondary(look))
+    }
+
+    /// Which program it is.
+    pub fn program(&self) -> ProgramId {
+        self.0.program()
+    }
+
+    /// The run is repeated from a recording.
+    pub fn is_repeated(&self) -> bool {
+        self.0.repeat().is_some()
+    }
+
+    /// Says that a debugger has changed something: from here on the run cannot be repeated from its recording.
+    pub fn is_changed(&self) {
+        self.0
+            .note(What::Lost("a debugger has changed something".to_owned()));
     }
 
     /// Drives an evaluation that waits, beside the program, until it ends.

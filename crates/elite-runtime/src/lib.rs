@@ -11,8 +11,10 @@
 
 pub mod attendant;
 pub mod builtins;
+pub mod chinese;
 mod compile_pool;
 pub mod debug;
+pub mod external;
 mod foresight;
 pub mod interpreter;
 pub mod interpreter_queue;

@@ -3,18 +3,20 @@
 //! Owns the table of commands somebody waits for. Knows neither planner nor physics (those are behind the ring) and no
 //! script value. Shared by the task's thread, the ports and the pump.
 
-use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use elite_lang::memory;
 use kinematics::{RobotModel, SafetyBounds};
 use motion_api::{
     Command, CommandId, CommandKind, CommandPort, DigitalBank, Event, EventReader, FrameReader,
-    IoChange, IoImage, Moment, Origin, Outcome, PointList, Registers, RingFull, RobotState,
-    ScriptEnd, SnapshotCell, StopReason, Timeline,
+    IoChange, IoImage, Moment, Origin, Outcome, PointList, ProgramId, Registers, RingFull,
+    RobotState, ScriptEnd, SnapshotCell, StopReason, Timeline,
 };
 use tokio::sync::Notify;
 
+use crate::external::Repeat;
 use crate::foresight::{Foreseen, Lasting};
 use crate::message::{Message, Observer, Severity};
 
@@ -30,7 +32,20 @@ pub struct Robot {
     inbox: Mutex<Inbox>,
     progress: Notify,
     observer: Arc<dyn Observer>,
+    /// The latest cycle whose events have all been taken; only under the real clock.
+    told: Mutex<Option<Box<RobotState>>>,
+    /// Its number.
+    told_cycle: AtomicU64,
+    /// Where a recorded run is repeated: programs give no commands then, they are compared with what was recorded.
+    repeat: OnceLock<Arc<Repeat>>,
 }
+
+/// Commands of a program are remembered for so many cycles after their end, for programs that see the robot as it was a little
+/// before; and at most so many of them.
+const REMEMBERED_CYCLES: u64 = 250;
+const REMEMBERED_MAX: usize = 4096;
+/// Stops that are remembered with their cycle.
+const STOPS_REMEMBERED: usize = 8;
 
 /// What comes from the motion thread.
 struct Inbox {
@@ -44,7 +59,11 @@ struct Awaited {
     open: BTreeMap<CommandId, Entry>,
     stops: u64,
     last_stop: Option<StopReason>,
+    /// The latest ones, with their cycles.
+    recent_stops: VecDeque<(u64, StopReason)>,
     lasting: Lasting,
+    /// Commands that have ended and that nobody asks for, oldest first, with the cycle of their end.
+    ended: VecDeque<(u64, CommandId)>,
 }
 
 impl Awaited {
@@ -55,9 +74,21 @@ impl Awaited {
             command,
             keep_outcome,
             outcome: None,
-            is_queued: false,
+            ended_in: u64::MAX,
+            queued_in: u64::MAX,
         };
         self.open.insert(command.id, entry);
+    }
+
+    /// Forgets commands that ended long ago.
+    fn forget_ended(&mut self, cycle: u64) {
+        while let Some((ended_in, id)) = self.ended.front().copied()
+            && (ended_in.saturating_add(REMEMBERED_CYCLES) < cycle
+                || self.ended.len() > REMEMBERED_MAX)
+        {
+            self.ended.pop_front();
+            self.open.remove(&id);
+        }
     }
 }
 
@@ -65,8 +96,17 @@ struct Entry {
     command: Command,
     keep_outcome: bool,
     outcome: Option<Outcome>,
-    /// The next motion may follow it already.
-    is_queued: bool,
+    /// The cycle in which it ended.
+    ended_in: u64,
+    /// The cycle since which the next motion may follow it.
+    queued_in: u64,
+}
+
+impl Entry {
+    /// Whether it had ended by this cycle.
+    fn has_ended(&self, by: u64) -> bool {
+        self.outcome.is_some() && self.ended_in <= by
+    }
 }
 
 impl Robot {
@@ -91,7 +131,28 @@ impl Robot {
             }),
             progress: Notify::new(),
             observer,
+            told: Mutex::default(),
+            told_cycle: AtomicU64::new(0),
+            repeat: OnceLock::new(),
         }
+    }
+
+    /// From now on programs repeat a recorded run: their commands are not given, the recording's are.
+    pub fn repeats(&self, repeat: Arc<Repeat>) {
+        // Said once, before the first program.
+        let _ = self.repeat.set(repeat);
+    }
+
+    /// The number of the latest cycle whose events have all been taken, under the real clock.
+    pub(crate) fn told_cycle(&self) -> u64 {
+        self.told_cycle.load(Ordering::Acquire)
+    }
+
+    /// The state of that cycle.
+    pub(crate) fn told(&self) -> RobotState {
+        let told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
+        told.as_ref()
+            .map_or_else(|| self.snapshot.read(), |state| **state)
     }
 
     /// The arm's model.
@@ -153,6 +214,15 @@ impl Robot {
         points: &Arc<PointList>,
         interval: f64,
     ) -> Result<CommandId, RingFull> {
+        if let Some(repeat) = self.repeat.get() {
+            let count = points.count();
+            return Ok(self.expected(
+                repeat,
+                origin,
+                CommandKind::MoveMl { count, interval },
+                true,
+            ));
+        }
         // Lists are freed by whoever hands over the next.
         memory::outside(|| {
             self.commands
@@ -185,6 +255,9 @@ impl Robot {
         kind: CommandKind,
         keep_outcome: bool,
     ) -> Result<CommandId, RingFull> {
+        if let Some(repeat) = self.repeat.get().filter(|_| origin.program != ProgramId(0)) {
+            return Ok(self.expected(repeat, origin, kind, keep_outcome));
+        }
         // The table is of all threads: what one enters, another takes out.
         memory::outside(|| {
             self.commands.send_with(origin, kind, |id| {
@@ -194,25 +267,32 @@ impl Robot {
         })
     }
 
+    /// The number that a command of a repeated program has in the recording, whose own is carried out.
+    fn expected(
+        &self,
+        repeat: &Repeat,
+        origin: Origin,
+        kind: CommandKind,
+        keep_outcome: bool,
+    ) -> CommandId {
+        memory::outside(|| {
+            let id = repeat.expect(origin, &kind, self.moment().cycle);
+            let command = Command { id, origin, kind };
+            self.awaited().announce(command, keep_outcome);
+            id
+        })
+    }
+
     /// Inputs and outputs as the next read must see them: the image of the latest cycle with every change that still
     /// waits for its cycle applied, in order.
     pub fn io(&self) -> IoImage {
         let awaited = self.awaited();
-        let mut image = self.state().io();
-        for entry in awaited
-            .open
-            .values()
-            .filter(|entry| entry.outcome.is_none())
-        {
-            match entry.command.kind {
-                CommandKind::SetStandardDigitalOut { index, level } if index < 16 => {
-                    image.apply(&IoChange::digital_out(DigitalBank::Standard, index, level));
-                }
-                CommandKind::SetIo(change) => image.apply(&change),
-                _ => {}
-            }
-        }
-        image
+        io_after(&awaited, &self.state(), u64::MAX)
+    }
+
+    /// The same as of an earlier cycle.
+    pub(crate) fn io_after(&self, state: &RobotState) -> IoImage {
+        io_after(&self.awaited(), state, state.cycle)
     }
 
     /// The state as the next cycle will have it, as far as commands that wait set something: what a program is shown, whose
@@ -220,12 +300,12 @@ impl Robot {
     pub(crate) fn foreseen(&self) -> Foreseen {
         let awaited = self.awaited();
         // Under the lock: what is no longer open was published before.
-        let mut foreseen = Foreseen::new(self.state(), awaited.lasting);
-        let open = awaited.open.values();
-        for entry in open.filter(|entry| entry.outcome.is_none()) {
-            foreseen.add(&entry.command);
-        }
-        foreseen
+        foreseen_after(&awaited, self.state(), u64::MAX)
+    }
+
+    /// The same as of an earlier cycle.
+    pub(crate) fn foreseen_after(&self, state: &RobotState) -> Foreseen {
+        foreseen_after(&self.awaited(), *state, state.cycle)
     }
 
     /// The general purpose registers.
@@ -237,6 +317,18 @@ impl Robot {
     pub fn protective_stops(&self) -> (u64, Option<StopReason>) {
         let awaited = self.awaited();
         (awaited.stops, awaited.last_stop)
+    }
+
+    /// The same as of an earlier cycle.
+    pub(crate) fn protective_stops_by(&self, cycle: u64) -> (u64, Option<StopReason>) {
+        let awaited = self.awaited();
+        let recent = &awaited.recent_stops;
+        let later = recent.iter().filter(|(at, _)| *at > cycle).count();
+        let last = recent.iter().rev().find(|(at, _)| *at <= cycle);
+        (
+            awaited.stops - later as u64,
+            last.map(|(_, reason)| *reason),
+        )
     }
 
     /// The outcome of a requested command once it has ended; a second call gives `None`.
@@ -255,18 +347,26 @@ impl Robot {
 
     /// True once a requested command has ended.
     pub fn has_ended(&self, id: CommandId) -> bool {
-        self.awaited()
-            .open
-            .get(&id)
-            .is_none_or(|entry| entry.outcome.is_some())
+        self.has_ended_by(id, u64::MAX)
+    }
+
+    /// The same as of an earlier cycle.
+    pub(crate) fn has_ended_by(&self, id: CommandId, cycle: u64) -> bool {
+        let awaited = self.awaited();
+        let entry = awaited.open.get(&id);
+        entry.is_none_or(|entry| entry.has_ended(cycle))
     }
 
     /// True once a requested motion has ended, or the next one may follow it.
     pub fn may_be_followed(&self, id: CommandId) -> bool {
-        self.awaited()
-            .open
-            .get(&id)
-            .is_none_or(|entry| entry.outcome.is_some() || entry.is_queued)
+        self.may_be_followed_by(id, u64::MAX - 1)
+    }
+
+    /// The same as of an earlier cycle.
+    pub(crate) fn may_be_followed_by(&self, id: CommandId, cycle: u64) -> bool {
+        let awaited = self.awaited();
+        let entry = awaited.open.get(&id);
+        entry.is_none_or(|entry| entry.has_ended(cycle) || entry.queued_in <= cycle)
     }
 
     /// Gives up waiting for a command; its outcome is dropped when it comes.
@@ -295,18 +395,40 @@ impl Robot {
     /// advances the virtual one.
     pub fn pump(&self) {
         let mut inbox = self.inbox.lock().unwrap_or_else(PoisonError::into_inner);
+        let is_virtual = self.timeline.is_virtual();
+        // The events of a cycle come before its frame: with the frames that are there now all their events are.
+        let frames = inbox.frames.waiting();
         while let Some(event) = inbox.events.next_event() {
-            self.dispatch(event);
+            self.dispatch(event, is_virtual);
         }
         // Under the lock, so that cycles are seen in order.
-        inbox.frames.look(|frame| self.observer.cycle_ended(frame));
+        inbox.frames.look(frames, |frame, left| {
+            self.observer.cycle_ended(frame);
+            if left == 0 && !is_virtual {
+                self.tell(&frame.state);
+            }
+        });
         drop(inbox);
         self.progress.notify_one();
     }
 
-    fn dispatch(&self, event: Event) {
+    /// Programs may see this cycle from now on.
+    fn tell(&self, state: &RobotState) {
+        let cycle = state.cycle;
+        {
+            let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
+            match told.as_mut() {
+                Some(told) => **told = *state,
+                None => *told = Some(Box::new(*state)),
+            }
+        }
+        self.told_cycle.store(cycle, Ordering::Release);
+        self.awaited().forget_ended(cycle);
+    }
+
+    fn dispatch(&self, event: Event, is_virtual: bool) {
         match event {
-            Event::Ended { id, outcome, .. } => {
+            Event::Ended { id, outcome, cycle } => {
                 let mut awaited = self.awaited();
                 let Some(entry) = awaited.open.get_mut(&id) else {
                     return;
@@ -316,24 +438,30 @@ impl Robot {
                 let Some(entry) = awaited.open.get_mut(&id) else {
                     return;
                 };
+                let command = entry.command;
+                entry.ended_in = cycle;
                 if keeps {
                     entry.outcome = Some(outcome);
-                } else if let Some(entry) = awaited.open.remove(&id)
-                    && let Outcome::Refused(refusal) = outcome
-                {
+                    return;
+                }
+                if is_virtual || command.origin.program == ProgramId(0) {
+                    awaited.open.remove(&id);
+                } else {
+                    // A program may still see the cycle before.
+                    entry.outcome = Some(outcome);
+                    awaited.ended.push_back((cycle, id));
+                }
+                if let Outcome::Refused(refusal) = outcome {
                     drop(awaited);
                     // Nobody waits for this one, so nobody else would say that it was refused.
-                    let text = format!("{}: {refusal}", entry.command.kind.name());
-                    self.observer.message(&Message::log(
-                        Severity::Warning,
-                        entry.command.origin,
-                        text,
-                    ));
+                    let text = format!("{}: {refusal}", command.kind.name());
+                    let warning = Message::log(Severity::Warning, command.origin, text);
+                    self.observer.message(&warning);
                 }
             }
-            Event::Queued { id, .. } => {
+            Event::Queued { id, cycle } => {
                 if let Some(entry) = self.awaited().open.get_mut(&id) {
-                    entry.is_queued = true;
+                    entry.queued_in = cycle;
                 }
             }
             Event::Warned { id, warning, .. } => {
@@ -344,9 +472,13 @@ impl Robot {
                 self.observer
                     .message(&Message::log(Severity::Warning, origin, text));
             }
-            Event::Stopped { reason, .. } => {
+            Event::Stopped { reason, cycle } => {
                 let mut awaited = self.awaited();
                 awaited.stops += 1;
+                awaited.recent_stops.push_back((cycle, reason));
+                if awaited.recent_stops.len() > STOPS_REMEMBERED {
+                    awaited.recent_stops.pop_front();
+                }
                 awaited.lasting.note_stop();
                 awaited.last_stop = Some(reason);
                 drop(awaited);
@@ -358,6 +490,30 @@ impl Robot {
     fn awaited(&self) -> MutexGuard<'_, Awaited> {
         self.awaited.lock().unwrap_or_else(PoisonError::into_inner)
     }
+}
+
+fn io_after(awaited: &Awaited, state: &RobotState, cycle: u64) -> IoImage {
+    let mut image = state.io();
+    let open = awaited.open.values();
+    for entry in open.filter(|entry| !entry.has_ended(cycle)) {
+        match entry.command.kind {
+            CommandKind::SetStandardDigitalOut { index, level } if index < 16 => {
+                image.apply(&IoChange::digital_out(DigitalBank::Standard, index, level));
+            }
+            CommandKind::SetIo(change) => image.apply(&change),
+            _ => {}
+        }
+    }
+    image
+}
+
+fn foreseen_after(awaited: &Awaited, state: RobotState, cycle: u64) -> Foreseen {
+    let mut foreseen = Foreseen::new(state, awaited.lasting);
+    let open = awaited.open.values();
+    for entry in open.filter(|entry| !entry.has_ended(cycle)) {
+        foreseen.add(&entry.command);
+    }
+    foreseen
 }
 
 /// The script side's end of the border, without the records (those go to the recorder).

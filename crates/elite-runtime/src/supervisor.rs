@@ -15,6 +15,7 @@ use tokio::sync::{Mutex as Turns, watch};
 
 use crate::attendant::Attendant;
 use crate::compile_pool::CompilePool;
+use crate::external::Course;
 use crate::interpreter::Interpreter;
 use crate::message::{Message, Observer, Severity};
 use crate::panel::{Panel, Watchdogs};
@@ -183,6 +184,8 @@ impl Supervisor {
             // What it shows and asks is its own.
             panel: Arc::new(Panel::new(settings.panel.operator())),
             extras,
+            // Only the program it looks at is told in a recording.
+            course: Course::Live,
             ..settings.clone()
         })
     }
@@ -490,6 +493,23 @@ impl Supervisor {
         Ok(id)
     }
 
+    /// Begins a program of a recorded run again, under the number that it had, with these globals set.
+    ///
+    /// # Errors
+    /// [`SubmitError`]: another one runs, or there is no thread.
+    pub fn begin_again(
+        &self,
+        id: ProgramId,
+        program: ProgramText,
+        presets: &[Preset],
+    ) -> Result<(), SubmitError> {
+        self.set_presets(presets);
+        self.current().last_program = id.0.saturating_sub(1);
+        let is_secondary = is_secondary(&program.text);
+        self.start(program.name.clone(), is_secondary, Source::Text(program))?;
+        Ok(())
+    }
+
     /// Ends the running program, if one runs.
     pub fn stop(&self) {
         let current = self.current();
@@ -568,6 +588,10 @@ impl Shared {
         };
         let observer = self.settings.observer.clone();
         observer.program_started(id, name, source.text());
+        let debug = self.settings.extras.debug.clone();
+        if let Some(debug) = &debug {
+            debug.begins(id, name, source.text());
+        }
         match tokio::runtime::Builder::new_current_thread()
             .enable_all()
             // Where nobody is out there, time-outs are simulated time: the clock of the runtime follows its waits.
@@ -632,6 +656,9 @@ impl Drop for Ending<'_> {
         let _ = catch(|| shared.interpreter.task_ended());
         let _ = catch(|| shared.settings.panel.with_watchdogs(Watchdogs::clear));
         let _ = catch(|| shared.settings.observer.program_ended(id));
+        if let Some(debug) = &shared.settings.extras.debug {
+            let _ = catch(|| debug.ended(id));
+        }
         // Under one lock: a program that starts right now must not have its status overwritten.
         let current = shared.current.lock();
         let mut current = current.unwrap_or_else(PoisonError::into_inner);

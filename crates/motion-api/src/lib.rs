@@ -16,10 +16,17 @@ pub mod online;
 pub mod points;
 pub mod registers;
 pub mod ring;
+mod sequence_lock;
 pub mod snapshot;
 pub mod state;
 pub mod timeline;
 mod words;
+
+/// What the sequence lock is made of; its model (`tests/interleavings.rs`) has loom's in this place.
+mod atomics {
+    pub(crate) use std::hint::spin_loop;
+    pub(crate) use std::sync::atomic::{AtomicU64, Ordering, fence};
+}
 
 pub use command::{Command, CommandId, CommandKind, Origin, ProgramId, ThreadNumber};
 pub use event::{Event, Outcome, PathFault, Refusal, StopReason, Warning};

@@ -347,14 +347,20 @@ pub struct FrameReader {
 }
 
 impl FrameReader {
-    /// Shows every cycle that waits, in order, where it lies.
-    pub fn look(&mut self, mut see: impl FnMut(&Frame)) {
-        while let Ok(one) = self.ring.read_chunk(1) {
+    /// How many frames wait.
+    pub fn waiting(&self) -> usize {
+        self.ring.slots()
+    }
+
+    /// Shows the next `count` cycles, as far as they wait, in order, where they lie; and how many of them are still to come.
+    pub fn look(&mut self, count: usize, mut see: impl FnMut(&Frame, usize)) {
+        for left in (0..count).rev() {
+            let Ok(one) = self.ring.read_chunk(1) else {
+                return;
+            };
             let seen = Seen(Some(one));
-            seen.0
-                .iter()
-                .flat_map(|one| one.as_slices().0)
-                .for_each(&mut see);
+            let frames = seen.0.iter().flat_map(|one| one.as_slices().0);
+            frames.for_each(|frame| see(frame, left));
         }
     }
 }
@@ -427,8 +433,7 @@ impl RecordReader {
     }
 }
 
-// The snapshot cell works only inside a model when loom's atomics are in use.
-#[cfg(all(test, not(elite_loom)))]
+#[cfg(test)]
 mod tests {
     use super::*;
     use kinematics::JointPositions;

@@ -134,6 +134,17 @@ state! {
     }
 }
 
+impl Moment {
+    /// When a state was made.
+    pub const fn of(state: &RobotState) -> Self {
+        Self {
+            cycle: state.cycle,
+            time: state.time,
+            step_time: state.step_time,
+        }
+    }
+}
+
 impl RobotState {
     /// The state before the first cycle: standing at `q`, nothing measured yet.
     pub fn at_start(q: JointPositions, step_time: f64) -> Self {

@@ -150,7 +150,7 @@ impl Outbox {
         self.snapshot.publish(state);
     }
 
-    /// The end of the cycle: the state to the snapshot and to the recording, the frame, then the events.
+    /// The end of the cycle: the state to the snapshot and to the recording, the events, then the frame.
     pub(crate) fn publish(
         &mut self,
         state: &RobotState,
@@ -158,15 +158,16 @@ impl Outbox {
     ) {
         self.snapshot.publish(state);
         self.record(Record::Cycle(*state));
-        if !self.frames.is_full() {
-            let (state, registers) = (*state, registers());
-            // Only this side fills the ring.
-            let _ = self.frames.push(Frame { state, registers });
-        }
         let room = self.events.slots();
         for event in self.pending.drain(..room.min(self.pending.len())) {
             // There is room, and only this side fills the ring.
             let _ = self.events.push(event);
+        }
+        // Last: whoever finds the frame finds the events of its cycle, too.
+        if !self.frames.is_full() {
+            let (state, registers) = (*state, registers());
+            // Only this side fills the ring.
+            let _ = self.frames.push(Frame { state, registers });
         }
     }
 

@@ -11,6 +11,8 @@ pub struct Asset {
     pub bytes: &'static [u8],
     /// They are compressed with gzip.
     pub is_gzipped: bool,
+    /// Its entity tag: another content has another one.
+    pub mark: &'static str,
 }
 
 include!(concat!(env!("OUT_DIR"), "/assets.rs"));

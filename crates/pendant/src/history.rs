@@ -7,9 +7,9 @@ use std::sync::Arc;
 use serde_json::{Value, json};
 
 use crate::frame::{FRAME_BYTES, shows_the_same};
-use crate::track::Track;
+use crate::track::{Track, Weighs};
 
-/// Frames: a quarter of an hour at 60 a second before the older ones are thinned out.
+/// Frames: a quarter of an hour at 60 a second before they are thinned out. Evenly, those of an hour are 62.5 ms apart.
 const FRAMES_MAX: usize = 60_000;
 /// Bytes of all panels, and of all registers.
 const TEXT_BYTES_MAX: usize = 16 << 20;
@@ -19,10 +19,41 @@ const TEXTS_MAX: usize = 20_000;
 const EVENTS_MAX: usize = 20_000;
 /// Most frames that are given at once.
 pub const POINTS_MAX: usize = 4000;
-/// Most events that are given at once: the latest.
-const EVENTS_GIVEN_MAX: usize = 2000;
+/// Most events that are given at once.
+pub const EVENTS_GIVEN_MAX: usize = 2000;
+/// From this level on an event is no mere line of the log (those of debug and information are 1 and 2).
+pub const LEVEL_OF_MARKS: u8 = 3;
 /// A frame that shows nothing new is kept after so long, s.
 const STILL_PERIOD: f64 = 1.0;
+
+/// Something that has happened.
+#[derive(Clone, Debug)]
+struct Event {
+    /// As of lines of the log: 1 debug to 5 fatal.
+    level: u8,
+    json: Arc<str>,
+}
+
+impl Weighs for Event {
+    fn weight(&self) -> usize {
+        self.json.len()
+    }
+}
+
+/// Which events are asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EventsWanted {
+    /// From this time, s.
+    pub from: f64,
+    /// To this time, s.
+    pub to: f64,
+    /// Of this level or above.
+    pub level: u8,
+    /// So many at most, and never more than [`EVENTS_GIVEN_MAX`].
+    pub most: usize,
+    /// The first ones of the span, not the latest.
+    pub first: bool,
+}
 
 /// The history.
 #[derive(Clone, Debug)]
@@ -30,7 +61,10 @@ pub struct History {
     frames: Track<Box<[u8]>>,
     panels: Track<Arc<str>>,
     registers: Track<Arc<str>>,
-    events: Track<Arc<str>>,
+    /// Warnings, errors, alarms, changes of mode, commands: what is jumped to.
+    marks: Track<Event>,
+    /// Other lines of the log.
+    lines: Track<Event>,
     /// The latest frame, which is kept only when the next one shows something else.
     still: Option<(f64, [u8; FRAME_BYTES])>,
     /// Nothing is added any more.
@@ -43,7 +77,8 @@ impl Default for History {
             frames: Track::new(FRAMES_MAX, FRAMES_MAX * FRAME_BYTES),
             panels: Track::new(TEXTS_MAX, TEXT_BYTES_MAX),
             registers: Track::new(TEXTS_MAX, TEXT_BYTES_MAX),
-            events: Track::new(EVENTS_MAX, TEXT_BYTES_MAX),
+            marks: Track::new(EVENTS_MAX, TEXT_BYTES_MAX),
+            lines: Track::new(EVENTS_MAX, TEXT_BYTES_MAX),
             still: None,
             whole: false,
         }
@@ -51,6 +86,16 @@ impl Default for History {
 }
 
 impl History {
+    /// Of something whole, such as a recording: every part of it is kept alike.
+    pub fn of_recording() -> Self {
+        Self {
+            frames: Track::even(FRAMES_MAX, FRAMES_MAX * FRAME_BYTES),
+            panels: Track::even(TEXTS_MAX, TEXT_BYTES_MAX),
+            registers: Track::even(TEXTS_MAX, TEXT_BYTES_MAX),
+            ..Self::default()
+        }
+    }
+
     /// One frame more.
     pub fn frame(&mut self, time: f64, frame: &[u8; FRAME_BYTES]) {
         let last = self.frames.span().map(|(_, last)| last);
@@ -83,9 +128,13 @@ impl History {
         self.registers.push(time, registers);
     }
 
-    /// Something has happened, as JSON.
-    pub fn event(&mut self, time: f64, event: Arc<str>) {
-        self.events.push(time, event);
+    /// Something has happened, as JSON; its level is that of a line of the log, 1 debug to 5 fatal.
+    pub fn event(&mut self, time: f64, level: u8, json: Arc<str>) {
+        let track = match level >= LEVEL_OF_MARKS {
+            true => &mut self.marks,
+            false => &mut self.lines,
+        };
+        track.push(time, Event { level, json });
     }
 
     /// Nothing comes any more.
@@ -132,16 +181,27 @@ impl History {
         json!({"time": time, "panel": text(&self.panels), "registers": text(&self.registers)})
     }
 
-    /// The latest events from `from` to `to`, oldest first, as a JSON array.
-    pub fn events(&self, from: f64, to: f64) -> String {
-        let all: Vec<&Arc<str>> = self
-            .events
-            .between(from, to, usize::MAX)
-            .map(|(_, event)| event)
-            .collect();
-        let latest = &all[all.len().saturating_sub(EVENTS_GIVEN_MAX)..];
+    /// Events, oldest first, as a JSON array.
+    pub fn events(&self, wanted: EventsWanted) -> String {
+        let most = wanted.most.min(EVENTS_GIVEN_MAX);
+        let of = |track: &Track<Event>| -> Vec<(f64, Arc<str>)> {
+            let all = track.between(wanted.from, wanted.to, usize::MAX);
+            let all = all.filter(|(_, event)| event.level >= wanted.level);
+            let all = all.map(|(time, event)| (*time, event.json.clone()));
+            all.collect()
+        };
+        let mut all = of(&self.marks);
+        if wanted.level < LEVEL_OF_MARKS {
+            all.extend(of(&self.lines));
+        }
+        // Stable: events of one moment stay in their order.
+        all.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+        let given = match wanted.first {
+            true => &all[..most.min(all.len())],
+            false => &all[all.len().saturating_sub(most)..],
+        };
         // Each is JSON already.
-        let texts: Vec<&str> = latest.iter().map(|event| &***event).collect();
+        let texts: Vec<&str> = given.iter().map(|(_, json)| &**json).collect();
         format!("[{}]", texts.join(","))
     }
 }
@@ -196,15 +256,42 @@ mod tests {
         history.panel(1.0, r#"{"line":4}"#.into());
         history.panel(2.0, r#"{"line":5}"#.into());
         history.registers(0.5, r#"{"in":[1]}"#.into());
-        history.event(1.5, r#"{"event":"log"}"#.into());
-        history.event(2.5, r#"{"event":"alarm"}"#.into());
+        history.event(1.5, 2, r#"{"event":"log"}"#.into());
+        history.event(2.5, 5, r#"{"event":"alarm"}"#.into());
         assert_eq!(history.beside(1.9)["panel"]["line"], 4);
         assert_eq!(history.beside(1.9)["registers"]["in"][0], 1);
-        assert_eq!(
-            history.events(0.0, 9.0),
-            r#"[{"event":"log"},{"event":"alarm"}]"#
-        );
-        assert_eq!(history.events(2.0, 9.0), r#"[{"event":"alarm"}]"#);
-        assert_eq!(history.events(5.0, 1.0), "[]");
+        let events = |from, to, level, most, first| {
+            history.events(EventsWanted {
+                from,
+                to,
+                level,
+                most,
+                first,
+            })
+        };
+        let (log, alarm) = (r#"{"event":"log"}"#, r#"{"event":"alarm"}"#);
+        assert_eq!(events(0.0, 9.0, 0, 9, false), format!("[{log},{alarm}]"));
+        assert_eq!(events(0.0, 9.0, 0, 1, true), format!("[{log}]"));
+        assert_eq!(events(0.0, 9.0, 0, 1, false), format!("[{alarm}]"));
+        assert_eq!(events(0.0, 9.0, 3, 9, true), format!("[{alarm}]"));
+        assert_eq!(events(2.0, 9.0, 0, 9, false), format!("[{alarm}]"));
+        assert_eq!(events(5.0, 1.0, 0, 9, false), "[]");
+    }
+
+    #[test]
+    fn an_alarm_is_not_lost_among_lines() {
+        let mut history = History::default();
+        history.event(1.0, 5, "1".into());
+        for n in 0..3 * EVENTS_MAX {
+            history.event(2.0 + n as f64, 2, "2".into());
+        }
+        let marks = EventsWanted {
+            from: 0.0,
+            to: 1e9,
+            level: LEVEL_OF_MARKS,
+            most: 10,
+            first: true,
+        };
+        assert_eq!(history.events(marks), "[1]");
     }
 }

@@ -8,6 +8,7 @@
     warn(clippy::disallowed_methods, clippy::print_stdout, clippy::print_stderr)
 )]
 
+pub mod advice;
 pub mod assets;
 pub mod desk;
 pub mod frame;

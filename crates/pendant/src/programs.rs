@@ -1,4 +1,4 @@
-//! Programs of the task folder as the page lists, opens and saves them, and what `check` finds in a text.
+//! Programs of the task folder as the page lists, opens and saves them, and the robot's functions.
 //!
 //! Owns the guard against lost updates: a text is saved only over the one that it was made from. Names never lead out of the
 //! folder; reading goes through [`TaskFolder`], which has that rule.
@@ -9,7 +9,6 @@ use std::hash::{Hash as _, Hasher as _};
 use std::io::{self, Write as _};
 use std::path::{Component, Path, PathBuf};
 
-use elite_lang::SourceFile;
 use elite_runtime::builtins::{self, declare::FROM_OUTPUT};
 use elite_runtime::task_folder::{FolderError, TaskFolder};
 use serde_json::{Value, json};
@@ -205,26 +204,7 @@ fn write_whole(path: &Path, text: &str) -> io::Result<()> {
     done
 }
 
-/// What `check` finds in a text, as `check --format json` tells it.
-pub fn findings(name: &str, text: String) -> Value {
-    let file = SourceFile::new(name, text);
-    let found = elite_lang::check(file.clone(), &builtins::known_names());
-    let rows = found.iter().map(|finding| {
-        let fields = finding.fields(&file);
-        json!({
-            "line": fields.line,
-            "column": fields.column,
-            "end_line": fields.end_line,
-            "end_column": fields.end_column,
-            "code": fields.code,
-            "message": fields.message,
-            "help": fields.help,
-        })
-    });
-    rows.collect()
-}
-
-/// What the editor offers: every robot function with its signature and what it does.
+/// Every robot function with its signature and what it does.
 pub fn builtins() -> Value {
     let rows = builtins::all().map(|builtin| {
         json!({
@@ -320,10 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn findings_have_places_and_builtins_have_signatures() {
-        let found = findings("a", "x = undefined_thing\n".to_owned());
-        assert_eq!(found[0]["line"], 1);
-        assert_eq!(found[0]["code"], "undefined-name");
+    fn builtins_have_signatures() {
         let all = builtins();
         let movej = all
             .as_array()

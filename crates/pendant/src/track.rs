@@ -1,4 +1,4 @@
-//! A series over time that never outgrows its bound: when it is full, what is old is thinned out evenly.
+//! A series over time that never outgrows its bound: when it is full, what is old is thinned out, or all of it evenly.
 //!
 //! Owns nothing but the thinning. Times only grow; an earlier one begins the series again (a controller that was restarted).
 
@@ -20,6 +20,15 @@ impl Weighs for std::sync::Arc<str> {
     }
 }
 
+/// What a full series gives up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Gives {
+    /// What is old: of something that goes on, the recent part matters most.
+    Old,
+    /// Every part of the time the same: of something whole. One entry stays in each stretch of so many seconds, and the latest.
+    Evenly(f64),
+}
+
 /// The series.
 #[derive(Clone, Debug)]
 pub struct Track<T> {
@@ -27,7 +36,11 @@ pub struct Track<T> {
     weight: usize,
     most_entries: usize,
     most_bytes: usize,
+    gives: Gives,
 }
+
+/// The first stretches of a series that is thinned out evenly, s: shorter than any cycle, and a power of two.
+const FIRST_STRETCH: f64 = 1.0 / 4096.0;
 
 impl<T: Weighs> Track<T> {
     /// An empty series of at most so many entries and bytes.
@@ -37,6 +50,17 @@ impl<T: Weighs> Track<T> {
             weight: 0,
             most_entries,
             most_bytes,
+            gives: Gives::Old,
+        }
+    }
+
+    /// As [`new`](Self::new), but thinned out evenly: the longest gap is one stretch of time, at most twice the whole time
+    /// divided by the number of entries (of entries that come often enough).
+    pub fn even(most_entries: usize, most_bytes: usize) -> Self {
+        let gives = Gives::Evenly(FIRST_STRETCH);
+        Self {
+            gives,
+            ..Self::new(most_entries, most_bytes)
         }
     }
 
@@ -45,14 +69,56 @@ impl<T: Weighs> Track<T> {
         if self.entries.last().is_some_and(|(last, _)| time < *last) {
             self.entries.clear();
             self.weight = 0;
+            if let Gives::Evenly(stretch) = &mut self.gives {
+                *stretch = FIRST_STRETCH;
+            }
         }
+        self.drop_latest_of_stretch();
         self.weight += entry.weight();
         self.entries.push((time, entry));
         while self.entries.len() > self.most_entries
             || (self.weight > self.most_bytes && self.entries.len() > 1)
         {
-            self.thin();
+            match self.gives {
+                Gives::Old => self.thin(),
+                Gives::Evenly(stretch) => self.thin_evenly(2.0 * stretch),
+            }
         }
+    }
+
+    /// In a series that is thinned out evenly, the last entry goes when another one comes, if it is not the first of its stretch.
+    fn drop_latest_of_stretch(&mut self) {
+        let Gives::Evenly(length) = self.gives else {
+            return;
+        };
+        let stretch = |time: f64| (time / length).floor();
+        if let [.., (before, _), (last, entry)] = &self.entries[..]
+            && stretch(*before) == stretch(*last)
+        {
+            self.weight -= entry.weight();
+            self.entries.pop();
+        }
+    }
+
+    /// One entry stays in each stretch of this length, and the latest.
+    fn thin_evenly(&mut self, length: f64) {
+        let (before, mut place, mut last) = (self.entries.len(), 0, f64::NEG_INFINITY);
+        self.entries.retain(|(time, _)| {
+            place += 1;
+            let stretch = (*time / length).floor();
+            let stays = stretch > last || place == before;
+            last = stretch;
+            stays
+        });
+        // Stretches that are longer than the whole time keep two entries; more than that may be too heavy only for one.
+        let farthest = self
+            .span()
+            .map_or(0.0, |(first, last)| last.abs().max(first.abs()));
+        if self.entries.len() == before && (length > farthest || !length.is_finite()) {
+            self.entries.remove(0);
+        }
+        self.gives = Gives::Evenly(length);
+        self.weight = self.entries.iter().map(|(_, entry)| entry.weight()).sum();
     }
 
     /// Of the older three quarters one entry stays in each stretch of time, and the stretches are so long that they are half as
@@ -150,6 +216,36 @@ mod tests {
             .fold(0.0, f64::max);
         // Two stretches, each twice as long as wanted at most.
         assert!(widest <= 4.0 * 10_000.0 / 50.0, "{widest}");
+    }
+
+    #[test]
+    fn an_hour_of_cycles_keeps_every_part_alike() {
+        let mut track: Track<Box<[u8]>> = Track::even(60_000, 1 << 30);
+        for cycle in 0..900_000 {
+            track.push(f64::from(cycle) * 0.004, Box::from([0].as_slice()));
+        }
+        let times: Vec<f64> = track
+            .between(0.0, 1e9, usize::MAX)
+            .map(|(at, _)| *at)
+            .collect();
+        let gaps = times.windows(2).map(|pair| pair[1] - pair[0]);
+        assert!(times.len() <= 60_000);
+        assert!(gaps.fold(0.0, f64::max) < 0.07);
+        assert_eq!(track.span(), Some((0.0, 899_999.0 * 0.004)));
+    }
+
+    #[test]
+    fn an_even_series_has_its_bounds_whatever_comes() {
+        let mut track: Track<Box<[u8]>> = Track::even(10, 50);
+        for time in [0.0, 0.0, 0.0, -5.0, 1.0, 1.0, 1e9, 1e9, 1e300] {
+            for bytes in [10, 40, 60] {
+                track.push(time, vec![0; bytes].into());
+                assert!(
+                    track.len() <= 10 && (track.weight <= 50 || track.len() == 1),
+                    "{time}"
+                );
+            }
+        }
     }
 
     #[test]

@@ -20,6 +20,7 @@ use tokio::sync::broadcast;
 use tracing::Span;
 
 use crate::feed::Feed;
+use crate::language;
 use crate::log_dir::InterpreterLog;
 use crate::logging;
 use crate::ports::http::page::ShownProgram;
@@ -137,6 +138,8 @@ impl Announcer {
 impl Observer for Announcer {
     fn message(&self, message: &Message) {
         self.count(message);
+        let told = language::message(message);
+        let message = &*told;
         match message {
             Message::Print { text, .. } if self.console == Console::Stdout => {
                 // Nothing sensible is left to do when standard output is gone.

@@ -93,14 +93,15 @@ pub struct LogArgs {
     /// Log lines on stderr for people (text) or machines (json) [default: text]. RUST_LOG filters them
     #[arg(long, value_name = "text|json")]
     pub log_format: Option<LogFormat>,
+    /// The language of findings, errors, stops and, for editors, of hover texts: en or zh [default: that of LANG; for editors
+    /// that of the client's locale]
+    #[arg(long, value_name = "en|zh")]
+    pub language: Option<TextLanguage>,
 }
 
 /// Options of `lsp`.
 #[derive(Args, Clone, Debug, Default)]
 pub struct LspArgs {
-    /// The language of hover texts and hints: en or zh [default: that of the client's locale]
-    #[arg(long, value_name = "en|zh")]
-    pub language: Option<TextLanguage>,
     /// Standard input and output; the only way there is, some editors say so
     #[arg(long)]
     pub stdio: bool,
@@ -119,6 +120,14 @@ pub enum TextLanguage {
     En,
     /// Chinese.
     Zh,
+}
+
+impl std::str::FromStr for TextLanguage {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        ValueEnum::from_str(text, false)
+    }
 }
 
 /// Options of `serve` and `run`.

@@ -18,7 +18,7 @@ use controller::options::{
     ClockChoice, ModelChoice, Permission, PlantChoice, RecordTarget, StepMillis,
 };
 
-use crate::cli::{RunArgs, ServeArgs, SharedArgs};
+use crate::cli::{RunArgs, ServeArgs, SharedArgs, TextLanguage};
 use crate::options::{LogFormat, PortSetting, TrustedHost};
 
 /// The default of `--primary-port`.
@@ -160,6 +160,8 @@ pub struct LogConfig {
     pub dir: Option<PathBuf>,
     /// How log lines look.
     pub format: LogFormat,
+    /// The language of texts for people; without it that of the environment.
+    pub language: Option<TextLanguage>,
 }
 
 impl LogConfig {
@@ -167,6 +169,7 @@ impl LogConfig {
         Self {
             dir: args.log_dir.take(),
             format: args.log.log_format.take().unwrap_or_default(),
+            language: args.log.language.take(),
         }
     }
 }
@@ -356,7 +359,7 @@ pub(crate) fn each_on_its_own(ports: &PortSettings) -> Result<(), ConfigError> {
 }
 
 /// Every key of the file: the long names of the options of `serve`, `config` apart.
-const KEYS: [&str; 29] = [
+const KEYS: [&str; 30] = [
     "allow",
     "bind",
     "calibration",
@@ -367,6 +370,7 @@ const KEYS: [&str; 29] = [
     "home",
     "http-port",
     "interpreter-port",
+    "language",
     "local",
     "log-dir",
     "log-format",
@@ -436,6 +440,7 @@ fn fill(args: &mut ServeArgs, path: &Path, text: &str) -> Result<(), ConfigError
             "home" => entry.one(&mut shared.home),
             "http-port" => entry.one(&mut args.http_port),
             "interpreter-port" => entry.one(&mut args.interpreter_port),
+            "language" => entry.named(&mut shared.log.language, "allowed are \"en\" and \"zh\""),
             "local" => entry.named(&mut args.local, "allowed are true and false"),
             "log-dir" => entry.one(&mut shared.log_dir),
             "log-format" => entry.one(&mut shared.log.log_format),

@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use controller::{Controller, Manner, Prepared, RobotConfig, StartError};
+use editor::dap::{Hub, HubLink};
+use elite_runtime::Extras;
 use motion::ConfigError;
 use thiserror::Error;
 
@@ -44,6 +46,7 @@ pub struct Host {
     announcer: Arc<Announcer>,
     interpreter_log: InterpreterLog,
     description: RobotDescription,
+    debuggers: Arc<Hub>,
 }
 
 impl Host {
@@ -76,7 +79,15 @@ impl Host {
         let feed = Arc::new(Feed::new(prepared.model().clone()));
         let announcer = Announcer::new(console, interpreter_log.clone(), feed.clone());
         let announcer = Arc::new(announcer);
-        let controller = prepared.start(announcer.clone())?;
+        let debuggers = Arc::new(Hub::default());
+        let extras = match console {
+            Console::Log => Extras {
+                debug: Some(Arc::new(HubLink(debuggers.clone()))),
+                ..Extras::default()
+            },
+            Console::Stdout | Console::Stderr => Extras::default(),
+        };
+        let controller = prepared.start_through(announcer.clone(), extras, |timeline| timeline)?;
         feed.follow(controller.supervisor().watch());
         let description = describe(controller.settings())?;
         Ok(Self {
@@ -85,6 +96,7 @@ impl Host {
             announcer,
             interpreter_log,
             description,
+            debuggers,
         })
     }
 
@@ -96,6 +108,11 @@ impl Host {
     /// Ends it, as [`Controller::shut_down`] says.
     pub fn shut_down(self) -> bool {
         self.controller.shut_down()
+    }
+
+    /// Where debuggers attach, if it serves.
+    pub const fn debuggers(&self) -> &Arc<Hub> {
+        &self.debuggers
     }
 
     /// What every cycle is shown to.

@@ -17,6 +17,7 @@ pub mod config;
 pub mod describe;
 pub mod feed;
 pub mod host;
+mod language;
 pub mod log_dir;
 mod log_limit;
 pub mod logging;

@@ -13,7 +13,7 @@ use crate::cli::{Cli, Command, LogArgs};
 use crate::config::{RunConfig, ServeConfig};
 use crate::options::LogFormat;
 use crate::shutdown::FAULT_EXIT;
-use crate::{commands, logging, replay, wait};
+use crate::{commands, language, logging, replay, wait};
 
 /// Standard error has this long to be read to its end.
 const LAST_LINES: Duration = Duration::from_secs(1);
@@ -55,15 +55,20 @@ fn answer(text: &[u8]) -> Result<u8, String> {
 
 /// The exit status, or a sentence that says why there is none better than 2.
 fn execute(command: Command) -> Result<u8, String> {
-    let plain = |log: &LogArgs| start_log(log.log_format.unwrap_or_default());
+    let plain = |log: &LogArgs| {
+        language::choose(log.language);
+        start_log(log.log_format.unwrap_or_default())
+    };
     match command {
         Command::Serve(args) => {
             let config = ServeConfig::load(*args).map_err(|e| e.to_string())?;
+            language::choose(config.log.language);
             start_log(config.log.format)?;
             commands::serve::serve(&config).map_err(|e| e.to_string())
         }
         Command::Run(args) => {
             let config = RunConfig::load(*args).map_err(|e| e.to_string())?;
+            language::choose(config.log.language);
             start_log(config.log.format)?;
             commands::run::run(&config).map_err(|e| e.to_string())
         }
@@ -113,6 +118,7 @@ fn execute(command: Command) -> Result<u8, String> {
         }
         Command::Doctor(args) => {
             let config = ServeConfig::load(args.serve).map_err(|e| e.to_string())?;
+            language::choose(config.log.language);
             start_log(config.log.format)?;
             let (report, status) = commands::doctor::doctor(&config, args.format);
             answer(report.as_bytes()).map(|told| told.max(status))

@@ -63,9 +63,9 @@ const FROM_OUTSIDE: &str = "
 An input has the value that was last put on it, whoever did: a `[[wire]]` or `[[input]]` of the cell file, RTSI (registers),
 a Modbus client (docs/modbus-map.md), or the http port:
 
-```console
-$ curl http://127.0.0.1:8080/api/io
-$ curl -H 'Content-Type: application/json' -d '{\"standard_digital_in[3]\": true, \"standard_analog_in[0]\": 2.5}' \\
+```console server numbers=differ
+$ curl -s http://127.0.0.1:8080/api/io
+$ curl -s -H 'Content-Type: application/json' -d '{\"standard_digital_in[3]\": true, \"standard_analog_in[0]\": 2.5}' \\
        http://127.0.0.1:8080/api/inputs
 {\"after_cycle\":1234}
 ```

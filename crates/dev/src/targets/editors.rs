@@ -177,6 +177,10 @@ fn edits(data: &[u8]) {
                 "text": written,
             }],
         } }));
+        // Typing pauses now and then, and the text is read again with what it was.
+        if material.below(2) == 0 {
+            session.settle();
+        }
         let after: String = lines[line][column + gone..].iter().collect();
         let before: String = lines[line][..column].iter().collect();
         let changed = format!("{before}{written}{after}");

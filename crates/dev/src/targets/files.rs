@@ -4,6 +4,7 @@ use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 
 use controller::cell::Cell;
+use controller::recorded_run::RecordedRun;
 use elite_runtime::micro_line::{MicroLine, Space, Units};
 use elite_runtime::task_folder::TaskFolder;
 use kinematics::{Calibration, RobotModel};
@@ -24,6 +25,7 @@ pub(super) const TARGETS: &[Target] = &[
         seeds: mcap_file::seeds,
         words: &[
             b"/cycle",
+            b"/external",
             b"protobuf",
             b"jsonschema",
             b"json",
@@ -284,6 +286,13 @@ fn read_all(data: &[u8]) {
         }
     };
     _ = Summary::of(&recording, None);
+    if let Ok(run) = RecordedRun::read(&recording) {
+        _ = (
+            run.lost(),
+            run.programs().count(),
+            run.repeat().programs().count(),
+        );
+    }
     if let Ok(entries) = recording.entries(&Topic::ALL) {
         entries.for_each(|entry| _ = entry);
     }

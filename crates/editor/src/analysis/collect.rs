@@ -1,19 +1,20 @@
-//! Walks the tree of a program and notes its scopes, names and what they are bound to.
+//! Walks the tree of a piece of a program and notes its scopes, names and what they are bound to.
 //!
 //! Two steps: the walk notes what happens to names in which scope; then, when it is known what each scope binds, every
-//! place of a name gets its symbol.
+//! place of a name gets its symbol. Names that no scope within the piece binds are left to `joined`.
 
 use std::collections::{HashMap, HashSet};
 
 use elite_lang::Span;
 use elite_lang::syntax::{
     Arg, ClassDef, Comprehension, ComprehensionKind, DictItem, Expr, ExprKind, FStringPart,
-    FunctionDef, Ident, ImportAlias, Module, Parameters, Stmt, StmtKind, blocks,
+    FunctionDef, Ident, ImportAlias, Parameters, Stmt, StmtKind, blocks,
 };
 
+use super::joined::Outward;
 use super::scopes::{
-    AttributeInfo, AttributeUse, ClassInfo, FunctionInfo, KeywordUse, Names, Occurrence,
-    ParameterInfo, Role, Scope, ScopeId, ScopeKind, Symbol, SymbolId, SymbolKind,
+    AttributeInfo, AttributeUse, ClassInfo, FunctionInfo, KeywordUse, Occurrence, ParameterInfo,
+    Role, Scope, ScopeId, ScopeKind, Symbol, SymbolId, SymbolKind,
 };
 use super::shape::{docstring, shape_of};
 use super::types::Shape;
@@ -28,23 +29,45 @@ struct Event {
     binds: Option<(SymbolKind, Shape)>,
 }
 
-/// Notes all names of a program.
-pub(super) fn collect(module: &Module, text: &str) -> Names {
+/// The names in some statements of the top level. Numbers count from 0; scope 0 is the module, of which nothing else is known.
+#[derive(Default)]
+pub(super) struct PieceNames {
+    pub(super) scopes: Vec<Scope>,
+    /// Those of scopes within the piece.
+    pub(super) symbols: Vec<Symbol>,
+    pub(super) functions: Vec<FunctionInfo>,
+    pub(super) classes: Vec<ClassInfo>,
+    pub(super) attribute_uses: Vec<AttributeUse>,
+    pub(super) keyword_uses: Vec<KeywordUse>,
+    /// Every place of a name, in the order of the text.
+    pub(super) places: Vec<(Occurrence, Option<SymbolId>)>,
+    /// The places of names that no scope within the piece binds.
+    pub(super) outward: Vec<Outward>,
+    pub(super) outward_names: Vec<Box<str>>,
+    /// Names of the module that it binds.
+    pub(super) bound: Vec<Box<str>>,
+}
+
+/// Where the text behind the last statement of a piece ends is not known in it.
+const OPEN: u32 = u32::MAX;
+
+/// Notes the names of some statements of the top level.
+pub(super) fn of_piece(body: &[Stmt], text: &str) -> PieceNames {
     let mut collector = Collector {
         text,
-        names: Names::default(),
+        names: PieceNames::default(),
         events: Vec::new(),
         scope: 0,
         bound: Vec::new(),
     };
-    collector.open(ScopeKind::Module, None, module.span, 0);
-    collector.block(&module.body, text.len() as u32);
+    collector.open(ScopeKind::Module, None, Span::default(), 0);
+    collector.block(body, OPEN);
     collector.finish()
 }
 
 struct Collector<'t> {
     text: &'t str,
-    names: Names,
+    names: PieceNames,
     events: Vec<Event>,
     scope: ScopeId,
     /// The names that each scope binds.
@@ -63,14 +86,10 @@ impl Collector<'_> {
             .rfind('\n')
             .map_or(0, |at| at + 1);
         self.names.scopes.push(Scope {
-            kind,
-            parent,
-            span,
             limit: limit.max(span.end),
             column: span.start - line as u32,
-            symbols: HashMap::new(),
-            globals: HashSet::new(),
-            nonlocals: HashSet::new(),
+            is_open: limit == OPEN,
+            ..Scope::new(kind, parent, span)
         });
         self.bound.push(HashSet::new());
         self.names.scopes.len() - 1
@@ -201,8 +220,9 @@ impl Collector<'_> {
                     self.expr(value);
                     let shape = self.shape(value);
                     let scope = self.scope;
-                    if let Some(function) = self.names.function_of(scope) {
-                        self.names.functions[function].returns.push(shape);
+                    let mut functions = self.names.functions.iter_mut().rev();
+                    if let Some(function) = functions.find(|f| f.scope == scope) {
+                        function.returns.push(shape);
                     }
                 }
             }
@@ -619,71 +639,68 @@ impl Collector<'_> {
         });
     }
 
-    /// Gives every place of a name its symbol.
-    fn finish(mut self) -> Names {
+    /// Gives every place of a name its symbol, if that is one of a scope within the piece.
+    fn finish(mut self) -> PieceNames {
         let mut events = std::mem::take(&mut self.events);
         events.sort_by_key(|event| event.occurrence.span.start);
+        let mut numbers: HashMap<Box<str>, usize> = HashMap::new();
         for event in events {
-            let mut occurrence = event.occurrence;
-            let symbol = self.owner(&event.name, occurrence.scope);
-            let names = &mut self.names;
-            match symbol {
-                Some(symbol) => {
-                    let symbol = &mut names.symbols[symbol];
-                    if let Some((kind, value)) = event.binds {
-                        let is_first = symbol.bindings().next().is_none();
-                        if is_first || matches!(kind, SymbolKind::Function | SymbolKind::Class) {
-                            symbol.kind = kind;
-                        }
-                        symbol.values.push(value);
-                    }
-                    symbol.occurrences.push(occurrence);
+            let occurrence = event.occurrence;
+            let place = self.names.places.len();
+            let symbol = match self.home(&event.name, occurrence.scope) {
+                Some(home) => {
+                    let symbol = self.symbol(&event.name, home);
+                    self.names.symbols[symbol].take(occurrence, event.binds);
+                    Some(symbol)
                 }
                 None => {
-                    occurrence.role = Role::Read;
-                    names
-                        .foreign
-                        .entry(event.name)
-                        .or_default()
-                        .push(occurrence);
+                    let known = numbers.get(&event.name).copied();
+                    let name = known.unwrap_or_else(|| {
+                        let number = self.names.outward_names.len();
+                        self.names.outward_names.push(event.name.clone());
+                        numbers.insert(event.name, number);
+                        number
+                    });
+                    self.names.outward.push(Outward {
+                        name,
+                        place,
+                        role: occurrence.role,
+                        binds: event.binds,
+                    });
+                    None
                 }
-            }
-            names.places.push((occurrence, symbol));
+            };
+            self.names.places.push((occurrence, symbol));
         }
+        self.names.bound = std::mem::take(&mut self.bound[0]).into_iter().collect();
+        self.names.bound.sort_unstable();
         self.names
     }
 
-    /// The symbol of a name in a scope, made if a scope binds it.
-    fn owner(&mut self, name: &str, scope: ScopeId) -> Option<SymbolId> {
-        let home = self.home(name, scope)?;
+    /// The symbol of a name in the scope that binds it.
+    fn symbol(&mut self, name: &str, home: ScopeId) -> SymbolId {
         if let Some(known) = self.names.scopes[home].symbols.get(name) {
-            return Some(*known);
+            return *known;
         }
         let id = self.names.symbols.len();
-        self.names.symbols.push(Symbol {
-            name: name.into(),
-            scope: home,
-            kind: SymbolKind::Variable,
-            occurrences: Vec::new(),
-            values: Vec::new(),
-        });
+        self.names.symbols.push(Symbol::new(name, home));
         self.names.scopes[home].symbols.insert(name.into(), id);
-        Some(id)
+        id
     }
 
-    /// The scope whose name it is.
+    /// The scope within the piece whose name it is.
     fn home(&self, name: &str, scope: ScopeId) -> Option<ScopeId> {
-        let mut at = Some(scope);
+        let mut at = Some(scope).filter(|scope| *scope != 0);
         while let Some(id) = at {
             let here = &self.names.scopes[id];
             if here.globals.contains(name) {
-                return Some(0);
+                return None;
             }
             let visible = here.kind != ScopeKind::Class || id == scope;
             if visible && !here.nonlocals.contains(name) && self.bound[id].contains(name) {
                 return Some(id);
             }
-            at = here.parent;
+            at = here.parent.filter(|parent| *parent != 0);
         }
         None
     }

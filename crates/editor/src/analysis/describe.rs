@@ -26,7 +26,10 @@ pub fn robot(builtin: &Builtin, language: Language) -> String {
         }
     }
     let returns = language.pick("Returns", "返回值");
-    text.push_str(&format!("\n**{returns}**: {}\n", builtin.returns));
+    text.push_str(&format!(
+        "\n**{returns}**: {}\n",
+        language.phrase(builtin.returns)
+    ));
     if builtin.waits {
         let waits = language.pick("May wait.", "可能阻塞等待。");
         text.push_str(&format!("\n{waits}\n"));
@@ -55,7 +58,11 @@ pub fn of_parameter(parameter: &Parameter, language: Language) -> String {
     }
     match parameter.meaning.is_empty() {
         true => parts.join(", "),
-        false => format!("({}): {}", parts.join(", "), parameter.meaning),
+        false => format!(
+            "({}): {}",
+            parts.join(", "),
+            language.phrase(parameter.meaning)
+        ),
     }
 }
 

@@ -130,7 +130,7 @@ fn around(span: Span, before: &str, after: &str) -> Vec<Edit> {
 /// Whether the finding is about a pose, of which only the last three numbers are angles.
 fn is_pose(analysis: &Analysis, finding: &Diagnostic) -> bool {
     let mut kind = None;
-    each_expr(&analysis.examined.module.body, &mut |expr| {
+    each_expr(&analysis.module().body, &mut |expr| {
         let ExprKind::Call { function, args } = &expr.kind else {
             return;
         };
@@ -167,7 +167,7 @@ fn around_numbers(
     after: &str,
 ) -> Vec<Edit> {
     let mut edits = Vec::new();
-    each_expr(&analysis.examined.module.body, &mut |expr| {
+    each_expr(&analysis.module().body, &mut |expr| {
         let (ExprKind::List(items) | ExprKind::Tuple(items)) = &expr.kind else {
             return;
         };
@@ -221,7 +221,7 @@ fn each_expr<'t>(body: &'t [Stmt], visit: &mut dyn FnMut(&'t Expr)) {
 fn without_import(analysis: &Analysis, place: Span) -> Vec<Edit> {
     let mut edits = Vec::new();
     let file = &analysis.file;
-    each_statement(&analysis.examined.module.body, &mut |statement| {
+    each_statement(&analysis.module().body, &mut |statement| {
         let (StmtKind::Import(names) | StmtKind::ImportFrom { names, .. }) = &statement.kind else {
             return;
         };
@@ -278,8 +278,7 @@ fn without_import(analysis: &Analysis, place: Span) -> Vec<Edit> {
 /// A statement that is alone in its block cannot go.
 fn statement_is_removable(analysis: &Analysis, statement: &Stmt) -> bool {
     if analysis
-        .examined
-        .module
+        .module()
         .body
         .iter()
         .any(|own| own.span == statement.span)
@@ -287,7 +286,7 @@ fn statement_is_removable(analysis: &Analysis, statement: &Stmt) -> bool {
         return true;
     }
     let mut removable = false;
-    each_statement(&analysis.examined.module.body, &mut |outer| {
+    each_statement(&analysis.module().body, &mut |outer| {
         for block in blocks(outer) {
             removable |= block.len() > 1 && block.iter().any(|own| own.span == statement.span);
         }
@@ -298,7 +297,7 @@ fn statement_is_removable(analysis: &Analysis, statement: &Stmt) -> bool {
 /// `sync()` as the first statement of the loop whose condition is at `test`.
 fn sync_in_loop(analysis: &Analysis, test: Span) -> Vec<Edit> {
     let mut edits = Vec::new();
-    each_statement(&analysis.examined.module.body, &mut |statement| {
+    each_statement(&analysis.module().body, &mut |statement| {
         if let StmtKind::While {
             test: own, body, ..
         } = &statement.kind

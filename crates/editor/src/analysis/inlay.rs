@@ -27,7 +27,7 @@ pub fn hints(analysis: &Analysis, within: Span, language: Language) -> Vec<Hint>
         language,
         found: &mut found,
     };
-    hints.block(&analysis.examined.module.body);
+    hints.block(&analysis.module().body);
     found.sort_by_key(|hint| hint.at);
     found
 }

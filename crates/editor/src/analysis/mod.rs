@@ -11,6 +11,7 @@ pub mod fixes;
 pub mod format;
 pub mod hover;
 pub mod inlay;
+mod joined;
 pub mod library;
 pub mod navigate;
 pub mod outline;
@@ -24,7 +25,7 @@ pub mod words;
 
 use std::sync::{Arc, LazyLock};
 
-use elite_lang::syntax::{self, Examined, Token, TokenKind};
+use elite_lang::syntax::{self, Module, Reading, Token, TokenKind};
 use elite_lang::{Diagnostic, KnownNames, SourceFile, Span};
 
 use scopes::Names;
@@ -70,7 +71,7 @@ pub struct Analysis {
     /// What it is for.
     pub kind: TextKind,
     /// Its tree, tokens and findings.
-    pub examined: Examined,
+    pub reading: Reading,
     /// Its names.
     pub names: Names,
 }
@@ -79,14 +80,33 @@ impl Analysis {
     /// Reads a text. `name` is how findings call it.
     pub fn of(name: &str, text: &str, kind: TextKind) -> Self {
         let file = SourceFile::new(name, text);
-        let examined = syntax::examine(&file, kind.known());
-        let names = syntax::with_deep_stack(|| collect::collect(&examined.module, file.text()));
+        let reading = Reading::of(file.clone(), kind.known());
+        let names = syntax::with_deep_stack(|| joined::names(&reading, None));
         Analysis {
             file,
             kind,
-            examined,
+            reading,
             names,
         }
+    }
+
+    /// Reads what has become of the text; what the change leaves alone is not read anew.
+    pub fn change(self, text: &str) -> Self {
+        let file = SourceFile::new(self.file.name(), text);
+        let reading = self.reading.change(file.clone(), self.kind.known());
+        let names = Some(self.names);
+        let names = syntax::with_deep_stack(|| joined::names(&reading, names));
+        Analysis {
+            file,
+            kind: self.kind,
+            reading,
+            names,
+        }
+    }
+
+    /// The tree.
+    pub fn module(&self) -> &Module {
+        self.reading.module()
     }
 
     /// The text.
@@ -96,12 +116,12 @@ impl Analysis {
 
     /// What `eliteserver check` finds.
     pub fn findings(&self) -> &[Diagnostic] {
-        &self.examined.findings
+        self.reading.findings()
     }
 
     /// The tokens.
     pub fn tokens(&self) -> &[Token] {
-        &self.examined.tokens
+        self.reading.tokens()
     }
 
     /// Whether the text has errors, so that parts of it may not have been understood.

@@ -152,7 +152,7 @@ pub fn folds(analysis: &Analysis) -> Vec<Fold> {
             found.push(Fold { first, last, kind });
         }
     };
-    for statement in &analysis.examined.module.body {
+    for statement in &analysis.module().body {
         statement_folds(statement, &mut put);
     }
     let mut open: Vec<u32> = Vec::new();
@@ -196,8 +196,7 @@ pub fn folds(analysis: &Analysis) -> Vec<Fold> {
     run.into_iter()
         .for_each(|span| put(span, FoldKind::Comment));
     let imports = analysis
-        .examined
-        .module
+        .module()
         .body
         .iter()
         .take_while(|statement| is_import(statement));

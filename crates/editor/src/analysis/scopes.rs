@@ -1,12 +1,14 @@
 //! The names of a program: its scopes, what each binds, and every place where a name stands.
 //!
-//! Owns the tables and how names are looked up in them, by Python's rules. What fills them is `collect`; what values names
+//! Owns the tables and how names are looked up in them, by Python's rules. What fills them is `collect`, what keeps them while
+//! a text is written `joined`; what values names
 //! have is `types`.
 
 use std::collections::{HashMap, HashSet};
 
 use elite_lang::Span;
 
+use super::joined::Parts;
 use super::types::Shape;
 
 /// Number of a scope; the module is 0.
@@ -44,6 +46,25 @@ pub struct Scope {
     pub symbols: HashMap<Box<str>, SymbolId>,
     pub(super) globals: HashSet<Box<str>>,
     pub(super) nonlocals: HashSet<Box<str>>,
+    /// Its text ends its piece of the program: `limit` is where the next statement of the top level begins.
+    pub(super) is_open: bool,
+}
+
+impl Scope {
+    /// A scope that binds nothing.
+    pub(super) fn new(kind: ScopeKind, parent: Option<ScopeId>, span: Span) -> Self {
+        Scope {
+            kind,
+            parent,
+            span,
+            limit: span.end,
+            column: 0,
+            symbols: HashMap::new(),
+            globals: HashSet::new(),
+            nonlocals: HashSet::new(),
+            is_open: false,
+        }
+    }
 }
 
 /// What a symbol is.
@@ -99,6 +120,29 @@ pub struct Symbol {
 }
 
 impl Symbol {
+    /// A name without places.
+    pub(super) fn new(name: &str, scope: ScopeId) -> Self {
+        Symbol {
+            name: name.into(),
+            scope,
+            kind: SymbolKind::Variable,
+            occurrences: Vec::new(),
+            values: Vec::new(),
+        }
+    }
+
+    /// Notes the next place of it.
+    pub(super) fn take(&mut self, place: Occurrence, binds: Option<(SymbolKind, Shape)>) {
+        if let Some((kind, value)) = binds {
+            let is_first = self.bindings().next().is_none();
+            if is_first || matches!(kind, SymbolKind::Function | SymbolKind::Class) {
+                self.kind = kind;
+            }
+            self.values.push(value);
+        }
+        self.occurrences.push(place);
+    }
+
     /// The places where it is bound, first the declaration.
     pub fn bindings(&self) -> impl Iterator<Item = &Occurrence> {
         self.occurrences.iter().filter(|o| o.role == Role::Bind)
@@ -233,7 +277,7 @@ pub struct KeywordUse {
 pub struct Names {
     /// The scopes; the first is the module.
     pub scopes: Vec<Scope>,
-    /// The names that they bind.
+    /// The names that they bind, those of the module last.
     pub symbols: Vec<Symbol>,
     /// The functions, in the order of the text.
     pub functions: Vec<FunctionInfo>,
@@ -247,6 +291,8 @@ pub struct Names {
     pub foreign: HashMap<Box<str>, Vec<Occurrence>>,
     /// Every place of a name with its symbol (none: foreign), in the order of the text.
     pub(super) places: Vec<(Occurrence, Option<SymbolId>)>,
+    /// Which of all this belongs to which piece of the text.
+    pub(super) parts: Parts,
 }
 
 impl Names {

@@ -2,6 +2,9 @@
 
 mod chinese;
 
+use std::borrow::Cow;
+
+use elite_lang::Diagnostic;
 use elite_runtime::builtins::declare::Builtin;
 
 /// A language that people read.
@@ -39,6 +42,22 @@ impl Language {
         match self {
             Language::English => builtin.summary,
             Language::Chinese => chinese::summary(builtin.name).unwrap_or(builtin.summary),
+        }
+    }
+
+    /// A phrase of a declaration: what a parameter means, what comes back.
+    pub fn phrase(self, english: &'static str) -> &'static str {
+        match self {
+            Language::English => english,
+            Language::Chinese => chinese::phrase(english).unwrap_or(english),
+        }
+    }
+
+    /// A finding of `check`.
+    pub fn finding(self, finding: &Diagnostic) -> Cow<'_, Diagnostic> {
+        match self {
+            Language::English => Cow::Borrowed(finding),
+            Language::Chinese => Cow::Owned(elite_runtime::chinese::finding(finding)),
         }
     }
 

@@ -1,6 +1,7 @@
 //! What a client wants a run to be held for: places in the text, functions, exceptions, conditions of the arm.
 
 use std::collections::HashMap;
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 use elite_lang::debug::Place;
@@ -24,6 +25,19 @@ pub enum HitCondition {
     UpTo(u64),
     /// Every n-th time.
     Every(u64),
+}
+
+impl fmt::Display for HitCondition {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Exactly(n) => write!(f, "{n}"),
+            Self::From(n) => write!(f, ">= {n}"),
+            Self::After(n) => write!(f, "> {n}"),
+            Self::Before(n) => write!(f, "< {n}"),
+            Self::UpTo(n) => write!(f, "<= {n}"),
+            Self::Every(n) => write!(f, "% {n}"),
+        }
+    }
 }
 
 impl HitCondition {

@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering;
 use elite_lang::debug::{Halt, Onward, Reached, Watcher};
 use elite_lang::{ThreadId, Value};
 use elite_runtime::TaskEnd;
-use elite_runtime::debug::{Attached, CONSOLE_THREAD};
+use elite_runtime::debug::{Attached, CONSOLE_THREAD, Holds};
 use motion_api::ThreadNumber;
 
 use super::link::{Event, Purpose, Why};
@@ -16,12 +16,16 @@ impl Watcher for Probe {
     fn reached(&self, halt: &Halt<'_>, at: &Reached<'_>) -> Onward {
         let number = self.task.thread();
         self.note_thread(number, at.thread);
+        if let Some(onward) = self.goes_on_holding(halt, number, at.thread) {
+            return onward;
+        }
         self.is_within.set(false);
         if let Some(onward) = self.passes(halt, Some(at.thread)) {
             return onward;
         }
         if !self.link.is_muted.load(Ordering::Relaxed) || !self.state.borrow().watches.is_empty() {
             self.link.line.store(at.site.line, Ordering::Relaxed);
+            self.link.column.store(at.site.column, Ordering::Relaxed);
         }
         if let Some(onward) = self.scans(halt, || self.breakpoints_at(halt, at, true)) {
             return onward;
@@ -53,6 +57,9 @@ impl Watcher for Probe {
     }
 
     fn raised(&self, halt: &Halt<'_>, at: &Reached<'_>, exception: &Value) -> Onward {
+        if let Some(onward) = self.goes_on_holding(halt, self.task.thread(), at.thread) {
+            return onward;
+        }
         self.is_within.set(true);
         if let Some(onward) = self.passes(halt, Some(at.thread)) {
             return onward;
@@ -84,8 +91,20 @@ impl Watcher for Probe {
 }
 
 impl Attached for Probe {
+    fn between_turns(&self, halt: &Halt<'_>) {
+        self.attend(halt);
+    }
+
+    fn holds(&self) -> Holds {
+        match self.holding.get() {
+            None => Holds::Nothing,
+            Some(None) => Holds::Program,
+            Some(Some(_)) => Holds::At(ThreadNumber(self.held.get())),
+        }
+    }
+
     fn before_cycle(&self, halt: &Halt<'_>) {
-        if self.state.borrow().threads.is_empty() {
+        if self.link.is_attached || self.state.borrow().threads.is_empty() {
             return;
         }
         self.is_within.set(true);
@@ -111,7 +130,7 @@ impl Attached for Probe {
     }
 
     fn before_end(&self, halt: &Halt<'_>, end: &TaskEnd) {
-        if self.is_abandoned() {
+        if self.is_abandoned() || self.link.is_attached {
             return;
         }
         self.state.borrow_mut().moment += 1;
@@ -176,7 +195,7 @@ impl Attached for Probe {
     }
 
     fn is_over(&self) -> bool {
-        self.is_abandoned()
+        self.is_abandoned() && !self.link.is_attached
     }
 }
 

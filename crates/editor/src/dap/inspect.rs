@@ -371,7 +371,8 @@ impl Probe {
                 thread: number,
                 call,
                 text: text.to_owned(),
-                may_move: true,
+                // A recorded arm does what it did, and that of a running server is held.
+                may_move: !self.task.is_repeated() && !self.link.is_attached,
             };
             let Some(ended) = self.execute(halt, holder, &what, request) else {
                 return Ok(None);
@@ -414,6 +415,8 @@ impl Probe {
         let calls = thread.map(|thread| halt.calls(thread)).unwrap_or_default();
         let position = self.position(halt);
         let tick = match calls.first() {
+            // It is over: to the last statement.
+            None => position.tick,
             // In the midst of a statement: to its beginning.
             Some(call) if self.is_within.get() => call.tick,
             Some(call) if call.before > 0 => call.before,

@@ -1,13 +1,15 @@
 //! What passes between a session and the run it holds: orders to the thread of the program, events back.
 
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64};
-use std::sync::mpsc::{Receiver, SyncSender};
+use std::sync::mpsc::Receiver;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use elite_runtime::TaskEnd;
+use motion_api::ProgramId;
 use serde_json::Value as Json;
 
 use super::breakpoints::Breakpoints;
+use super::hub::Begun;
 use super::position::{Intervention, Position, Target};
 use super::stream::Incoming;
 
@@ -87,6 +89,7 @@ pub(crate) enum Purpose {
 }
 
 /// What the run tells.
+#[derive(Clone)]
 pub(crate) enum Event {
     /// It is held.
     Stopped {
@@ -99,6 +102,8 @@ pub(crate) enum Event {
         /// Where a breakpoint held last before, as far as that is known: not where breakpoints were changed on the way.
         last: Option<Option<(Position, Why)>>,
     },
+    /// Another client has let it go on.
+    Continued,
     /// An answer.
     Answer {
         /// To this request.
@@ -140,11 +145,18 @@ pub(crate) enum Event {
 }
 
 /// What a session hears.
+#[derive(Clone)]
 pub(crate) enum Note {
     /// A message of the client.
     Client(Incoming),
     /// The client has gone, with the reason if it is one worth telling.
     Gone(Option<String>),
+    /// A program begins on the controller that the client has attached to, or the one that ran has ended.
+    Begun(Option<Box<Begun>>),
+    /// A message from a controller elsewhere.
+    Remote(Json),
+    /// Something for people, and what it is.
+    Said(&'static str, String),
     /// Of the run of this number.
     Run(u64, Box<Event>),
 }
@@ -153,6 +165,12 @@ pub(crate) enum Note {
 pub(crate) struct Link {
     /// Which run of the session it is.
     pub generation: u64,
+    /// The program belongs to a controller that serves: it is held without the task standing still, and goes on without us.
+    pub is_attached: bool,
+    /// Somebody is there who can let it go on.
+    pub is_driven: AtomicBool,
+    /// The program that is debugged, where others run as well.
+    pub program: Option<ProgramId>,
     /// What it is for.
     pub purpose: Purpose,
     /// What is done again on the way.
@@ -175,8 +193,10 @@ pub(crate) struct Link {
     pub seen: AtomicU64,
     /// The line of the latest statement.
     pub line: AtomicU32,
-    /// To the session.
-    pub events: SyncSender<Note>,
+    /// Its column.
+    pub column: AtomicU32,
+    /// To the session; false when it is gone.
+    pub events: Box<dyn Fn(Note) -> bool + Send + Sync>,
     /// From the session; taken by the program's thread.
     pub orders: Mutex<Option<Receiver<Order>>>,
 }
@@ -184,11 +204,7 @@ pub(crate) struct Link {
 impl Link {
     /// Tells the session; a session that is gone wants nothing of the run any more.
     pub(crate) fn tell(&self, event: Event) {
-        if self
-            .events
-            .send(Note::Run(self.generation, Box::new(event)))
-            .is_err()
-        {
+        if !(self.events)(Note::Run(self.generation, Box::new(event))) {
             self.is_over
                 .store(true, std::sync::atomic::Ordering::Release);
         }

@@ -5,22 +5,27 @@
 //! - `run`: one run of the program, on a controller of its own under the virtual clock; `link`: what passes between the two.
 //! - `probe`, `hears` and `judge`: on the program's thread, decide whether it is held; `inspect`, `change` and `arm`: what it is
 //!   asked while it is.
+//! - `hub`: where clients attach to a controller that serves; `attached`: their sessions; `relay`: the way there; `holding`: how its programs are held.
 //! - `backwards` and `position`: a run is a pure function of text, model, options and seed, so going back is running again,
 //!   without a word, to one place before. What the client changed on the way is done again.
 //!
 //! No thread of this module waits for the client but the one that reads.
 
 mod arm;
+mod attached;
 mod backwards;
 mod breakpoints;
 mod capabilities;
 mod change;
 mod hears;
+mod holding;
+mod hub;
 mod inspect;
 mod judge;
 mod link;
 mod position;
 mod probe;
+mod relay;
 mod run;
 mod session;
 pub mod stream;
@@ -32,7 +37,10 @@ use std::sync::mpsc::{SyncSender, sync_channel};
 
 use supervision::{Faults, Kind};
 
-pub use run::Debuggee;
+pub use attached::{AttachedSession, Inlet};
+pub use hub::{Hub, HubLink};
+pub use relay::{Attach, Inbox, Outbox};
+pub use run::{Debuggee, Recorded};
 pub use session::Launch;
 
 use link::Note;
@@ -50,13 +58,28 @@ pub fn serve(
     output: &mut dyn Write,
     launch: &Launch<'_>,
 ) -> std::io::Result<()> {
+    serve_attaching(input, output, launch, None)
+}
+
+/// The same for a client that may attach to a controller elsewhere.
+///
+/// # Errors
+/// The operating system gives no thread.
+pub fn serve_attaching(
+    input: impl BufRead + Send + 'static,
+    output: &mut dyn Write,
+    launch: &Launch<'_>,
+    attach: Option<&Attach<'_>>,
+) -> std::io::Result<()> {
     let (sender, notes) = sync_channel(WAITING_MAX);
     let of_client = sender.clone();
     // It ends with the stream; a session that ends first leaves it waiting for a client that says no more.
     let reading = Faults::default().start(Kind::Service, "debug client", move || {
         read_all(input, &of_client);
     })?;
-    let mut session = Session::new(output, launch, sender);
+    let mut frames = stream::Frames(output);
+    let mut session = Session::new(&mut frames, launch, sender);
+    session.attach = attach;
     while !session.is_done {
         // The session itself holds a sender, so that this does not fail.
         match notes.recv() {

@@ -29,8 +29,12 @@ pub(super) const CONDITION_SLICES: u32 = 50;
 pub(crate) struct Attach(pub(crate) Arc<Link>);
 
 impl DebugLink for Attach {
-    fn attach(&self, task: Debuggee) -> Rc<dyn Attached> {
-        Rc::new(Probe::new(self.0.clone(), task))
+    fn attach(&self, task: Debuggee) -> Option<Rc<dyn Attached>> {
+        let is_meant = self
+            .0
+            .program
+            .is_none_or(|program| program == task.program());
+        is_meant.then(|| Rc::new(Probe::new(self.0.clone(), task)) as Rc<dyn Attached>)
     }
 }
 
@@ -94,7 +98,7 @@ pub(super) struct State {
 pub(crate) struct Probe {
     pub(super) link: Arc<Link>,
     pub(super) task: Debuggee,
-    orders: Option<Receiver<Order>>,
+    pub(super) orders: Option<Receiver<Order>>,
     pub(super) state: RefCell<State>,
     /// What the client was shown of the held program.
     pub(super) table: RefCell<Table>,
@@ -102,10 +106,12 @@ pub(crate) struct Probe {
     pub(super) held: Cell<u32>,
     /// It is not held before a statement, but within one.
     pub(super) is_within: Cell<bool>,
+    /// The program is held although its task goes on: before a statement of this thread, or within what all wait for.
+    pub(super) holding: Cell<Option<Option<ThreadId>>>,
 }
 
 impl Probe {
-    fn new(link: Arc<Link>, task: Debuggee) -> Self {
+    pub(crate) fn new(link: Arc<Link>, task: Debuggee) -> Self {
         let (mode, stop_on_entry) = match &link.purpose {
             Purpose::Run { stop_on_entry } => (Mode::Free, *stop_on_entry),
             Purpose::Seek(target, why) => (Mode::Seek(*target, why.clone()), false),
@@ -142,6 +148,7 @@ impl Probe {
             table: RefCell::default(),
             held: Cell::new(0),
             is_within: Cell::new(false),
+            holding: Cell::new(None),
         }
     }
 
@@ -218,7 +225,10 @@ impl Probe {
     /// A moment passes: counts it, does again what was done here, and says what the caller has to do instead of deciding.
     pub(super) fn passes(&self, halt: &Halt<'_>, thread: Option<ThreadId>) -> Option<Onward> {
         if self.is_abandoned() {
-            return Some(Onward::End);
+            return Some(match self.link.is_attached {
+                true => Onward::Continue,
+                false => Onward::End,
+            });
         }
         if let Some(onward) = self.follow_console(halt, thread) {
             return Some(onward);
@@ -338,6 +348,7 @@ impl Probe {
         what: &Intervention,
         request: &Asked,
     ) -> Option<Result<Option<Value>, String>> {
+        self.task.is_changed();
         match self.intervene(halt, holder, what, Some(request.clone())) {
             Ok(result) => {
                 self.link.tell(Event::Changed(what.clone()));
@@ -371,6 +382,10 @@ impl Probe {
 
     /// Holds the program and serves the session until it goes on.
     pub(super) fn hold(&self, halt: &Halt<'_>, thread: Option<ThreadId>, why: Why) -> Onward {
+        if !self.link.is_driven.load(Ordering::Acquire) {
+            // Nobody could let it go on.
+            return Onward::Continue;
+        }
         self.link.is_muted.store(false, Ordering::Release);
         self.link.pause.store(false, Ordering::Release);
         let number = {
@@ -394,7 +409,10 @@ impl Probe {
             position,
             last,
         });
-        self.stand(halt, thread)
+        match self.link.is_attached {
+            true => self.begin_holding(thread),
+            false => self.stand(halt, thread),
+        }
     }
 
     /// A breakpoint holds here.

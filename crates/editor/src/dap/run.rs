@@ -6,6 +6,8 @@ use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::mpsc::{SyncSender, sync_channel};
 
 use controller::options::{ClockChoice, RecordTarget};
+use controller::recorded_run::RecordedRun;
+use controller::repeating::Repeating;
 use controller::{Manner, Prepared, RobotConfig};
 use elite_lang::TaskNode;
 use elite_runtime::message::{InterpreterEvent, Message, Observer, Severity};
@@ -33,6 +35,17 @@ pub struct Debuggee {
     pub robot: RobotConfig,
     /// Globals that the program finds set.
     pub presets: Vec<Preset>,
+    /// The recorded run that the program is part of, which is repeated; robot and presets are then those of the recording.
+    pub recorded: Option<Recorded>,
+}
+
+/// A program of a recorded run.
+#[derive(Clone)]
+pub struct Recorded {
+    /// The run.
+    pub run: Arc<RecordedRun>,
+    /// The program.
+    pub program: ProgramId,
 }
 
 /// A run that was started.
@@ -40,6 +53,8 @@ pub(crate) struct Run {
     pub(crate) link: Arc<Link>,
     orders: SyncSender<Order>,
     thread: Option<Handle<()>>,
+    /// It goes on when nobody wants it any more.
+    is_another: bool,
 }
 
 /// What a run is started with, beside the program.
@@ -63,6 +78,9 @@ impl Run {
         let is_first = matches!(start.purpose, Purpose::Run { .. });
         let link = Arc::new(Link {
             generation: start.generation,
+            is_attached: false,
+            is_driven: AtomicBool::new(true),
+            program: what.recorded.as_ref().map(|recorded| recorded.program),
             is_muted: AtomicBool::new(!is_first),
             purpose: start.purpose,
             interventions: start.interventions,
@@ -74,7 +92,8 @@ impl Run {
             said: AtomicU64::new(0),
             seen: AtomicU64::new(start.seen),
             line: AtomicU32::new(0),
-            events: start.events,
+            column: AtomicU32::new(0),
+            events: Box::new(move |note| start.events.send(note).is_ok()),
             orders: Some(receiver).into(),
         });
         let (shared, mut what) = (link.clone(), what.clone());
@@ -98,7 +117,18 @@ impl Run {
             link,
             orders,
             thread: Some(thread),
+            is_another: false,
         })
+    }
+
+    /// A run that others have started.
+    pub(crate) fn of_another(link: Arc<Link>, orders: SyncSender<Order>) -> Self {
+        Self {
+            link,
+            orders,
+            thread: None,
+            is_another: true,
+        }
     }
 
     /// Gives an order to a held program.
@@ -127,18 +157,23 @@ impl Run {
 
     /// Nobody wants it any more. It ends by itself, soon.
     pub(crate) fn give_up(mut self) -> Option<Handle<()>> {
-        self.link.is_over.store(true, Ordering::Release);
+        self.link.is_over.store(!self.is_another, Ordering::Release);
         self.thread.take()
     }
 }
 
 impl Drop for Run {
     fn drop(&mut self) {
-        self.link.is_over.store(true, Ordering::Release);
+        if !self.is_another {
+            self.link.is_over.store(true, Ordering::Release);
+        }
     }
 }
 
 fn run(link: &Arc<Link>, what: Debuggee) -> Result<(), Box<dyn std::error::Error>> {
+    if let Some(recorded) = &what.recorded {
+        return repeat(link, recorded);
+    }
     let prepared = Prepared::new(&what.robot, Manner::alone())?;
     let teller = Arc::new(Teller(link.clone()));
     let extras = Extras {
@@ -154,6 +189,32 @@ fn run(link: &Arc<Link>, what: Debuggee) -> Result<(), Box<dyn std::error::Error
         link.tell(Event::Output {
             category: "stderr",
             text: format!("the controller met a fault of its own: {fault}\n"),
+            line: 0,
+        });
+    }
+    link.tell(Event::Ended(end?));
+    Ok(())
+}
+
+/// Repeats a recorded run up to the end of the program that is debugged.
+fn repeat(link: &Arc<Link>, recorded: &Recorded) -> Result<(), Box<dyn std::error::Error>> {
+    let extras = Extras {
+        debug: Some(Arc::new(Attach(link.clone()))),
+        ..Extras::default()
+    };
+    let wanted = link.clone();
+    // A run that nobody wants any more ends with the next cycle.
+    let look = Box::new(move |_: &_| !wanted.is_over.load(Ordering::Acquire));
+    let teller = Arc::new(Teller(link.clone()));
+    let repeating = Repeating::start(&recorded.run, teller, extras, look)?;
+    let end = repeating.run(&recorded.run, Some(recorded.program));
+    let departure = repeating.repeat().departure().map(|d| d.to_string());
+    let trouble = departure.or_else(|| repeating.trouble());
+    repeating.shut_down();
+    if let Some(trouble) = trouble.filter(|_| !link.is_over.load(Ordering::Acquire)) {
+        link.tell(Event::Output {
+            category: "stderr",
+            text: format!("the program has left the recording: {trouble}\n"),
             line: 0,
         });
     }
@@ -183,6 +244,18 @@ impl Teller {
 
 impl Observer for Teller {
     fn message(&self, message: &Message) {
+        let origin = match message {
+            Message::Print { origin, .. } | Message::Log { origin, .. } => Some(origin.program),
+            Message::ScriptError { program, .. } => Some(*program),
+            Message::Robot { .. } => None,
+        };
+        // Of other programs of a recorded run nothing is said.
+        let is_of_another = |program: ProgramId| {
+            program != ProgramId(0) && self.0.program.is_some_and(|own| own != program)
+        };
+        if origin.is_some_and(is_of_another) {
+            return;
+        }
         match message {
             Message::Print { origin, text } => self.say("stdout", text.clone(), origin.line),
             Message::Log {

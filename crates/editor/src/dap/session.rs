@@ -3,7 +3,6 @@
 //! Owns what the client was told and what it asked for. Everything about a held program is answered on the program's own
 //! thread (`inspect`); here is what goes on between runs: launching, breakpoints, going back.
 
-use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::SyncSender;
@@ -11,16 +10,18 @@ use std::time::Duration;
 
 use elite_lang::SourceFile;
 use elite_lang::debug::{Place, places};
-use elite_runtime::TaskEnd;
+use elite_runtime::{ProgramText, TaskEnd};
 use serde_json::{Value as Json, json};
 use supervision::Faults;
 
+use super::attached::Attachment;
 use super::backwards::Backwards;
 use super::breakpoints::{Breakpoints, same_path};
 use super::link::{Event, Go, Note, Order, Purpose, Why};
 use super::position::{Intervention, Position};
+use super::relay::{Attach, Outbox};
 use super::run::{Debuggee, Run, Start};
-use super::stream::Incoming;
+use super::stream::{Incoming, Out};
 
 /// A run that was given up has so long to end when the session does.
 const LEAVING_MAX: Duration = Duration::from_secs(5);
@@ -30,7 +31,10 @@ pub type Launch<'l> = dyn Fn(&Json) -> Result<Debuggee, String> + 'l;
 
 /// The program that was launched.
 pub(super) struct Launched {
-    pub what: Debuggee,
+    /// Its text.
+    pub program: ProgramText,
+    /// What is run; None where another runs it.
+    what: Option<Debuggee>,
     pub path: PathBuf,
     pub places: Vec<Place>,
     /// The text on the disk is the one that runs.
@@ -39,6 +43,22 @@ pub(super) struct Launched {
     stop_at_end: bool,
     /// It is only to be run.
     pub(super) is_free: bool,
+}
+
+impl Launched {
+    /// A program that runs elsewhere.
+    pub(super) fn of_another(program: ProgramText, places: Vec<Place>) -> Self {
+        Self {
+            path: same_path(program.name.as_ref()),
+            program,
+            what: None,
+            places,
+            is_on_disk: false,
+            stop_on_entry: false,
+            stop_at_end: false,
+            is_free: false,
+        }
+    }
 }
 
 /// What the program does, as far as the client knows.
@@ -58,7 +78,7 @@ pub(super) enum Phase {
 
 /// A session with one client.
 pub(crate) struct Session<'s> {
-    pub(super) out: &'s mut dyn Write,
+    pub(super) out: &'s mut dyn Out,
     pub(super) launch: &'s Launch<'s>,
     pub(super) faults: Faults,
     pub(super) events: SyncSender<Note>,
@@ -85,13 +105,21 @@ pub(crate) struct Session<'s> {
     configured: bool,
     pub(super) is_done: bool,
     exit_code: i64,
+    /// How `attach` finds a controller elsewhere.
+    pub(super) attach: Option<&'s Attach<'s>>,
+    /// Everything goes there, once it has.
+    pub(super) outbox: Option<Outbox>,
+    /// The arguments of `initialize`.
+    pub(super) greeting: Json,
+    /// What it is attached to, if it is.
+    pub(super) attachment: Option<Attachment>,
     /// `launch`, until it is answered.
     launch_request: Option<(i64, String)>,
 }
 
 impl<'s> Session<'s> {
     pub(crate) fn new(
-        out: &'s mut dyn Write,
+        out: &'s mut dyn Out,
         launch: &'s Launch<'s>,
         events: SyncSender<Note>,
     ) -> Self {
@@ -124,6 +152,10 @@ impl<'s> Session<'s> {
             configured: false,
             is_done: false,
             exit_code: 0,
+            attach: None,
+            outbox: None,
+            greeting: json!({}),
+            attachment: None,
             launch_request: None,
         }
     }
@@ -132,6 +164,9 @@ impl<'s> Session<'s> {
     pub(crate) fn take(&mut self, note: Note) {
         match note {
             Note::Run(generation, event) => self.hear(generation, *event),
+            Note::Begun(begun) => self.program_begun(begun.map(|begun| *begun)),
+            Note::Remote(message) => self.take_remote(message),
+            Note::Said(category, text) => self.output(category, &text, 0),
             Note::Gone(reason) => {
                 if let Some(reason) = reason {
                     tracing::warn!("{reason}");
@@ -141,7 +176,15 @@ impl<'s> Session<'s> {
             Note::Client(Incoming::Garbage(why)) => {
                 self.output("important", &format!("a message is no JSON: {why}\n"), 0);
             }
-            Note::Client(Incoming::Message(message)) => self.take_message(&message),
+            Note::Client(Incoming::Message(message)) => match &self.outbox {
+                Some(outbox) => {
+                    if !outbox(&message) {
+                        self.output("important", "the controller takes nothing any more\n", 0);
+                        self.is_done = true;
+                    }
+                }
+                None => self.take_message(&message),
+            },
         }
     }
 
@@ -182,6 +225,9 @@ impl<'s> Session<'s> {
         request: &(i64, String),
         arguments: &Json,
     ) -> Option<Result<Json, String>> {
+        if let Some(result) = self.attached_request(request, arguments) {
+            return result;
+        }
         let thread = || {
             let id = arguments.get("threadId").and_then(Json::as_u64);
             id.and_then(|id| u32::try_from(id).ok()?.checked_sub(1))
@@ -198,10 +244,7 @@ impl<'s> Session<'s> {
                 self.begin_if_ready();
                 return None;
             }
-            "attach" => Err(
-                "attach to a running server is not there yet; launch runs the program in a controller of its own"
-                    .to_owned(),
-            ),
+            "attach" => return self.attach_elsewhere(request, arguments),
             "configurationDone" => {
                 self.configured = true;
                 self.respond(request, Ok(json!({})));
@@ -219,7 +262,9 @@ impl<'s> Session<'s> {
             "threads" if self.phase != Phase::Held => {
                 Ok(json!({"threads": [{"id": 1, "name": "main program"}]}))
             }
-            "continue" => self.go(Go::Free).map(|()| json!({"allThreadsContinued": true})),
+            "continue" => self
+                .go(Go::Free)
+                .map(|()| json!({"allThreadsContinued": true})),
             "next" => self.go(Go::Next(thread())).map(|()| json!({})),
             "stepIn" => self.go(Go::StepIn(thread())).map(|()| json!({})),
             "stepOut" => self.go(Go::Out(thread())).map(|()| json!({})),
@@ -249,6 +294,7 @@ impl<'s> Session<'s> {
         let is_zero = |key: &str| arguments.get(key).and_then(Json::as_bool) == Some(false);
         self.first_line = i64::from(!is_zero("linesStartAt1"));
         self.first_column = i64::from(!is_zero("columnsStartAt1"));
+        self.greeting = arguments.clone();
         super::capabilities::capabilities()
     }
 
@@ -263,11 +309,12 @@ impl<'s> Session<'s> {
         self.launched = Some(Launched {
             is_on_disk: on_disk.is_ok_and(|text| text == what.program.text),
             path: same_path(what.program.name.as_ref()),
+            program: what.program.clone(),
             places: places(&file),
             stop_on_entry: flag("stopOnEntry") && !flag("noDebug"),
             stop_at_end: flag("stopAtEnd") && !flag("noDebug"),
             is_free: flag("noDebug"),
-            what,
+            what: Some(what),
         });
         Ok(())
     }
@@ -282,7 +329,7 @@ impl<'s> Session<'s> {
         self.bind_sources();
         let stop_on_entry = self.launched.as_ref().is_some_and(|l| l.stop_on_entry);
         self.respond(&request, Ok(json!({})));
-        let name = self.launched.as_ref().map(|l| l.what.program.name.clone());
+        let name = self.launched.as_ref().map(|l| l.program.name.clone());
         self.event("process", json!({"name": name, "startMethod": "launch"}));
         self.start(Purpose::Run { stop_on_entry });
         self.phase = Phase::Running;
@@ -293,6 +340,9 @@ impl<'s> Session<'s> {
         self.drop_run();
         self.generation += 1;
         let Some(launched) = &self.launched else {
+            return;
+        };
+        let Some(what) = &launched.what else {
             return;
         };
         let start = Start {
@@ -307,7 +357,7 @@ impl<'s> Session<'s> {
             }),
             events: self.events.clone(),
         };
-        match Run::start(&self.faults, &launched.what, start) {
+        match Run::start(&self.faults, what, start) {
             Ok(run) => self.run = Some(run),
             Err(error) => {
                 self.output("stderr", &format!("cannot start a thread: {error}\n"), 0);
@@ -404,7 +454,11 @@ impl<'s> Session<'s> {
                 self.last_met = last;
                 self.stopped(thread, why, position);
             }
-            Event::Answer { request, result } => self.answered(&request, result),
+            Event::Continued => self.continued(),
+            Event::Answer { request, result } => {
+                let request = self.asked_as(&request);
+                self.answered(&request, result);
+            }
             Event::Changed(what) => {
                 // What was done at later places belongs to a run that is given up now.
                 self.interventions
@@ -435,7 +489,7 @@ impl<'s> Session<'s> {
         }
     }
 
-    fn stopped(&mut self, thread: u32, why: Why, position: Position) {
+    pub(super) fn stopped(&mut self, thread: u32, why: Why, position: Position) {
         self.phase = Phase::Held;
         self.position = position;
         self.thread = thread;

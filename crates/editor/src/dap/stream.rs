@@ -33,7 +33,7 @@ pub enum StreamError {
 }
 
 /// A message, or what was sent instead.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub enum Incoming {
     /// JSON.
     Message(Json),
@@ -98,6 +98,24 @@ fn read_header(input: &mut dyn BufRead) -> Result<Option<usize>, StreamError> {
         }
     }
     Err(StreamError::Header("too many lines".to_owned()))
+}
+
+/// Where messages to a client go.
+pub trait Out {
+    /// Sends one.
+    ///
+    /// # Errors
+    /// Nobody reads any more.
+    fn message(&mut self, message: &Json) -> io::Result<()>;
+}
+
+/// Messages in frames.
+pub struct Frames<'o>(pub &'o mut dyn Write);
+
+impl Out for Frames<'_> {
+    fn message(&mut self, message: &Json) -> io::Result<()> {
+        write(self.0, message)
+    }
 }
 
 /// Writes a message.

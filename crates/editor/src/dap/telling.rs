@@ -3,12 +3,11 @@
 use serde_json::{Value as Json, json};
 
 use super::session::Session;
-use super::stream;
 
 impl Session<'_> {
     pub(super) fn source(&self) -> Result<Json, String> {
         let launched = self.launched.as_ref().ok_or("no program was launched")?;
-        Ok(json!({"content": launched.what.program.text}))
+        Ok(json!({"content": launched.program.text}))
     }
 
     pub(super) fn source_body(&self) -> Json {
@@ -18,8 +17,28 @@ impl Session<'_> {
         let name = launched.path.file_name().map(|name| name.to_string_lossy());
         match launched.is_on_disk {
             true => json!({"name": name, "path": launched.path}),
-            false => json!({"name": launched.what.program.name, "sourceReference": 1}),
+            false => match self.wanted_path() {
+                Some(path) => json!({"name": name, "path": path}),
+                None => json!({"name": launched.program.name, "sourceReference": 1}),
+            },
         }
+    }
+
+    /// The file that the client knows an attached program by.
+    fn wanted_path(&self) -> Option<&std::path::Path> {
+        self.attachment.as_ref()?;
+        let wanted = self.wanted_sources.iter();
+        let mut own = wanted.filter(|(path, _)| self.is_program(path));
+        own.next().map(|(path, _)| path.as_path())
+    }
+
+    /// Whether a file is the text of the program; of a program of another machine only the name of the file tells.
+    pub(super) fn is_program(&self, path: &std::path::Path) -> bool {
+        self.launched.as_ref().is_some_and(|launched| {
+            let is_named_so =
+                || path.file_name().is_some() && path.file_name() == launched.path.file_name();
+            path == launched.path || self.attachment.is_some() && is_named_so()
+        })
     }
 
     pub(super) fn output(&mut self, category: &str, text: &str, line: u32) {
@@ -67,7 +86,7 @@ impl Session<'_> {
             fields.insert("seq".to_owned(), json!(self.seq));
         }
         // Nobody reads: the session is over.
-        if stream::write(self.out, &message).is_err() {
+        if self.out.message(&message).is_err() {
             self.is_done = true;
         }
     }

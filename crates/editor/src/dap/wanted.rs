@@ -29,11 +29,16 @@ impl Session<'_> {
         Ok(wanted)
     }
 
-    fn changed(&mut self) {
+    pub(super) fn changed(&mut self) {
         self.last_met = None;
         let is_free = self.launched.as_ref().is_some_and(|l| l.is_free);
         if let Some(run) = self.run.as_ref().filter(|_| !is_free) {
             run.set_breakpoints(Arc::new(self.breakpoints.clone()));
+        }
+        if let Some(attachment) = self.attachment.as_ref().filter(|a| a.drives()) {
+            attachment
+                .hub
+                .set_breakpoints(Arc::new(self.breakpoints.clone()));
         }
     }
 
@@ -44,11 +49,12 @@ impl Session<'_> {
         let wanted = self.list(arguments, "breakpoints")?;
         self.wanted_sources.retain(|(known, _)| *known != path);
         self.wanted_sources.push((path.clone(), arguments.clone()));
-        let Some(launched) = &self.launched else {
+        let is_known = self.is_program(&path) || path.as_os_str().is_empty();
+        if self.launched.is_none() || self.attachment.is_some() && !is_known {
             // Bound when the program is known.
             let pending: Vec<Json> = wanted
                 .iter()
-                .map(|_| json!({"id": self.next_id(), "verified": false, "message": "the program is not launched yet"}))
+                .map(|_| json!({"id": self.next_id(), "verified": false, "message": "no such program runs yet"}))
                 .collect();
             if let Some((_, kept)) = self.wanted_sources.last_mut()
                 && let Json::Object(fields) = kept
@@ -57,8 +63,7 @@ impl Session<'_> {
                 fields.insert("ids".to_owned(), json!(ids));
             }
             return Ok(json!({ "breakpoints": pending }));
-        };
-        let is_known = path == launched.path || path.as_os_str().is_empty();
+        }
         if !is_known {
             let refused = |_: &Wanted| json!({"verified": false, "message": "this text is not the program that runs"});
             let refused: Vec<Json> = wanted.iter().map(refused).collect();
@@ -66,6 +71,11 @@ impl Session<'_> {
         }
         let ids = (0..wanted.len()).map(|_| None).collect();
         let bound = self.bind_all(&wanted, ids);
+        // Bound once more when the run begins: by the numbers that the client knows.
+        if let Some((_, Json::Object(kept))) = self.wanted_sources.last_mut() {
+            let ids: Vec<Json> = bound.iter().map(|b| b["id"].clone()).collect();
+            kept.insert("ids".to_owned(), json!(ids));
+        }
         self.changed();
         Ok(json!({ "breakpoints": bound }))
     }
@@ -112,13 +122,10 @@ impl Session<'_> {
 
     /// The program is known now: breakpoints that came before it are bound, and the client is told where.
     pub(super) fn bind_sources(&mut self) {
-        let Some(launched) = &self.launched else {
-            return;
-        };
         let own = self
             .wanted_sources
             .iter()
-            .find(|(path, _)| *path == launched.path);
+            .find(|(path, _)| self.is_program(path));
         let Some((_, arguments)) = own.cloned() else {
             return;
         };

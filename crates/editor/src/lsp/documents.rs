@@ -10,8 +10,10 @@ use ls_types::{Position, Range, TextDocumentContentChangeEvent, Uri};
 use super::positions::{Encoding, Lines};
 use crate::analysis::{Analysis, TextKind};
 
-/// Typing pauses for so long before findings are told.
-pub const PAUSE: Duration = Duration::from_millis(50);
+/// Before findings of a long text are told, typing pauses for so long; those of others are told at once.
+const PAUSE: Duration = Duration::from_millis(50);
+/// Texts up to this length, in bytes, are not long: little of them is read anew.
+const SHORT_MAX: usize = 512 << 10;
 /// Whoever never pauses gets them after so long.
 const PAUSE_MAX: Duration = Duration::from_millis(500);
 /// Texts that can be open at once.
@@ -48,16 +50,23 @@ pub struct Document {
     /// When its findings are to be told, and since when they wait.
     pub due: Option<(Instant, Instant)>,
     analysis: Option<Arc<Analysis>>,
+    /// `analysis` is of a text before the last changes.
+    is_stale: bool,
 }
 
 impl Document {
     /// The analysis of the text as it is now.
     pub fn analysis(&mut self) -> Arc<Analysis> {
-        let analysis = self.analysis.get_or_insert_with(|| {
-            let name = self.uri.as_str();
-            Arc::new(Analysis::of(name, &self.text, self.kind))
-        });
-        analysis.clone()
+        let analysis = match self.analysis.take() {
+            Some(known) if !self.is_stale => known,
+            known => Arc::new(match known.and_then(Arc::into_inner) {
+                Some(known) => known.change(&self.text),
+                None => Analysis::of(self.uri.as_str(), &self.text, self.kind),
+            }),
+        };
+        self.is_stale = false;
+        self.analysis = Some(analysis.clone());
+        analysis
     }
 
     /// The byte at a position.
@@ -92,7 +101,7 @@ impl Document {
         let fits = length <= TEXT_MAX;
         self.text = if fits { text } else { String::new() };
         self.lines = Lines::of(&self.text);
-        self.analysis = None;
+        self.is_stale = true;
         match fits {
             true => Ok(()),
             false => Err(DocumentError::TooLong(length)),
@@ -129,6 +138,7 @@ impl Documents {
             kind: TextKind::of_path(&path.unwrap_or_default()),
             due: Some((now, now)),
             analysis: None,
+            is_stale: false,
             uri: uri.clone(),
         };
         self.open.insert(uri.as_str().to_owned(), document);
@@ -153,7 +163,11 @@ impl Documents {
         document.version = version;
         let now = Instant::now();
         let since = document.due.map_or(now, |(_, since)| since);
-        document.due = Some(((now + PAUSE).min(since + PAUSE_MAX), since));
+        let pause = match document.text.len() <= SHORT_MAX {
+            true => Duration::ZERO,
+            false => PAUSE,
+        };
+        document.due = Some(((now + pause).min(since + PAUSE_MAX), since));
         result
     }
 

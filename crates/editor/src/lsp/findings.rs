@@ -5,19 +5,26 @@ use serde_json::{Value, json};
 
 use super::documents::Document;
 use super::positions::Encoding;
+use crate::analysis::words::Language;
 
 /// The parameters of `textDocument/publishDiagnostics`.
-pub fn of(document: &mut Document, encoding: Encoding) -> Value {
+pub fn of(document: &mut Document, encoding: Encoding, language: Language) -> Value {
     let analysis = document.analysis();
     let findings = analysis.findings().iter();
     let all: Vec<Value> = findings
-        .map(|f| diagnostic(document, f, encoding))
+        .map(|f| diagnostic(document, f, encoding, language))
         .collect();
     json!({ "uri": document.uri, "version": document.version, "diagnostics": all })
 }
 
 /// One finding.
-pub fn diagnostic(document: &Document, finding: &Diagnostic, encoding: Encoding) -> Value {
+pub fn diagnostic(
+    document: &Document,
+    finding: &Diagnostic,
+    encoding: Encoding,
+    language: Language,
+) -> Value {
+    let finding = &*language.finding(finding);
     let severity = match finding.severity {
         Severity::Error => 1,
         Severity::Warning => 2,

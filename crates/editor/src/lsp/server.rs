@@ -152,7 +152,7 @@ impl Server {
         // A fault of ours costs one answer, not the session.
         let answer = supervision::catch(|| self.answer(request));
         self.outbox.push(match answer {
-            Ok(Ok(result)) => json!({ "jsonrpc": "2.0", "id": id, "result": result }),
+            Ok(Ok(result)) => message([("id", json!(id)), ("result", result)]),
             Ok(Err(refusal)) => error(&id, refusal.code, &refusal.message),
             Err(panicked) => {
                 let message = format!("a fault of the language server: {}", panicked.message);
@@ -269,21 +269,32 @@ impl Server {
 
     fn tell(&mut self, method: &str, params: Value) {
         self.outbox
-            .push(json!({ "jsonrpc": "2.0", "method": method, "params": params }));
+            .push(message([("method", method.into()), ("params", params)]));
     }
 
     /// Tells the findings of a text whose turn it is.
     pub fn tell_due(&mut self, now: Instant) {
-        let encoding = self.documents.encoding;
+        let (encoding, language) = (self.documents.encoding, self.language);
         let Some(document) = self.documents.take_due(now) else {
             return;
         };
         // A text that makes us fail has no findings, and the session goes on.
-        let told = supervision::catch(|| findings::of(document, encoding));
+        let told = supervision::catch(|| findings::of(document, encoding, language));
         if let Ok(params) = told {
             self.tell("textDocument/publishDiagnostics", params);
         }
     }
+}
+
+/// A message of these members, which are moved into it: long answers are made once.
+fn message<const N: usize>(members: [(&str, Value); N]) -> Value {
+    let version = [("jsonrpc", "2.0".into())].into_iter();
+    let members = version.chain(members);
+    Value::Object(
+        members
+            .map(|(name, value)| (name.to_owned(), value))
+            .collect(),
+    )
 }
 
 /// The parameters of a message.

@@ -126,7 +126,7 @@ pub(super) fn code_actions(
         if finding.span.end < within.start || within.end < finding.span.start {
             continue;
         }
-        let told_as = findings::diagnostic(document, finding, encoding);
+        let told_as = findings::diagnostic(document, finding, encoding, language);
         for fix in fixes(&analysis, finding, language) {
             let edits = text_edits(document, fix.edits, encoding);
             let changes = HashMap::from([(document.uri.clone(), edits)]);

@@ -223,6 +223,16 @@ fn a_protective_stop_and_the_end_of_a_program_can_be_walked_back_from() {
 }
 
 #[test]
+fn the_end_of_a_program_is_stepped_back_from() {
+    let program = "def f():\n    return 1\na = f()\nsleep(0.1)\nb = 2\n";
+    let mut client = Client::launched(program, &[], json!({"stopAtEnd": true}));
+    client.held();
+    let lines: Vec<i64> = (0..4).map(|_| client.go("stepBack").line).collect();
+    assert_eq!(lines, [5, 4, 3, 1]);
+    client.end();
+}
+
+#[test]
 fn a_call_is_begun_again_and_so_is_the_program() {
     let program = "def f(n):\n    m = n\n    m += 1\n    return m\nprint(f(3))\n";
     let mut client = Client::launched(program, &[json!({"line": 4})], json!({}));

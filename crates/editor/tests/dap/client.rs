@@ -62,6 +62,7 @@ fn launch(arguments: &Json) -> Result<Debuggee, String> {
             ..RobotConfig::default()
         },
         presets: Vec::new(),
+        recorded: None,
     })
 }
 

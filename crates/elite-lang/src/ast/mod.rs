@@ -4,6 +4,7 @@
 //! executable nodes for one interpreter.
 
 pub(crate) mod release;
+pub(crate) mod shift;
 mod stmt;
 
 use num_bigint::BigInt;

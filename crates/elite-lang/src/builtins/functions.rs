@@ -486,7 +486,10 @@ fn extreme(ev: &Evaluator<'_>, args: &mut Args<'_>, name: &str, better: CompareO
                 );
                 return Err(ev.type_error(text));
             }
-            values.iter().cloned().try_for_each(consider)?;
+            for value in values {
+                ev.worked(VALUE)?;
+                consider(value.clone())?;
+            }
         }
     }
     match (best, default) {

@@ -64,6 +64,10 @@ fn chr(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         let text = "Python int too large to convert to C int";
         return Err(ev.raise(ExceptionKind::OverflowError, text));
     };
+    if i32::try_from(code).is_err() {
+        let text = "Python int too large to convert to C int";
+        return Err(ev.raise(ExceptionKind::OverflowError, text));
+    }
     let c = u32::try_from(code).ok().filter(|code| *code < 0x11_0000);
     let Some(code) = c else {
         return Err(ev.value_error("chr() arg not in range(0x110000)"));

@@ -5,6 +5,7 @@ use std::rc::Rc;
 use super::{Args, Builtin};
 use crate::errors::ExceptionKind;
 use crate::eval::code::Code;
+use crate::eval::pace::VALUE;
 use crate::eval::run::with_slots;
 use crate::eval::{Core, Evaluator, Frame};
 use crate::value::module::Namespace;
@@ -239,6 +240,7 @@ fn locals_here(ev: &Evaluator<'_>, args: &Args<'_>) -> R {
             Some(namespace) if namespace.shown().is_none() => {
                 let dict = Dict::new();
                 for (name, value) in namespace.entries() {
+                    ev.worked(VALUE)?;
                     dict.set_interned(ev.core.symbols.value(name), value);
                 }
                 Rc::new(dict)

@@ -142,8 +142,7 @@ impl Evaluator<'_> {
             *place = std::mem::take(arg);
         }
         if signature.var_args {
-            let rest = args[given..].iter_mut().map(std::mem::take).collect();
-            bound[signature.len() - 1] = Value::tuple(rest);
+            bound[signature.len() - 1] = Value::tuple(self.taken(&mut args[given..])?);
         }
         for (name, value) in keywords {
             let by_name = signature
@@ -319,6 +318,11 @@ fn parses_by_format(builtin: &Builtin) -> bool {
                 | "endswith"
                 | "split"
                 | "rsplit"
+                | "splitlines"
+                | "expandtabs"
+                | "encode"
+                | "decode"
+                | "hex"
         )
 }
 

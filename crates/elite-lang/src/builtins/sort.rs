@@ -7,16 +7,16 @@ use super::Builtin;
 use crate::ast::CompareOp;
 use crate::eval::Evaluator;
 use crate::eval::bulk::{STRIDE, many};
-use crate::eval::pace::{VALUE, WORK_MAX};
+use crate::eval::pace::VALUE;
 use crate::value::instance::Payload;
 use crate::value::surrogate::may_have_surrogates;
 use crate::value::symbol::known;
-use crate::value::{Instance, R, Symbol, Value};
+use crate::value::{Instance, R, Symbol, Value, Values};
 
 /// Runs shorter than this are extended by insertion.
 const RUN_MIN: usize = 24;
 /// Items that are sorted, merged or moved between two safepoints.
-const SOME: usize = WORK_MAX / 256;
+const SOME: usize = if cfg!(debug_assertions) { 256 } else { 4096 };
 /// Longer texts are compared in pieces.
 const TEXT_MAX: usize = 256;
 /// Longer tuples are compared item by item.
@@ -28,7 +28,7 @@ impl Evaluator<'_> {
     pub fn sort(&self, items: &mut Vec<Value>, key: Option<&Value>, reverse: bool) -> R<()> {
         // Keys, ranks and places beside the items.
         self.check_allocation(items.len() * 3 * size_of::<Value>())?;
-        let mut keys = Vec::new();
+        let mut keys = Values::default();
         if let Some(key) = key.filter(|key| !key.is_none()) {
             keys.reserve_exact(items.len());
             for item in &*items {
@@ -48,7 +48,7 @@ impl Evaluator<'_> {
             (None, false) => self.merge_sort_by(places.collect(), by)?,
             (None, true) => self.merge_sort_by(places.rev().collect(), by)?,
         };
-        let mut sorted: Vec<Value> = Vec::with_capacity(order.len());
+        let mut sorted = Values::from(Vec::with_capacity(order.len()));
         for number in 0..order.len() {
             let at = order[if reverse {
                 order.len() - 1 - number
@@ -58,7 +58,8 @@ impl Evaluator<'_> {
             sorted.push(items[at as usize].clone());
             self.worked(VALUE)?;
         }
-        *items = sorted;
+        // The items as they were go bit by bit.
+        std::mem::swap(items, &mut sorted);
         Ok(())
     }
 

@@ -6,14 +6,15 @@
 
 use super::Evaluator;
 use super::coroutine::Stopping;
-use crate::value::{List, R, Value};
+use crate::value::{List, R, Value, Values};
 
-/// Work after which a native gives way, in units of about a nanosecond of optimised code.
-/// Without optimisation, which is some sixteen times slower, a sixteenth.
+/// Work after which a native gives way, in units of about a nanosecond of optimised code on data that is at hand. On data that
+/// is not (tables of many megabytes, pages that are touched for the first time) the same takes up to ten times as long, which
+/// is within the 5 ms that others wait at most. Without optimisation all of it is some sixteen times slower.
 pub const WORK_MAX: usize = if cfg!(debug_assertions) {
     1 << 16
 } else {
-    1 << 20
+    1 << 18
 };
 /// What a native does for one value of a container, in units of work: a copy that is counted, a comparison.
 pub const VALUE: usize = 8;
@@ -84,6 +85,29 @@ impl Evaluator<'_> {
         for some in items.chunks(COPIED) {
             out.extend_from_slice(some);
             self.worked(some.len() * VALUE)?;
+        }
+        Ok(())
+    }
+
+    /// The values of a slice, which is left without them.
+    pub fn taken(&self, items: &mut [Value]) -> R<Vec<Value>> {
+        if items.len() <= COPIED {
+            return Ok(items.iter_mut().map(std::mem::take).collect());
+        }
+        let mut out = Values::from(self.room_for(items.len())?);
+        for some in items.chunks_mut(COPIED) {
+            out.extend(some.iter_mut().map(std::mem::take));
+            self.worked(some.len() * VALUE)?;
+        }
+        Ok(out.into())
+    }
+
+    /// Appends the values of another vector.
+    pub fn append_values(&self, more: Values, out: &mut Vec<Value>) -> R<()> {
+        self.grow(out, more.len())?;
+        for value in more {
+            out.push(value);
+            self.worked(VALUE)?;
         }
         Ok(())
     }

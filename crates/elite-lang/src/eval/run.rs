@@ -5,6 +5,7 @@ use std::rc::Rc;
 
 use super::code::{Code, CodeKind};
 use super::generator::Generator;
+use super::pace::VALUE;
 use super::{Evaluator, Frame};
 use crate::value::held::nothing_is_open;
 use crate::value::{CellVar, Dict, Function, R, Symbol, Value};
@@ -138,10 +139,11 @@ impl Evaluator<'_> {
             *slot = std::mem::take(arg);
         }
         if let Some(star) = params.star {
-            slots[star] = Value::tuple(args[given..].iter_mut().map(std::mem::take).collect());
+            slots[star] = Value::tuple(self.taken(&mut args[given..])?);
         }
         let mut more = params.double_star.map(|_| Dict::new());
         for (name, value) in keywords {
+            self.worked(VALUE)?;
             match params.by_name(*name) {
                 Some(index) => {
                     let slot = &mut slots[index];
@@ -152,7 +154,9 @@ impl Evaluator<'_> {
                     *slot = value.clone();
                 }
                 None => match &mut more {
-                    Some(dict) => dict.set_interned(self.core.symbols.value(*name), value.clone()),
+                    Some(dict) => {
+                        self.dict_set(dict, self.core.symbols.value(*name), value.clone())?;
+                    }
                     None => {
                         let error = self.unexpected_keyword(function, *name, keywords);
                         return Err(self.with_signature(error, function));

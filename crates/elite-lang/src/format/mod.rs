@@ -148,6 +148,10 @@ pub fn value(value: &Value, spec: &Spec, ev: &Evaluator<'_>, out: &mut String) -
 }
 
 fn unknown_kind(ev: &Evaluator<'_>, kind: char, type_name: &str) -> crate::value::Raised {
+    let kind = match kind {
+        ' '..='~' => kind.to_string(),
+        other => format!("\\x{:x}", u32::from(other)),
+    };
     ev.value_error(format!(
         "Unknown format code '{kind}' for object of type '{type_name}'"
     ))

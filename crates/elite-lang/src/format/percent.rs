@@ -220,7 +220,22 @@ impl Evaluator<'_> {
         };
         let value = match (source.of_bytes(), kind) {
             (true, 's' | 'b' | 'c') => self.byte_argument(kind, value)?,
+            (true, 'e' | 'E' | 'f' | 'F' | 'g' | 'G') => {
+                let float = self.to_f64(&value).map_err(|raised| {
+                    if self.is_kind(&raised, crate::errors::ExceptionKind::TypeError) {
+                        let name = self.core.types.name_of(&value);
+                        return self.type_error(format!("float argument required, not {name}"));
+                    }
+                    raised
+                })?;
+                Value::Float(float)
+            }
             _ => value,
+        };
+        // Messages of bytes know no `%i`.
+        let kind = match kind {
+            'i' if source.of_bytes() => 'd',
+            other => other,
         };
         self.convert_percent(kind, &conversion, &value, out)?;
         Ok(rest)
@@ -230,7 +245,15 @@ impl Evaluator<'_> {
     fn byte_argument(&self, kind: char, value: Value) -> R {
         match self.bytes_like(&value) {
             Some(data) => self.string(self.of_latin1(&data)?),
-            None if kind == 'c' && !matches!(value, Value::Str(_)) => Ok(value),
+            None if kind == 'c'
+                && matches!(self.plain(&value), Value::Int(0..=255) | Value::Bool(_)) =>
+            {
+                Ok(value)
+            }
+            None if kind == 'c' && crate::value::int::Int::of(&self.plain(&value)).is_some() => {
+                let kind = crate::errors::ExceptionKind::OverflowError;
+                Err(self.raise(kind, "%c arg not in range(256)"))
+            }
             None => {
                 let name = self.core.types.name_of(&value);
                 Err(self.type_error(if kind == 'c' {

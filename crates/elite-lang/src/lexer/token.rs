@@ -88,11 +88,35 @@ tokens! {
     }
 }
 
+/// Operators that begin alike, at most.
+const ALIKE_MAX: usize = 5;
+/// Where there is no operator.
+const NONE: u8 = u8::MAX;
+/// By the first byte of operators, their numbers.
+const BY_FIRST: [[u8; ALIKE_MAX]; 128] = by_first();
+
+const fn by_first() -> [[u8; ALIKE_MAX]; 128] {
+    let mut table = [[NONE; ALIKE_MAX]; 128];
+    let mut number = 0;
+    while number < OPERATORS.len() {
+        let first = OPERATORS[number].0.as_bytes()[0] as usize;
+        let mut at = 0;
+        while table[first][at] != NONE {
+            at += 1;
+        }
+        table[first][at] = number as u8;
+        number += 1;
+    }
+    table
+}
+
 /// The longest operator `rest` starts with, and its length in bytes.
 pub fn longest_operator(rest: &str) -> Option<(TokenKind, usize)> {
-    let found = OPERATORS
-        .iter()
-        .filter(|(text, _)| rest.starts_with(text))
+    let first = *rest.as_bytes().first()?;
+    let numbers = BY_FIRST.get(first as usize)?.iter();
+    let alike = numbers.filter_map(|number| OPERATORS.get(*number as usize));
+    let found = alike
+        .filter(|(text, _)| rest.as_bytes().starts_with(text.as_bytes()))
         .max_by_key(|(text, _)| text.len());
     found.map(|(text, kind)| (*kind, text.len()))
 }

@@ -12,6 +12,16 @@ pub(super) fn check(body: &[Stmt], file: &SourceFile, known: &KnownNames, found:
         return;
     }
     unreachable(body, file, found);
+    check_each(body, file, known, found);
+}
+
+/// The same without what is never reached in `body` itself.
+pub(super) fn check_each(
+    body: &[Stmt],
+    file: &SourceFile,
+    known: &KnownNames,
+    found: &mut Findings,
+) {
     for statement in body {
         if let StmtKind::While { test, body, .. } = &statement.kind {
             busy_loop(test, body, known, found);
@@ -22,7 +32,8 @@ pub(super) fn check(body: &[Stmt], file: &SourceFile, known: &KnownNames, found:
     }
 }
 
-fn unreachable(body: &[Stmt], file: &SourceFile, found: &mut Findings) {
+/// What is never reached in a block.
+pub(crate) fn unreachable(body: &[Stmt], file: &SourceFile, found: &mut Findings) {
     let Some(last) = body.iter().position(ends) else {
         return;
     };

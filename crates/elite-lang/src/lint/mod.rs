@@ -5,13 +5,14 @@ mod calls;
 mod flow;
 pub mod visit;
 
-use crate::ast::Module;
+use crate::ast::{Module, Stmt};
 use crate::diagnostic::Diagnostic;
 use crate::findings::Findings;
 use crate::resolve::{KnownNames, unused_names};
 use crate::source::SourceFile;
 
 pub use calls::{CallArgument, CallHint, CallHook, CallSite, Literal};
+pub(crate) use flow::unreachable;
 
 /// All warnings, in no particular order.
 pub fn lint(module: &Module, file: &SourceFile, known: &KnownNames) -> Vec<Diagnostic> {
@@ -23,4 +24,16 @@ pub fn lint(module: &Module, file: &SourceFile, known: &KnownNames) -> Vec<Diagn
         .into_iter()
         .flat_map(Findings::into_vec)
         .collect()
+}
+
+/// What `lint` finds in some statements of the top level, but for what depends on others.
+pub(crate) fn lint_part(
+    body: &[Stmt],
+    file: &SourceFile,
+    known: &KnownNames,
+    flow: &mut Findings,
+    calls: &mut Findings,
+) {
+    flow::check_each(body, file, known, flow);
+    calls::check(body, known, calls);
 }

@@ -4,6 +4,7 @@ use std::rc::Rc;
 
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
+use crate::eval::pace::VALUE;
 use crate::value::attrs::AttrMap;
 use crate::value::exception::ExceptionState;
 use crate::value::instance::Payload;
@@ -306,6 +307,7 @@ impl Evaluator<'_> {
             drop(function.attrs.change(|attrs| attrs.as_mut()?.remove(name)));
         }
         for (_, key, value) in self.entries(dict)? {
+            self.worked(VALUE)?;
             if let Value::Str(text) = &key {
                 let name = self.core.symbols.take(text.as_str());
                 self.set_function_attribute(function, name, value)?;

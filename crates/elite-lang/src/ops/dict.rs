@@ -10,7 +10,7 @@ use crate::eval::pace::VALUE;
 use crate::value::dict::{Found, SOME};
 use crate::value::string::Hashing;
 use crate::value::symbol::known;
-use crate::value::{Dict, R, Set, Value};
+use crate::value::{Dict, R, Set, Value, Values};
 
 /// Times a search starts over because script code changed the table meanwhile.
 const RETRIES_MAX: usize = 100;
@@ -102,6 +102,7 @@ impl Evaluator<'_> {
         let shuffle = |hash: u64| ((hash ^ 89_869_747) ^ (hash << 16)).wrapping_mul(3_644_798_167);
         let mut hash = 0u64;
         for (element, _) in self.elements(set)? {
+            self.worked(VALUE)?;
             hash ^= shuffle(element);
         }
         hash ^= (set.len() as u64 + 1).wrapping_mul(1_927_868_237);
@@ -256,8 +257,8 @@ impl Evaluator<'_> {
     }
 
     /// All keys with their hashes and values, in order.
-    pub fn entries(&self, dict: &Dict) -> R<Vec<(u64, Value, Value)>> {
-        let mut entries = self.room_for(dict.len())?;
+    pub fn entries(&self, dict: &Dict) -> R<Values<(u64, Value, Value)>> {
+        let mut entries = Values::from(self.room_for(dict.len())?);
         let mut from = Some(0);
         while let Some(place) = from {
             from = dict.entries_from(place, SOME, &mut entries);
@@ -267,8 +268,8 @@ impl Evaluator<'_> {
     }
 
     /// All elements with their hashes, in the order of the table.
-    pub fn elements(&self, set: &Set) -> R<Vec<(u64, Value)>> {
-        let mut elements = self.room_for(set.len())?;
+    pub fn elements(&self, set: &Set) -> R<Values<(u64, Value)>> {
+        let mut elements = Values::from(self.room_for(set.len())?);
         let mut from = Some(0);
         while let Some(place) = from {
             from = set.elements_from(place, SOME, &mut elements);
@@ -280,27 +281,56 @@ impl Evaluator<'_> {
     /// A copy of a dictionary.
     pub fn copied_dict(&self, dict: &Dict) -> R<Dict> {
         self.check_allocation(dict.bytes())?;
-        dict.copy(&mut |entries| self.worked(entries.min(dict.len()) * VALUE))
+        // What was deleted is passed, too.
+        let most = dict.bytes() / VALUE;
+        dict.copy(&mut |entries| self.worked(entries.min(most) * VALUE))
     }
 
     /// A copy of a set.
     pub fn copied_set(&self, set: &Set) -> R<Set> {
         self.check_allocation(set.bytes())?;
-        set.copy(&mut |entries| self.worked(entries.min(set.len()) * VALUE))
+        let most = set.bytes() / VALUE;
+        set.copy(&mut |entries| self.worked(entries.min(most) * VALUE))
     }
 
     fn reserve(&self, set: &Set, more: usize) -> R<()> {
         self.check_allocation(set.growth(more))?;
-        set.reserve(more, &mut |entries| {
-            self.worked(entries.min(set.len()) * VALUE)
-        })
+        let most = (set.len() + more) * 4;
+        set.reserve(more, &mut |entries| self.worked(entries.min(most) * VALUE))
     }
 
     /// `dict.pop(key)`.
     pub fn dict_remove(&self, dict: &Dict, key: &Value) -> R<Option<Value>> {
-        Ok(self
-            .dict_find(dict, key)?
-            .map(|index| dict.delete_at(index).1))
+        match self.dict_find(dict, key)? {
+            Some(index) => Ok(Some(self.dict_take(dict, index)?.1)),
+            None => Ok(None),
+        }
+    }
+
+    /// Takes the entry at an index out: its key and value.
+    #[inline]
+    pub fn dict_take(&self, dict: &Dict, index: usize) -> R<(Value, Value)> {
+        let taken = dict.delete_at(index);
+        if dict.is_sparse() {
+            dict.remake(0, &mut |entries| self.worked(entries * VALUE))?;
+        }
+        Ok(taken)
+    }
+
+    /// Moves the entry at an index to the front.
+    pub fn dict_move_to_front(&self, dict: &Dict, hash: u64, key: &Value, index: usize) -> R<()> {
+        self.check_allocation(dict.bytes())?;
+        if let Some(front) = dict.lacks_room_in_front() {
+            dict.remake(front, &mut |entries| self.worked(entries * VALUE))?;
+            // Another thread may have taken it out meanwhile.
+            let Some(index) = self.dict_find_hashed(dict, hash, key)? else {
+                return Ok(());
+            };
+            dict.move_to_front(index);
+            return Ok(());
+        }
+        dict.move_to_front(index);
+        Ok(())
     }
 
     /// Copies all entries of `other` into `dict`.
@@ -468,8 +498,12 @@ impl Evaluator<'_> {
         }
         self.check_allocation(set.growth(other.len()))?;
         if set.is_empty() {
-            set.replace(self.copied_set(other)?);
-            return Ok(());
+            let copy = self.copied_set(other)?;
+            // Another thread may have added something meanwhile.
+            if set.is_empty() {
+                set.replace(copy);
+                return Ok(());
+            }
         }
         self.reserve(set, other.len())?;
         for (hash, key) in self.elements(other)? {
@@ -548,7 +582,7 @@ impl Evaluator<'_> {
             self.worked(2 * VALUE)?;
             match self.set_find(a, hash, &key)? {
                 Some(index) => drop(a.delete_at(index)),
-                None => a.append(hash, key),
+                None => self.set_add_hashed(a, hash, key)?,
             }
         }
         Ok(())

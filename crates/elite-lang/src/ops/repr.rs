@@ -3,9 +3,10 @@
 use std::fmt::Write as _;
 
 use crate::eval::Evaluator;
+use crate::eval::pace::VALUE;
 use crate::format::float;
 use crate::value::symbol::known;
-use crate::value::{Dict, Instance, Iter, R, Value};
+use crate::value::{Dict, Instance, Iter, R, Value, Values};
 
 impl Evaluator<'_> {
     /// Python's `repr(value)`.
@@ -131,8 +132,11 @@ impl Evaluator<'_> {
             }
             Value::Set(set) | Value::FrozenSet(set) => {
                 let frozen = matches!(value, Value::FrozenSet(_));
-                let items = self.elements(set)?.into_iter().map(|(_, key)| key);
-                let items: Vec<Value> = items.collect();
+                let mut items = Values::from(self.room_for(set.len())?);
+                for (_, key) in self.elements(set)? {
+                    items.push(key);
+                    self.worked(VALUE)?;
+                }
                 match (items.is_empty(), frozen) {
                     (true, false) => out.push_str("set()"),
                     (true, true) => out.push_str("frozenset()"),

@@ -16,13 +16,16 @@ mod remains;
 mod stmt;
 mod strings;
 mod target;
+mod units;
 
 use crate::ast::{Expr, ExprKind, Ident, Module, NodePlace, ScopeId, Stmt};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::findings::{Findings, in_order, quoted};
-use crate::lexer::{Token, TokenKind, lex, lex_expression, too_large};
+use crate::lexer::{Token, TokenKind, Tokens, lex, lex_expression, too_large};
 use crate::limits::memory::Budget;
 use crate::source::{SourceFile, Span};
+
+pub(crate) use units::{Difference, InUnits, Unit, parse_again};
 
 /// Nesting of brackets, blocks and prefix operators that is accepted.
 const NESTING_MAX: u32 = 200;
@@ -55,13 +58,18 @@ pub fn parse(file: &SourceFile) -> Parsed {
 
 /// Parses a whole program with what its text may take. One that needs more has one error, `too-large`.
 pub(crate) fn parse_within(file: &SourceFile, budget: &Budget<'_>) -> Parsed {
-    let lexed = lex(file, budget);
+    let mut parser = parse_tokens(file, lex(file, budget), budget);
+    let body = parser.statements_until_end();
+    parser.finish(body)
+}
+
+/// A parser that stands at the first token of a whole program.
+fn parse_tokens<'f>(file: &'f SourceFile, lexed: Tokens, budget: &'f Budget<'f>) -> Parser<'f> {
     let mut parser = Parser::new(file, lexed.tokens, lexed.diagnostics, budget);
     parser.cuts = lexed.cuts;
     parser.print_is_assigned = parser.assigns_print();
     parser.directives(&lexed.directives);
-    let body = parser.statements_until_end();
-    parser.finish(body)
+    parser
 }
 
 /// Parses the text of one expression, as `eval` takes it.
@@ -98,6 +106,8 @@ struct Parser<'f> {
     /// What the lexer found; where it found something the parser keeps silent.
     lexed: Findings,
     diagnostics: Findings,
+    /// How often something was found wrong, told or not.
+    reports: usize,
     nesting: u32,
     scope_count: u32,
     context: Context,
@@ -134,6 +144,7 @@ impl<'f> Parser<'f> {
             at: 0,
             lexed,
             diagnostics: Findings::default(),
+            reports: 0,
             nesting: 0,
             scope_count: 1,
             context,
@@ -255,6 +266,7 @@ impl<'f> Parser<'f> {
     }
 
     fn report(&mut self, diagnostic: Diagnostic) -> Failed {
+        self.reports += 1;
         // What the lexer reported at this very place is not reported again in other words.
         let span = diagnostic.span;
         let at_cut = self.cuts.contains(&span.start);

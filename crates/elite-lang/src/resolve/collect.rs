@@ -1,6 +1,7 @@
 //! First pass: what each scope binds, uses and declares.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 
 use super::NAME;
 use crate::ast::{
@@ -99,7 +100,9 @@ impl Scope {
 /// All scopes of a program, by `ScopeId`.
 pub(super) struct Scopes<'p> {
     pub(super) budget: &'p Budget<'p>,
+    /// The module, then those from number `first` on.
     pub(super) scopes: Vec<Option<Scope>>,
+    first: u32,
     /// There is a `from m import *`: any name may be defined.
     pub(super) star_import: bool,
     pub(super) diagnostics: Findings,
@@ -110,10 +113,20 @@ pub(super) struct Scopes<'p> {
 }
 
 pub(super) fn collect<'p>(module: &Module, budget: &'p Budget<'p>) -> Scopes<'p> {
+    collect_part(&module.body, 1..module.scope_count, budget)
+}
+
+/// The same for some statements of the top level, in which are the scopes `own`.
+pub(super) fn collect_part<'p>(
+    body: &[Stmt],
+    own: Range<u32>,
+    budget: &'p Budget<'p>,
+) -> Scopes<'p> {
     let mut scopes = Scopes {
         budget,
+        first: own.start,
         // Each takes a place of some size.
-        scopes: (0..module.scope_count)
+        scopes: (own.start..=own.end.max(own.start))
             .map(|_| {
                 budget.worked(DROP);
                 None
@@ -126,7 +139,7 @@ pub(super) fn collect<'p>(module: &Module, budget: &'p Budget<'p>) -> Scopes<'p>
         global_set: BTreeSet::new(),
     };
     scopes.open(ScopeId(0), ScopeKind::Module, None);
-    scopes.block(&module.body);
+    scopes.block(body);
     scopes
 }
 
@@ -145,7 +158,23 @@ impl Scopes<'_> {
     }
 
     pub(super) fn get(&self, id: ScopeId) -> Option<&Scope> {
-        self.scopes.get(id.0 as usize)?.as_ref()
+        self.scopes.get(self.at(id))?.as_ref()
+    }
+
+    /// Where a scope stands in the table.
+    fn at(&self, id: ScopeId) -> usize {
+        match id.0 {
+            0 => 0,
+            other => (other + 1 - self.first) as usize,
+        }
+    }
+
+    /// The scope at a place of the table.
+    pub(super) fn id_at(&self, place: usize) -> ScopeId {
+        match place {
+            0 => ScopeId(0),
+            other => ScopeId(other as u32 + self.first - 1),
+        }
     }
 
     pub(super) fn declared_globals(&mut self) -> Vec<Box<str>> {
@@ -166,7 +195,8 @@ impl Scopes<'_> {
     }
 
     fn open(&mut self, id: ScopeId, kind: ScopeKind, parent: Option<ScopeId>) {
-        self.scopes[id.0 as usize] = Some(Scope::new(kind, parent));
+        let at = self.at(id);
+        self.scopes[at] = Some(Scope::new(kind, parent));
     }
 
     /// Runs `inner` in the new scope `id`.
@@ -181,7 +211,7 @@ impl Scopes<'_> {
 
     fn scope(&mut self) -> &mut Scope {
         // `current` is only ever set to a scope that `open` has made; the module is a safe stand-in.
-        let index = self.current.0 as usize;
+        let index = self.at(self.current);
         self.scopes[index].get_or_insert_with(|| Scope::new(ScopeKind::Module, None))
     }
 

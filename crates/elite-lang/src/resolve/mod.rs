@@ -7,6 +7,7 @@
 
 mod collect;
 mod names;
+mod parts;
 mod places;
 mod unused;
 
@@ -18,6 +19,7 @@ use crate::findings::Findings;
 use crate::limits::memory::{Budget, DROP};
 
 pub use names::KnownNames;
+pub(crate) use parts::{Part, Placed, together};
 pub use unused::unused_names;
 
 /// Where a name lives, seen from one scope.

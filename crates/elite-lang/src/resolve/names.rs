@@ -8,10 +8,11 @@ use crate::ast::ScopeId;
 use crate::diagnostic::Diagnostic;
 use crate::findings::{Findings, quoted};
 use crate::lint::CallHook;
+use crate::source::Span;
 use crate::spelling::nearest;
 
 /// Findings up to which similar names are searched: each search looks at all names.
-const SUGGESTIONS_MAX: usize = 20;
+pub(super) const SUGGESTIONS_MAX: usize = 20;
 
 /// The names an embedder provides to scripts, beside Python's own builtins.
 #[derive(Clone, Debug, Default)]
@@ -115,50 +116,61 @@ pub(super) fn report_undefined(
             if scopes.budget.is_given_up() {
                 return;
             }
-            let local = binds_around(scopes, ScopeId(index as u32), name);
-            let builtin = crate::builtins::is_builtin_name(name);
-            if local
-                || builtin
-                || globals.contains(&**name)
-                || known.contains(name)
-                || &**name == "__class__"
-            {
+            let local = binds_around(scopes, scopes.id_at(index), name);
+            if local || globals.contains(&**name) || is_given(name, known) {
                 continue;
             }
             if diagnostics.is_full() {
                 return;
             }
-            let message = format!("the name '{}' is not defined", quoted(name));
-            let mut diagnostic = Diagnostic::warning("undefined-name", *span, message);
-            let candidates = globals
-                .iter()
-                .copied()
-                .chain(known.natives.iter().map(String::as_str));
-            let locals = scope
-                .names
-                .iter()
-                .filter(|info| info.bound)
-                .map(|info| &*info.name);
-            let all = candidates
-                .chain(locals)
-                .chain(crate::builtins::builtin_names().map(|name| -> &str { name }));
+            let locals = scope.names.iter().filter(|info| info.bound);
+            let locals = locals.map(|info| &*info.name);
             let near = if diagnostics.len() < SUGGESTIONS_MAX {
-                nearest(name, all)
+                similar(name, &globals, known, locals)
             } else {
                 None
             };
-            if let Some(near) = near {
-                diagnostic = diagnostic
-                    .with_help(format!("did you mean '{near}'"))
-                    .with_fix(*span, near);
-            }
-            diagnostics.push(diagnostic);
+            diagnostics.push(undefined(name, *span, near));
         }
     }
 }
 
+/// Whether a name is there without the program doing anything for it.
+pub(super) fn is_given(name: &str, known: &KnownNames) -> bool {
+    crate::builtins::is_builtin_name(name) || known.contains(name) || name == "__class__"
+}
+
+/// The name that was probably meant, of all that could be meant in a scope that binds `locals`.
+pub(super) fn similar<'n>(
+    name: &str,
+    globals: &'n BTreeSet<&'n str>,
+    known: &'n KnownNames,
+    locals: impl Iterator<Item = &'n str>,
+) -> Option<String> {
+    let candidates = globals
+        .iter()
+        .copied()
+        .chain(known.natives.iter().map(String::as_str));
+    let all = candidates
+        .chain(locals)
+        .chain(crate::builtins::builtin_names().map(|name| -> &str { name }));
+    nearest(name, all)
+}
+
+/// What is said of a name that nothing defines.
+pub(super) fn undefined(name: &str, span: Span, near: Option<String>) -> Diagnostic {
+    let message = format!("the name '{}' is not defined", quoted(name));
+    let diagnostic = Diagnostic::warning("undefined-name", span, message);
+    match near {
+        Some(near) => diagnostic
+            .with_help(format!("did you mean '{near}'"))
+            .with_fix(span, near),
+        None => diagnostic,
+    }
+}
+
 /// Whether the scope or one around it (class bodies of others excepted) binds the name.
-fn binds_around(scopes: &Scopes, id: ScopeId, name: &str) -> bool {
+pub(super) fn binds_around(scopes: &Scopes, id: ScopeId, name: &str) -> bool {
     let mut at = Some(id);
     while let Some(scope) = at.and_then(|id| scopes.get(id)) {
         if scope.name(name).is_some_and(|info| info.bound) {

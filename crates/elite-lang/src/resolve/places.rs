@@ -9,6 +9,7 @@ use crate::ast::ScopeId;
 use crate::diagnostic::Diagnostic;
 use crate::findings::{Findings, quoted};
 use crate::limits::memory::{Budget, DROP};
+use crate::source::Span;
 
 /// The scope a name belongs to; None is the module, so a global or builtin.
 type Owner = Option<ScopeId>;
@@ -86,6 +87,26 @@ pub(super) fn assign(
     places
 }
 
+/// What is said of a `nonlocal` whose name no function around binds.
+fn unbound_nonlocal(name: &str, span: Span) -> Diagnostic {
+    let message = format!("no binding for nonlocal '{}' found", quoted(name));
+    Diagnostic::error("syntax", span, message)
+}
+
+/// Finds those without giving names places.
+pub(super) fn unbound_nonlocals(scopes: &Scopes<'_>, found: &mut Findings) {
+    for (place, scope) in scopes.scopes.iter().enumerate() {
+        let id = scopes.id_at(place);
+        for info in scope.iter().flat_map(|scope| &scope.names) {
+            if let Some(span) = info.nonlocal
+                && scopes.owner(id, &info.name).is_none()
+            {
+                found.push(unbound_nonlocal(&info.name, span));
+            }
+        }
+    }
+}
+
 /// A table with an empty entry for each scope.
 fn table<T: Default>(count: usize, budget: &Budget<'_>) -> Vec<T> {
     let entry = |_| {
@@ -93,6 +114,46 @@ fn table<T: Default>(count: usize, budget: &Budget<'_>) -> Vec<T> {
         T::default()
     };
     (0..count).map(entry).collect()
+}
+
+impl Scopes<'_> {
+    /// Which scope the name, seen from `id`, belongs to.
+    pub(super) fn owner(&self, id: ScopeId, name: &str) -> Owner {
+        let scope = self.get(id)?;
+        let info = scope.name(name);
+        if scope.kind == ScopeKind::Module || info.is_some_and(|info| info.global.is_some()) {
+            return None;
+        }
+        if info.is_some_and(|info| info.bound && info.nonlocal.is_none()) {
+            return Some(id);
+        }
+        self.outer_owner(scope.parent?, name)
+    }
+
+    fn outer_owner(&self, from: ScopeId, name: &str) -> Owner {
+        let mut at = Some(from);
+        while let Some(id) = at {
+            let scope = self.get(id)?;
+            match scope.kind {
+                ScopeKind::Module => return None,
+                ScopeKind::Class if name == CLASS_CELL => return Some(id),
+                ScopeKind::Class => {}
+                ScopeKind::Function | ScopeKind::Comprehension => match scope.name(name) {
+                    Some(NameInfo {
+                        global: Some(_), ..
+                    }) => return None,
+                    Some(NameInfo {
+                        bound: true,
+                        nonlocal: None,
+                        ..
+                    }) => return Some(id),
+                    _ => {}
+                },
+            }
+            at = scope.parent;
+        }
+        None
+    }
 }
 
 impl Assigner<'_, '_> {
@@ -140,44 +201,6 @@ impl Assigner<'_, '_> {
         id
     }
 
-    /// Which scope the name, seen from `id`, belongs to.
-    fn owner(&self, id: ScopeId, name: &str) -> Owner {
-        let scope = self.scope(id)?;
-        let info = scope.name(name);
-        if scope.kind == ScopeKind::Module || info.is_some_and(|info| info.global.is_some()) {
-            return None;
-        }
-        if info.is_some_and(|info| info.bound && info.nonlocal.is_none()) {
-            return Some(id);
-        }
-        self.outer_owner(scope.parent?, name)
-    }
-
-    fn outer_owner(&self, from: ScopeId, name: &str) -> Owner {
-        let mut at = Some(from);
-        while let Some(id) = at {
-            let scope = self.scope(id)?;
-            match scope.kind {
-                ScopeKind::Module => return None,
-                ScopeKind::Class if name == CLASS_CELL => return Some(id),
-                ScopeKind::Class => {}
-                ScopeKind::Function | ScopeKind::Comprehension => match scope.name(name) {
-                    Some(NameInfo {
-                        global: Some(_), ..
-                    }) => return None,
-                    Some(NameInfo {
-                        bound: true,
-                        nonlocal: None,
-                        ..
-                    }) => return Some(id),
-                    _ => {}
-                },
-            }
-            at = scope.parent;
-        }
-        None
-    }
-
     /// Notes, for every name of scope `id`, whether it crosses frames.
     fn find_shared(&mut self, id: ScopeId) {
         let count = self.scope(id).map_or(0, |scope| scope.names.len());
@@ -189,11 +212,9 @@ impl Assigner<'_, '_> {
                 return;
             };
             let info = info.clone();
-            let owner = self.owner(id, &info.name);
+            let owner = self.scopes.owner(id, &info.name);
             if let (Some(span), None) = (info.nonlocal, owner) {
-                let message = format!("no binding for nonlocal '{}' found", quoted(&info.name));
-                self.diagnostics
-                    .push(Diagnostic::error("syntax", span, message));
+                self.diagnostics.push(unbound_nonlocal(&info.name, span));
             }
             let Some(owner) = owner else { continue };
             let own_class_name = owner == id && info.name.as_ref() != CLASS_CELL;
@@ -309,7 +330,7 @@ impl Assigner<'_, '_> {
             if !self.goes_on() {
                 return None;
             }
-            let owner = self.owner(id, &info.name);
+            let owner = self.scopes.owner(id, &info.name);
             places
                 .names
                 .insert(info.name.clone(), self.place(id, owner, &info.name, slots));

@@ -7,9 +7,10 @@ use crate::ast::{Module, ScopeId};
 use crate::diagnostic::Diagnostic;
 use crate::findings::{Findings, quoted};
 use crate::limits::memory::Budget;
+use crate::source::Span;
 
 /// Functions that read variables by names this pass cannot see.
-const BY_TEXT: &[&str] = &["locals", "vars", "eval", "exec", "globals", "dir"];
+pub(super) const BY_TEXT: &[&str] = &["locals", "vars", "eval", "exec", "globals", "dir"];
 
 /// Warns about variables that are assigned in a function and never read, and about imports that are never used.
 pub fn unused_names(module: &Module, found: &mut Findings) {
@@ -25,48 +26,59 @@ pub fn unused_names(module: &Module, found: &mut Findings) {
         }
     }
     for (index, scope) in each(&scopes) {
-        for info in &scope.names {
-            let Some((span, binding)) = info.binding else {
-                continue;
-            };
-            let elsewhere = info.global.is_some() || info.nonlocal.is_some() || info.parameter;
-            let wanted = match binding {
-                Binding::Import => true,
-                Binding::Variable => scope.kind == ScopeKind::Function,
-            };
-            if !wanted
-                || elsewhere
-                || info.name.starts_with('_')
-                || used.contains(&(index, &*info.name))
-            {
-                continue;
-            }
-            if found.is_full() {
-                return;
-            }
-            let name = quoted(&info.name);
-            found.push(match binding {
-                Binding::Import => {
-                    let text = format!("'{name}' is imported but never used");
-                    Diagnostic::warning("unused-import", span, text)
-                }
-                Binding::Variable => {
-                    let text = format!("the variable '{name}' is assigned but never used");
-                    Diagnostic::warning("unused-variable", span, text)
-                        .with_help(format!("remove it, or call it '_{name}' if that is meant"))
-                }
-            });
+        unused_in(scope, index, &used, found);
+    }
+}
+
+/// Those of one scope; `used` are the names that are read, with the number of the scope whose they are.
+pub(super) fn unused_in(
+    scope: &Scope,
+    number: u32,
+    used: &HashSet<(u32, &str)>,
+    found: &mut Findings,
+) {
+    for info in &scope.names {
+        let Some((span, binding)) = info.binding else {
+            continue;
+        };
+        let elsewhere = info.global.is_some() || info.nonlocal.is_some() || info.parameter;
+        let wanted = match binding {
+            Binding::Import => true,
+            Binding::Variable => scope.kind == ScopeKind::Function,
+        };
+        if wanted
+            && !elsewhere
+            && !info.name.starts_with('_')
+            && !used.contains(&(number, &*info.name))
+        {
+            found.push(unused(&info.name, span, binding));
         }
     }
 }
 
-fn each<'s>(scopes: &'s Scopes<'_>) -> impl Iterator<Item = (u32, &'s Scope)> {
+/// What is said of a name that is bound and never read.
+pub(super) fn unused(name: &str, span: Span, binding: Binding) -> Diagnostic {
+    let name = quoted(name);
+    match binding {
+        Binding::Import => {
+            let text = format!("'{name}' is imported but never used");
+            Diagnostic::warning("unused-import", span, text)
+        }
+        Binding::Variable => {
+            let text = format!("the variable '{name}' is assigned but never used");
+            Diagnostic::warning("unused-variable", span, text)
+                .with_help(format!("remove it, or call it '_{name}' if that is meant"))
+        }
+    }
+}
+
+pub(super) fn each<'s>(scopes: &'s Scopes<'_>) -> impl Iterator<Item = (u32, &'s Scope)> {
     let all = scopes.scopes.iter().enumerate();
-    all.filter_map(|(index, scope)| Some((index as u32, scope.as_ref()?)))
+    all.filter_map(|(place, scope)| Some((scopes.id_at(place).0, scope.as_ref()?)))
 }
 
 /// The scope whose variable `name` is, seen from scope `from`; the module if no function binds it.
-fn owner(scopes: &Scopes<'_>, from: u32, name: &str) -> u32 {
+pub(super) fn owner(scopes: &Scopes<'_>, from: u32, name: &str) -> u32 {
     let mut at = Some(ScopeId(from));
     while let Some(id) = at {
         let Some(scope) = scopes.get(id) else { break };

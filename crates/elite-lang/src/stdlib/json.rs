@@ -13,7 +13,7 @@ use crate::eval::pace::VALUE;
 use crate::format::float;
 use crate::value::int::Int;
 use crate::value::surrogate::{char_of, code_of, is_surrogate};
-use crate::value::{Dict, R, Raised, Value};
+use crate::value::{Dict, R, Raised, Value, Values};
 
 pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
     module.functions(&[
@@ -340,7 +340,7 @@ impl Reader<'_, '_> {
     }
 
     fn object(&mut self) -> R {
-        let mut pairs: Vec<(Value, Value)> = Vec::new();
+        let mut pairs = Values::default();
         self.blanks()?;
         if self.bytes.get(self.at) == Some(&b'}') {
             self.at += 1;
@@ -360,7 +360,7 @@ impl Reader<'_, '_> {
             self.at += 1;
             self.blanks()?;
             let pair = (Value::str(key), self.value()?);
-            self.ev.grow(&mut pairs, 1)?;
+            self.ev.grow(&mut *pairs, 1)?;
             pairs.push(pair);
             self.ev.safepoint()?;
             self.blanks()?;
@@ -376,14 +376,14 @@ impl Reader<'_, '_> {
         }
     }
 
-    fn made(&self, pairs: Vec<(Value, Value)>) -> R {
+    fn made(&self, pairs: Values<(Value, Value)>) -> R {
         if !self.pairs_hook.is_none() {
-            let pairs = pairs
-                .into_iter()
-                .map(|(key, value)| Value::tuple(vec![key, value]));
-            return self
-                .ev
-                .call1(&self.pairs_hook, Value::list(pairs.collect()));
+            let mut tuples = Values::from(self.ev.room_for(pairs.len())?);
+            for (key, value) in pairs {
+                tuples.push(Value::pair(key, value));
+                self.ev.worked(4 * VALUE)?;
+            }
+            return self.ev.call1(&self.pairs_hook, tuples.into_list());
         }
         let dict = Dict::new();
         for (key, value) in pairs {
@@ -606,16 +606,13 @@ impl Writer<'_, '_> {
         Ok(())
     }
 
-    fn object(&mut self, entries: Vec<(u64, Value, Value)>) -> R<()> {
-        let mut entries: Vec<(Value, Value)> = entries
-            .into_iter()
-            .map(|(_, key, value)| (key, value))
-            .collect();
+    fn object(&mut self, mut entries: Values<(u64, Value, Value)>) -> R<()> {
         if self.sort_keys {
-            let mut sorted: Vec<Value> = entries
-                .into_iter()
-                .map(|(key, value)| Value::pair(key, value))
-                .collect();
+            let mut sorted = Values::from(self.ev.room_for(entries.len())?);
+            for (_, key, value) in entries {
+                sorted.push(Value::pair(key, value));
+                self.ev.worked(4 * VALUE)?;
+            }
             // By the keys alone: values need not be comparable.
             let first =
                 crate::builtins::Builtin::bound(&self.ev.core, "key", "pair /", |ev, args| {
@@ -625,16 +622,21 @@ impl Writer<'_, '_> {
             let pair = |value: &Value| {
                 let items = value.as_items().unwrap_or_default();
                 (
+                    0,
                     items.first().cloned().unwrap_or_default(),
                     items.get(1).cloned().unwrap_or_default(),
                 )
             };
-            entries = sorted.iter().map(pair).collect();
+            entries = Values::from(self.ev.room_for(sorted.len())?);
+            for value in &sorted {
+                entries.push(pair(value));
+                self.ev.worked(2 * VALUE)?;
+            }
         }
         let levels = self.open.len();
         let mut empty = true;
         self.out.push('{');
-        for (key, value) in entries {
+        for (_, key, value) in entries {
             let Some(text) = self.key_text(&key)? else {
                 continue;
             };

@@ -3,8 +3,6 @@
 
 mod library;
 
-use std::sync::Arc;
-
 pub use crate::ast::{
     Arg, BinaryOp, ClassDef, Comprehension, ComprehensionClause, ComprehensionKind, Constant,
     DictItem, Expr, ExprKind, FStringPart, FunctionDef, Handler, Ident, ImportAlias, Lambda,
@@ -12,36 +10,13 @@ pub use crate::ast::{
 };
 pub use crate::lexer::{Token, TokenKind};
 pub use crate::lint::visit::{blocks, own_expressions, parts};
+pub use crate::reading::{Piece, Reading};
 pub use library::{Member, MemberKind, builtins, module_members, type_members};
 
 use crate::diagnostic::Diagnostic;
 use crate::limits::memory::Budget;
-use crate::resolve::KnownNames;
 use crate::source::SourceFile;
 pub use crate::stack::with_deep_stack;
-
-/// A text that has been read.
-#[derive(Debug)]
-pub struct Examined {
-    /// The tree; statements that do not parse are left out of it, or are in it as far as they can be told.
-    pub module: Module,
-    /// The tokens, always ended by `EndOfFile`; none of a text that is too large.
-    pub tokens: Vec<Token>,
-    /// What [`check`](crate::check) finds.
-    pub findings: Vec<Diagnostic>,
-}
-
-/// Reads and checks a text, whatever is in it.
-pub fn examine(file: &Arc<SourceFile>, known: &KnownNames) -> Examined {
-    with_deep_stack(|| {
-        let (module, findings) = crate::program::examine(file, known);
-        Examined {
-            module,
-            tokens: tokens(file),
-            findings,
-        }
-    })
-}
 
 /// The tokens of a text.
 pub fn tokens(file: &SourceFile) -> Vec<Token> {

@@ -11,7 +11,7 @@ use std::cell::Cell;
 use std::rc::Rc;
 
 use super::{Held, Value, trash};
-use table::{EMPTY, SCAN_MAX, Table, place, slots_for};
+use table::{AT_ONCE, EMPTY, SCAN_MAX, Table, place, slots_for};
 pub use table::{Entry, Found};
 
 /// A dictionary.
@@ -312,7 +312,7 @@ impl Dict {
     pub fn grows_far(&self) -> bool {
         let table = self.table.borrow();
         let length = table.entries.len();
-        length > 4 * SOME && (length + 1) * 3 > table.slots.len() * 2
+        length > AT_ONCE && (length + 1) * 3 > table.slots.len() * 2
     }
 
     /// Makes the table greater before a new key does.
@@ -325,7 +325,7 @@ impl Dict {
             };
             if live < length / 2 {
                 // So many are deleted that the table rather shrinks.
-                return Ok(());
+                return self.remake(0, between);
             }
             let mut slots = empty_slots(slots_for(length + 1), between)?;
             let mut at = 0;
@@ -349,6 +349,79 @@ impl Dict {
                 }));
                 return Ok(());
             }
+        }
+        Ok(())
+    }
+
+    /// Whether a big table has become so empty that it is better made anew (`remake`).
+    #[inline]
+    pub fn is_sparse(&self) -> bool {
+        let table = self.table.borrow();
+        table.entries.len() > AT_ONCE && table.is_sparse()
+    }
+
+    /// Whether a big table has to be made anew, with so much room in front, before an entry can move there.
+    pub fn lacks_room_in_front(&self) -> Option<usize> {
+        let table = self.table.borrow();
+        let head = table.head.get();
+        let is_first = table.entries.get(head).is_some_and(|e| !e.key.is_unbound());
+        let lacks = table.entries.len() > AT_ONCE
+            && (head == 0 && is_first || table.moves > table.slots.len() / 16);
+        lacks.then_some(table.live)
+    }
+
+    /// Makes a big table anew without deleted entries, with room for `front` entries in front of the others and as many behind
+    /// them; not if others keep changing it meanwhile.
+    pub fn remake<E>(&self, front: usize, between: Between<'_, E>) -> Result<(), E> {
+        for _ in 0..RETRIES_MAX {
+            let generation = self.generation();
+            let live = {
+                let table = self.table.borrow();
+                if table.of_variables() {
+                    return Ok(());
+                }
+                table.live
+            };
+            let mut entries = Vec::with_capacity(2 * front + live + 1);
+            while entries.len() < front {
+                entries.resize_with(front.min(entries.len() + SOME), Entry::default);
+                between(SOME)?;
+            }
+            let mut at = 0;
+            while self.generation() == generation {
+                let end = {
+                    let table = self.table.borrow();
+                    let end = table.entries.len().min(at + SOME);
+                    let some = table.entries.get(at..end).unwrap_or_default();
+                    let there = some.iter().filter(|entry| !entry.key.is_unbound());
+                    entries.extend(there.cloned());
+                    end
+                };
+                if end == at {
+                    break;
+                }
+                at = end;
+                between(SOME)?;
+            }
+            let length = entries.len();
+            let slots = match self.generation() == generation {
+                true => new_slots(slots_for(length + 1), &entries, length, between)?,
+                false => Vec::new(),
+            };
+            if self.generation() == generation {
+                let old = self.table.change(|table| {
+                    table.moves = 0;
+                    table.head.set(front);
+                    table.tail.set(length);
+                    drop(std::mem::replace(&mut table.slots, slots));
+                    // Positions are other ones now.
+                    table.generation += 1;
+                    std::mem::replace(&mut table.entries, entries)
+                });
+                drop_entries(old);
+                return Ok(());
+            }
+            drop_entries(entries);
         }
         Ok(())
     }
@@ -398,7 +471,9 @@ fn new_slots<E>(
     let mut slots = empty_slots(size, between)?;
     for (some, first) in entries[..length].chunks(SOME).zip((0..).step_by(SOME)) {
         for (entry, index) in some.iter().zip(first..) {
-            place(&mut slots, entry.hash, index);
+            if !entry.key.is_unbound() {
+                place(&mut slots, entry.hash, index);
+            }
         }
         between(SOME)?;
     }

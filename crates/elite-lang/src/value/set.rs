@@ -24,19 +24,26 @@ pub struct Set {
     pub old: Cell<bool>,
 }
 
+/// A place of the table. One without a key is free, or its element has been deleted: then it says so in the place of the hash.
 #[derive(Clone, Default)]
 struct Slot {
-    state: SlotState,
     hash: u64,
     key: Value,
 }
 
-#[derive(Clone, Copy, Default, PartialEq, Eq)]
-enum SlotState {
-    #[default]
-    Free,
-    Used,
-    Deleted,
+/// What stands for the hash where an element has been deleted.
+const DELETED: u64 = 1;
+
+impl Slot {
+    #[inline]
+    fn is_used(&self) -> bool {
+        !self.key.is_unbound()
+    }
+
+    #[inline]
+    fn is_free(&self) -> bool {
+        self.key.is_unbound() && self.hash != DELETED
+    }
 }
 
 struct Table {
@@ -96,50 +103,41 @@ impl Table {
     }
 
     fn find(&self, hash: u64, key: &Value) -> Found {
-        let mut found = Found::Nowhere;
-        let mut ask = false;
-        self.probe(hash, |index, slot| match slot.state {
-            SlotState::Free => true,
-            SlotState::Used if slot.hash == hash => match quick_equal(&slot.key, key) {
+        let mut found = None;
+        // Only what lies on the way of the hash is looked at, whoever has to compare it.
+        let mut asked = Vec::new();
+        self.probe(hash, |index, slot| match slot.is_used() {
+            false => slot.is_free(),
+            true if slot.hash == hash => match quick_equal(&slot.key, key) {
                 Equal::Yes => {
-                    found = Found::At(index);
+                    found = Some(index);
                     true
                 }
                 Equal::No => false,
                 Equal::Ask => {
-                    ask = true;
+                    asked.push((index, slot.key.clone()));
                     false
                 }
             },
-            _ => false,
+            true => false,
         });
-        if !ask || matches!(found, Found::At(_)) {
-            return found;
+        match found {
+            Some(index) => Found::At(index),
+            None if asked.is_empty() => Found::Nowhere,
+            None => Found::Ask(asked, self.generation),
         }
-        let used = self.slots.iter().enumerate();
-        let same = used.filter(|(_, slot)| slot.state == SlotState::Used && slot.hash == hash);
-        Found::Ask(
-            same.map(|(index, slot)| (index, slot.key.clone()))
-                .collect(),
-            self.generation,
-        )
     }
 
     fn insert_clean(&mut self, hash: u64, key: Value) {
         let mut free = None;
         self.probe(hash, |index, slot| {
-            let is_free = slot.state == SlotState::Free;
-            if is_free {
+            if slot.is_free() {
                 free = Some(index);
             }
-            is_free
+            slot.is_free()
         });
         if let Some(index) = free {
-            self.slots[index] = Slot {
-                state: SlotState::Used,
-                hash,
-                key,
-            };
+            self.slots[index] = Slot { hash, key };
             self.used += 1;
             self.filled += 1;
         }
@@ -160,7 +158,7 @@ impl Table {
 
     fn delete(&mut self, index: usize) -> Value {
         let slot = &mut self.slots[index];
-        slot.state = SlotState::Deleted;
+        slot.hash = DELETED;
         let key = std::mem::take(&mut slot.key);
         self.used -= 1;
         self.generation += 1;
@@ -177,7 +175,7 @@ impl Table {
         self.generation = old.generation;
         self.finger = old.finger;
         for slot in old.slots {
-            if slot.state == SlotState::Used {
+            if slot.is_used() {
                 self.insert_clean(slot.hash, slot.key);
             }
         }
@@ -225,7 +223,7 @@ impl Set {
         table
             .slots
             .get(index)
-            .is_some_and(|slot| slot.state == SlotState::Used && slot.key.is(key))
+            .is_some_and(|slot| slot.is_used() && slot.key.is(key))
     }
 
     /// Adds an element that is known not to be there.
@@ -263,7 +261,7 @@ impl Set {
             }
             let mask = table.slots.len() - 1;
             let mut at = table.finger & mask;
-            while table.slots[at].state != SlotState::Used {
+            while !table.slots[at].is_used() {
                 at = (at + 1) & mask;
             }
             table.finger = at + 1;
@@ -278,7 +276,7 @@ impl Set {
             .slots
             .get(from..)?
             .iter()
-            .position(|slot| slot.state == SlotState::Used)?;
+            .position(|slot| slot.is_used())?;
         let slot = &table.slots[from + offset];
         Some((from + offset + 1, slot.hash, slot.key.clone()))
     }
@@ -349,7 +347,7 @@ impl Set {
                     let same_size = size == table.slots.len() && table.filled == table.used;
                     for index in at..end {
                         let slot = &table.slots[index];
-                        if slot.state != SlotState::Used {
+                        if !slot.is_used() {
                             continue;
                         }
                         if same_size {
@@ -391,7 +389,7 @@ impl Set {
             return false;
         };
         for slot in table.slots.iter().skip(from).take(count) {
-            if slot.state == SlotState::Used {
+            if slot.is_used() {
                 each(&slot.key);
             }
         }
@@ -415,7 +413,7 @@ impl Set {
         let table = self.table.borrow();
         let end = from.saturating_add(count).min(table.slots.len());
         let used = table.slots.get(from..end)?.iter();
-        let used = used.filter(|slot| slot.state == SlotState::Used);
+        let used = used.filter(|slot| slot.is_used());
         out.extend(used.map(|slot| (slot.hash, slot.key.clone())));
         (end < table.slots.len()).then_some(end)
     }

@@ -74,7 +74,7 @@ const MANY: usize = 16 << 10;
 const PORTION: usize = if cfg!(debug_assertions) {
     4 << 10
 } else {
-    32 << 10
+    16 << 10
 };
 
 thread_local! {
@@ -129,6 +129,28 @@ pub fn leave<T: 'static>(parts: &mut Vec<T>, tells: impl Fn(&T) -> bool) {
         return;
     }
     put_aside(Parts(std::mem::take(parts)));
+}
+
+impl<T> Rest for std::vec::IntoIter<T> {
+    fn drop_some(&mut self) -> bool {
+        self.take(PORTION).for_each(drop);
+        self.len() > 0
+    }
+
+    fn may_be_little(&self) -> bool {
+        false
+    }
+}
+
+/// The same for parts that a native has not taken any more.
+pub fn leave_rest<T: 'static>(rest: std::vec::IntoIter<T>, tells: impl Fn(&T) -> bool) {
+    let parts = rest.as_slice();
+    let are_left = parts.len() >= MANY
+        && PUTS_OFF.with(Cell::get)
+        && (parts.len() >= VERY_MANY || !parts.iter().any(tells));
+    if are_left {
+        put_aside(rest);
+    }
 }
 
 fn put_aside(rest: impl Rest + 'static) {
@@ -265,6 +287,7 @@ pub fn drop_some() -> bool {
 
 fn drop_portion() -> bool {
     let _ = GIVEN_BACK.try_with(|given_back| given_back.set(0));
+    let _ = DROPPED.try_with(|dropped| dropped.set(0));
     loop {
         let taken = PUT_OFF.try_with(|put_off| put_off.borrow_mut().pop());
         let Ok(Some(mut rest)) = taken else {
@@ -344,13 +367,34 @@ pub fn dismantle_with(now: impl FnOnce(), later: impl FnOnce(&mut Vec<Value>)) {
     let _level = Level::enter(depth);
     now();
     if depth == 0 {
-        while let Some(value) = DEFERRED
-            .try_with(|deferred| deferred.borrow_mut().pop())
-            .ok()
-            .flatten()
-        {
-            drop(value);
+        drop_deferred();
+    }
+}
+
+thread_local! {
+    /// Values that were too deep and have been dropped since the last portion.
+    static DROPPED: Cell<usize> = const { Cell::new(0) };
+}
+
+/// Drops what was too deep. A chain may have millions of links, each of which hands over the next one: what does not fit into a
+/// portion is left to be dropped bit by bit.
+fn drop_deferred() {
+    loop {
+        let is_enough = PUTS_OFF.with(Cell::get) && DROPPED.with(Cell::get) >= PORTION;
+        if is_enough {
+            let rest = DEFERRED.try_with(|deferred| std::mem::take(&mut *deferred.borrow_mut()));
+            if let Ok(rest) = rest
+                && !rest.is_empty()
+            {
+                put_aside(Parts(rest));
+            }
+            return;
         }
+        let Ok(Some(value)) = DEFERRED.try_with(|deferred| deferred.borrow_mut().pop()) else {
+            return;
+        };
+        let _ = DROPPED.try_with(|dropped| dropped.set(dropped.get() + 1));
+        drop(value);
     }
 }
 

@@ -5,22 +5,76 @@
 
 use std::ops::{Deref, DerefMut};
 
-use super::{Value, trash};
+use super::{Symbol, Value, trash};
+
+/// What a native holds many of: values, or values with what belongs to each.
+pub trait Part: Sized + 'static {
+    /// Whether dropping it may run code of the script.
+    fn tells(&self) -> bool;
+
+    /// Drops many of them, or leaves them to be dropped bit by bit.
+    fn drop_all(parts: &mut Vec<Self>) {
+        trash::leave(parts, Self::tells);
+        drop(std::mem::take(parts));
+    }
+}
+
+impl Part for Value {
+    fn tells(&self) -> bool {
+        trash::tells(self)
+    }
+
+    #[inline]
+    fn drop_all(parts: &mut Vec<Self>) {
+        trash::dismantle(parts);
+    }
+}
+
+impl Part for u64 {
+    fn tells(&self) -> bool {
+        false
+    }
+}
+
+impl Part for Symbol {
+    fn tells(&self) -> bool {
+        false
+    }
+}
+
+impl<A: Part, B: Part> Part for (A, B) {
+    fn tells(&self) -> bool {
+        self.0.tells() || self.1.tells()
+    }
+}
+
+impl<A: Part, B: Part, C: Part> Part for (A, B, C) {
+    fn tells(&self) -> bool {
+        self.0.tells() || self.1.tells() || self.2.tells()
+    }
+}
 
 /// A vector of values with a drop that gives way.
-#[derive(Clone, Debug, Default)]
-pub struct Values(Vec<Value>);
+#[derive(Clone, Debug)]
+pub struct Values<T: Part = Value>(Vec<T>);
 
-impl From<Vec<Value>> for Values {
+impl<T: Part> Default for Values<T> {
     #[inline]
-    fn from(values: Vec<Value>) -> Self {
+    fn default() -> Self {
+        Values(Vec::new())
+    }
+}
+
+impl<T: Part> From<Vec<T>> for Values<T> {
+    #[inline]
+    fn from(values: Vec<T>) -> Self {
         Values(values)
     }
 }
 
-impl From<Values> for Vec<Value> {
+impl<T: Part> From<Values<T>> for Vec<T> {
     #[inline]
-    fn from(mut values: Values) -> Self {
+    fn from(mut values: Values<T>) -> Self {
         std::mem::take(&mut values.0)
     }
 }
@@ -37,45 +91,81 @@ impl Values {
     }
 }
 
-impl IntoIterator for Values {
-    type Item = Value;
-    type IntoIter = std::vec::IntoIter<Value>;
-
-    fn into_iter(self) -> Self::IntoIter {
-        Vec::from(self).into_iter()
-    }
-}
-
-impl Deref for Values {
-    type Target = Vec<Value>;
+impl<T: Part> Deref for Values<T> {
+    type Target = Vec<T>;
 
     #[inline]
-    fn deref(&self) -> &Vec<Value> {
+    fn deref(&self) -> &Vec<T> {
         &self.0
     }
 }
 
-impl DerefMut for Values {
+impl<T: Part> DerefMut for Values<T> {
     #[inline]
-    fn deref_mut(&mut self) -> &mut Vec<Value> {
+    fn deref_mut(&mut self) -> &mut Vec<T> {
         &mut self.0
     }
 }
 
-impl<'v> IntoIterator for &'v Values {
-    type Item = &'v Value;
-    type IntoIter = std::slice::Iter<'v, Value>;
-
-    fn into_iter(self) -> Self::IntoIter {
-        self.0.iter()
-    }
-}
-
-impl Drop for Values {
+impl<T: Part> Drop for Values<T> {
     #[inline]
     fn drop(&mut self) {
         if !self.0.is_empty() {
-            trash::dismantle(&mut self.0);
+            T::drop_all(&mut self.0);
         }
+    }
+}
+
+/// The values one after the other; those that nobody has taken are dropped as `Values` are.
+pub struct Taken<T: Part>(std::vec::IntoIter<T>);
+
+impl<T: Part> IntoIterator for Values<T> {
+    type Item = T;
+    type IntoIter = Taken<T>;
+
+    #[inline]
+    fn into_iter(self) -> Taken<T> {
+        Taken(Vec::from(self).into_iter())
+    }
+}
+
+impl<T: Part> Iterator for Taken<T> {
+    type Item = T;
+
+    #[inline]
+    fn next(&mut self) -> Option<T> {
+        self.0.next()
+    }
+
+    #[inline]
+    fn size_hint(&self) -> (usize, Option<usize>) {
+        self.0.size_hint()
+    }
+}
+
+impl<T: Part> DoubleEndedIterator for Taken<T> {
+    #[inline]
+    fn next_back(&mut self) -> Option<T> {
+        self.0.next_back()
+    }
+}
+
+impl<T: Part> ExactSizeIterator for Taken<T> {}
+
+impl<T: Part> Drop for Taken<T> {
+    #[inline]
+    fn drop(&mut self) {
+        if self.0.len() > 0 {
+            trash::leave_rest(std::mem::take(&mut self.0), T::tells);
+        }
+    }
+}
+
+impl<'v, T: Part> IntoIterator for &'v Values<T> {
+    type Item = &'v T;
+    type IntoIter = std::slice::Iter<'v, T>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.0.iter()
     }
 }

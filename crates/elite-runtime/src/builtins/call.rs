@@ -12,7 +12,7 @@ use std::time::Duration;
 use elite_lang::{ExceptionKind, NativeCall, Raised, Value};
 use motion_api::{CommandId, CommandKind, Origin, Outcome, PointList, Refusal, RobotState};
 
-use super::declare::{Builtin, Parameter};
+use super::declare::{Body, Builtin, Parameter};
 use crate::message::{Message, SCRIPT_ALARM_CODE, Severity};
 use crate::task::{TaskContext, TaskEnd, Wait};
 
@@ -66,6 +66,19 @@ impl<'a, 'n> Call<'a, 'n> {
             return Err(call.error(ExceptionKind::RuntimeError, text));
         }
         Ok(call)
+    }
+
+    /// Runs a builtin whose answer comes from elsewhere: it is noted, or the recording gives it.
+    pub(super) fn from_outside(&mut self, run: Body) -> Result<Value, Raised> {
+        let (builtin, context) = (self.builtin, self.context);
+        let arguments = self.native.args().to_vec();
+        crate::external::from_outside(context, self.native, builtin.name, &arguments, |native| {
+            run(&mut Call {
+                builtin,
+                context,
+                native,
+            })
+        })
     }
 
     /// The task the call belongs to.

@@ -8,6 +8,7 @@ use motion_api::ThreadNumber;
 
 use super::call::Call;
 use super::declare::{Builtin, Category, Default, Kind, Parameter};
+use crate::external::What;
 use crate::interpreter::Next;
 use crate::message::Message;
 use crate::message::{InterpreterEvent, Severity};
@@ -104,6 +105,8 @@ fn execute_statements(call: &mut Call<'_, '_>) -> Result<(), Raised> {
             Next::Nothing => call.wait(Wait::Statement)?,
             Next::Statement(id, statement) => {
                 let text = statement.file().text();
+                let lost = "it was given statements at the interpreter port".to_owned();
+                call.context().note(What::Lost(lost));
                 observer.interpreter(&InterpreterEvent::Executing { id: id.0, text });
                 let result = call.native().run_statement(&statement);
                 memory::outside(|| {

@@ -89,7 +89,10 @@ pub(crate) fn natives(context: &Rc<TaskContext>) -> Vec<NativeFunction> {
                         if sees_the_robot(builtin, &call) {
                             call.catch_up()?;
                         }
-                        run(&mut call)
+                        match asks_outside(builtin) {
+                            true => call.from_outside(run),
+                            false => run(&mut call),
+                        }
                     });
                     if builtin.waits && builtin.category == Category::Motion {
                         native.motion_ended(result.is_err());
@@ -110,6 +113,16 @@ fn sees_the_robot(builtin: &Builtin, call: &Call<'_, '_>) -> bool {
         "get_inverse_kin" | "get_inverse_kin_has_solution" => call.given(1).is_none(),
         "get_forward_kin" => call.given(0).is_none(),
         _ => !matches!(builtin.category, Category::Math | Category::Text),
+    }
+}
+
+/// Whether the answer comes from elsewhere: from machines, people, and whoever else writes what it reads.
+fn asks_outside(builtin: &Builtin) -> bool {
+    match builtin.category {
+        Category::Socket | Category::Modbus | Category::Serial | Category::ModbusRtu => true,
+        Category::Register => builtin.name.starts_with("read_"),
+        Category::Io => builtin.name.contains("_port_"),
+        _ => builtin.name == "popup",
     }
 }
 

@@ -8,6 +8,7 @@ use io_bus::xmlrpc::{RpcClient, RpcValue, Url};
 
 use super::call::Call;
 use super::declare::{Builtin, Category::Rpc, Kind, Parameter};
+use crate::external::from_outside;
 
 const TYPE: Parameter = Parameter::required("type", Kind::Word(&["xmlrpc"]), "protocol");
 const URL: Parameter = Parameter::required(
@@ -49,13 +50,15 @@ fn rpc_factory(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
         let arguments = args.iter().map(|value| to_rpc(native, method, value, 0));
         let arguments: Vec<RpcValue> = arguments.collect::<Result<_, _>>()?;
         let (client, name) = (Rc::clone(&client), method.to_owned());
-        let job = async move { client.call(&name, &arguments).await };
-        match super::call::wait_outside(&context, native, method, job)? {
-            Ok(value) => Ok(from_rpc(value)),
-            Err(error) => {
-                Err(native.raise(ExceptionKind::RuntimeError, format!("{method}(): {error}")))
+        from_outside(&context, native, method, args, |native| {
+            let job = async move { client.call(&name, &arguments).await };
+            match super::call::wait_outside(&context, native, method, job)? {
+                Ok(value) => Ok(from_rpc(value)),
+                Err(error) => {
+                    Err(native.raise(ExceptionKind::RuntimeError, format!("{method}(): {error}")))
+                }
             }
-        }
+        })
     };
     Ok(call.native().object_with_any_method("rpc", Rc::new(remote)))
 }

@@ -3,7 +3,7 @@
 //! Owns the wait table and the requests that a builtin cannot carry out itself because a script thread is running while
 //! it makes them (start a thread, stop a thread): the scheduler does them after the current slice.
 
-use std::cell::{Cell, RefCell};
+use std::cell::{Cell, RefCell, RefMut};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::os::unix::net::UnixStream;
@@ -13,7 +13,7 @@ use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use elite_lang::debug::Aside;
-use elite_lang::{NodeState, Value, WaitToken};
+use elite_lang::{NodeState, Value, WaitToken, memory};
 use io_bus::{Fieldbus, ScriptSocket};
 use motion_api::{CommandId, Origin, ProgramId, ThreadNumber};
 use thiserror::Error;
@@ -23,12 +23,13 @@ use super::extras::Extras;
 use super::host::Permissions;
 use super::outside::Outside;
 use super::scheduler::{TaskEnd, TaskSettings};
+use super::view::View;
 use super::wait::{Wait, WaitTable};
+use crate::external::{Course, External, Memo, Repeat, What, Witness};
 use crate::interpreter::Interpreter;
 use crate::message::Observer;
 use crate::micro_line::MicroLines;
 use crate::panel::Panel;
-use crate::robot::Robot;
 
 /// Most script threads of one task, the main thread not counted.
 pub(crate) const THREADS_MAX: usize = 64;
@@ -51,7 +52,7 @@ pub(crate) enum TaskRequest {
 
 /// The task as its builtins see it.
 pub(crate) struct TaskContext {
-    robot: Arc<Robot>,
+    robot: View,
     observer: Arc<dyn Observer>,
     fieldbus: Arc<Fieldbus>,
     permissions: Permissions,
@@ -78,6 +79,19 @@ pub(crate) struct TaskContext {
     met_the_world: Cell<bool>,
     /// Motions whose calls have returned before they ended, and whose they were.
     ahead: RefCell<Vec<(ThreadNumber, CommandId)>>,
+    /// Whether what comes from outside is noted, or comes from a recording.
+    course: Course,
+    /// How often the task has looked round.
+    turn: Cell<u64>,
+    /// Calls of builtins that ask somebody else.
+    calls: Cell<u64>,
+    memo: RefCell<Memo>,
+    /// Waits of such calls that are under way: the turns in which they were over.
+    waits_of_calls: RefCell<BTreeMap<ThreadNumber, Vec<u64>>>,
+    /// The time of day in this turn.
+    clock: Cell<Option<(u64, f64)>>,
+    /// A debugger asks something, which is no part of the run.
+    is_aside: Cell<bool>,
 }
 
 /// The thread that is being resumed right now.
@@ -128,7 +142,7 @@ impl TaskContext {
         braking: Option<Braking>,
     ) -> Rc<Self> {
         Rc::new(Self {
-            robot: settings.robot.clone(),
+            robot: View::new(settings.robot.clone()),
             observer: settings.observer.clone(),
             fieldbus: settings.fieldbus.clone(),
             permissions: settings.permissions.clone(),
@@ -151,6 +165,13 @@ impl TaskContext {
             extras: settings.extras.clone(),
             met_the_world: Cell::default(),
             ahead: RefCell::default(),
+            course: settings.course.clone(),
+            turn: Cell::default(),
+            calls: Cell::default(),
+            memo: RefCell::default(),
+            waits_of_calls: RefCell::default(),
+            clock: Cell::default(),
+            is_aside: Cell::default(),
         })
     }
 
@@ -221,8 +242,93 @@ impl TaskContext {
         &self.extras
     }
 
-    pub fn robot(&self) -> &Arc<Robot> {
+    /// The robot as the task sees it in this turn.
+    pub fn robot(&self) -> &View {
         &self.robot
+    }
+
+    /// Who notes what comes from outside.
+    pub fn witness(&self) -> Option<&dyn Witness> {
+        match &self.course {
+            Course::Witnessed(witness) => Some(&**witness),
+            Course::Live | Course::Repeated(_) => None,
+        }
+    }
+
+    /// The recorded run that is repeated.
+    pub fn repeat(&self) -> Option<&Arc<Repeat>> {
+        match &self.course {
+            Course::Repeated(repeat) => Some(repeat),
+            Course::Live | Course::Witnessed(_) => None,
+        }
+    }
+
+    /// Notes something that has come from outside.
+    pub fn note(&self, what: What) {
+        if let Some(witness) = self.witness() {
+            memory::outside(|| {
+                witness.note(&External {
+                    program: self.program,
+                    turn: self.turn.get(),
+                    cycle: self.robot.moment().cycle,
+                    what,
+                });
+            });
+        }
+    }
+
+    /// How often the task has looked round.
+    pub fn turn(&self) -> u64 {
+        self.turn.get()
+    }
+
+    /// It looks round once more.
+    pub fn next_turn(&self) -> u64 {
+        self.turn.set(self.turn.get() + 1);
+        self.turn.get()
+    }
+
+    /// The number of a call of a builtin that asks somebody else.
+    pub fn next_call(&self) -> u64 {
+        self.calls.set(self.calls.get() + 1);
+        self.calls.get()
+    }
+
+    /// The latest answers of such calls.
+    pub fn memo(&self) -> RefMut<'_, Memo> {
+        self.memo.borrow_mut()
+    }
+
+    /// The turns in which waits of the running thread are over count from now on.
+    pub fn log_waits(&self) {
+        let mut waits = self.waits_of_calls.borrow_mut();
+        waits.insert(self.running.get().number, Vec::new());
+    }
+
+    /// They, since then.
+    pub fn take_waits(&self) -> Vec<u64> {
+        let mut waits = self.waits_of_calls.borrow_mut();
+        waits.remove(&self.running.get().number).unwrap_or_default()
+    }
+
+    /// A wait of a thread is over.
+    pub fn note_wait_over(&self, thread: ThreadNumber) {
+        if let Some(waits) = self.waits_of_calls.borrow_mut().get_mut(&thread) {
+            waits.push(self.turn.get());
+        }
+    }
+
+    /// A debugger asks something, which is no part of the run.
+    pub fn is_aside(&self) -> bool {
+        self.is_aside.get()
+    }
+
+    /// Runs `work` as such.
+    pub fn aside<T>(&self, work: impl FnOnce() -> T) -> T {
+        let before = self.is_aside.replace(true);
+        let done = work();
+        self.is_aside.set(before);
+        done
     }
 
     pub fn observer(&self) -> &dyn Observer {
@@ -268,15 +374,33 @@ impl TaskContext {
         &self.interpreter
     }
 
-    /// Seconds since 1970-01-01T00:00:00Z; under the virtual clock simulated time since [`VIRTUAL_EPOCH_S`].
+    /// Seconds since 1970-01-01T00:00:00Z; under the virtual clock simulated time since [`VIRTUAL_EPOCH_S`]. Where it is noted
+    /// it is the same for a whole turn, which is less than a millisecond of work.
     pub fn unix_time(&self) -> f64 {
-        if self.robot.timeline().is_virtual() {
-            VIRTUAL_EPOCH_S + self.robot.moment().time
-        } else {
-            SystemTime::now()
-                .duration_since(UNIX_EPOCH)
-                .map_or(0.0, |d| d.as_secs_f64())
+        let is_repeated_real = self.repeat().is_some_and(|repeat| repeat.is_real());
+        if self.robot.timeline().is_virtual() && !is_repeated_real {
+            return VIRTUAL_EPOCH_S + self.robot.moment().time;
         }
+        let turn = self.turn.get();
+        if let Some((_, time)) = self.clock.get().filter(|(at, _)| *at == turn) {
+            return time;
+        }
+        let time = match self.repeat() {
+            // What only a debugger asks for is not in the recording.
+            Some(repeat) => repeat
+                .clock(self.program, turn)
+                .or_else(|| self.clock.get().map(|(_, time)| time))
+                .unwrap_or(VIRTUAL_EPOCH_S + self.robot.moment().time),
+            None => SystemTime::now()
+                .duration_since(UNIX_EPOCH)
+                .map_or(0.0, |d| d.as_secs_f64()),
+        };
+        if self.witness().is_none() && self.repeat().is_none() || self.is_aside() {
+            return time;
+        }
+        self.clock.set(Some((turn, time)));
+        self.note(What::Clock(time));
+        time
     }
 
     /// Asks something of the whole task.

@@ -13,6 +13,7 @@ use super::context::TaskContext;
 use super::files::Files;
 use super::network::Sockets;
 use super::processes::Processes;
+use crate::external::What;
 use crate::message::Message;
 
 /// What programs may reach beyond the robot (`--allow`).
@@ -91,15 +92,25 @@ impl TaskHost {
 
     /// Threads that became ready since the last call, in the order in which they did.
     pub fn take_woken(&self) -> Vec<ThreadId> {
-        let mut woken = self.woken.take();
-        woken.extend(self.sockets.outside().take_woken());
-        woken
+        self.woken.take()
+    }
+
+    /// The same for threads that waited for the outside world.
+    pub fn take_woken_outside(&self) -> Vec<ThreadId> {
+        self.sockets.outside().take_woken()
     }
 
     /// The end of the task: sockets are closed, processes killed.
     pub fn close(&self) {
         self.sockets.close_all();
         self.processes.kill_all();
+    }
+
+    /// The program looks at something that is not noted.
+    fn leaves_the_recording(&self, what: &str) {
+        if self.context.witness().is_some() && self.context.warns_first(what) {
+            self.context.note(What::Lost(format!("it used {what}")));
+        }
     }
 
     /// The sockets of the task.
@@ -147,6 +158,7 @@ impl Host for TaskHost {
     }
 
     fn environment(&self) -> Vec<(String, String)> {
+        self.leaves_the_recording("environment variables");
         let entries = std::env::vars_os();
         let text = |(name, value): (OsString, OsString)| {
             Some((name.into_string().ok()?, value.into_string().ok()?))
@@ -155,14 +167,17 @@ impl Host for TaskHost {
     }
 
     fn files(&self) -> Option<&dyn HostFiles> {
+        self.leaves_the_recording("files");
         Some(&*self.files)
     }
 
     fn processes(&self) -> Option<&dyn HostProcesses> {
+        self.leaves_the_recording("other processes");
         Some(&self.processes)
     }
 
     fn open_socket(&self) -> io::Result<Rc<dyn HostSocket>> {
+        self.leaves_the_recording("sockets of the module socket");
         self.sockets.open()
     }
 

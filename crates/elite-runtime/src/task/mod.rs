@@ -4,6 +4,7 @@
 //! - `extras`: what only tests of programs ask for.
 //! - `controls`: what others ask of it.
 //! - `scheduler`: resumes script threads in a fixed order; `threads`: how they wait, wake, start and end.
+//! - `view`: the robot as the task sees it in one turn; `turns`: when it looks round, and what it finds then.
 //! - `time`: which waits are over, and what makes time pass; `report`: what people are told.
 //! - `outside`: futures that builtins wait for.
 //! - `braking`: the stop with which a program hands the arm over to the next one.
@@ -28,6 +29,8 @@ mod report;
 mod scheduler;
 mod threads;
 mod time;
+mod turns;
+mod view;
 mod wait;
 
 pub use beneath::{FolderAccessError, Folders};

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use elite_lang::{Diagnostic, ScriptError, SourceFile, TaskNode, memory};
 use motion_api::{Origin, ProgramId, Seconds, ThreadNumber};
 
+use super::controls::Control;
 use super::scheduler::{Task, TaskEnd, Waiting};
 use crate::message::{Message, Severity};
 use crate::panel::{VARIABLE_PERIOD, VariableValue, WatchdogAction};
@@ -213,10 +214,11 @@ impl Task {
 
     /// Inputs that are set too rarely (manual 9.5.6). A task that is held is not watched.
     pub(super) fn look_at_watchdogs(&mut self) {
-        if self.paused {
+        // What watchdogs did is in the recording as an order.
+        if self.paused || self.context.repeat().is_some() {
             return;
         }
-        let state = self.settings.robot.moment();
+        let state = self.context.robot().moment();
         let panel = &self.settings.panel;
         let bites = panel.with_watchdogs(|dogs| match dogs.is_empty() {
             true => Vec::new(),
@@ -238,15 +240,21 @@ impl Task {
                 .message(&Message::log(severity, origin, text));
             match action {
                 WatchdogAction::Ignore => {}
-                WatchdogAction::Pause => self.pause(),
-                WatchdogAction::Stop => self.end = Some(TaskEnd::Stopped),
+                WatchdogAction::Pause => {
+                    self.note_order(&Control::Pause);
+                    self.pause();
+                }
+                WatchdogAction::Stop => {
+                    self.note_order(&Control::Stop);
+                    self.end = Some(TaskEnd::Stopped);
+                }
             }
         }
     }
 
     /// Ends secondary programs that wait too long for a lock.
     pub(super) fn end_late_secondaries(&mut self) {
-        let now = self.settings.robot.moment().time;
+        let now = self.context.robot().moment().time;
         let late: Vec<ThreadNumber> = self
             .threads
             .iter()

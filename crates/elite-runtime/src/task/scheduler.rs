@@ -26,9 +26,11 @@ use super::controls::{Control, Controls};
 use super::extras::Extras;
 use super::host::{Permissions, TaskHost};
 use super::report::Told;
+use super::turns::Since;
 use crate::attendant::Attendance;
 use crate::builtins;
-use crate::debug::{Attached, Debuggee};
+use crate::debug::{Attached, Debuggee, Holds};
+use crate::external::{Course, What};
 use crate::interpreter::Interpreter as StatementPort;
 use crate::message::{Aside, Message, Observer};
 use crate::panel::{Panel, Variables};
@@ -107,6 +109,8 @@ pub struct TaskSettings {
     pub faults: Faults,
     /// What only tests of programs ask for.
     pub extras: Extras,
+    /// Whether what comes from outside is noted, or comes from a recording.
+    pub course: Course,
 }
 
 /// How a task ended.
@@ -132,13 +136,15 @@ pub(crate) struct Task {
     pub(super) context: Rc<TaskContext>,
     pub(super) host: Rc<TaskHost>,
     pub(super) interpreter: Interpreter,
-    known: KnownNames,
+    pub(super) known: KnownNames,
     presets: Arc<[Preset]>,
     pub(super) threads: BTreeMap<ThreadNumber, Entry>,
     pub(super) ready: VecDeque<ThreadNumber>,
     pub(super) controls: Controls,
     status: watch::Sender<TaskStatus>,
     pub(super) paused: bool,
+    /// Others than a debugger want it held.
+    is_paused_by_others: bool,
     stops_at_start: u64,
     pub(super) end: Option<TaskEnd>,
     /// A fault of ours has left the language as it was: no script runs any more.
@@ -161,6 +167,12 @@ pub(crate) struct Task {
     pub(super) next_tick: Option<Instant>,
     /// Who debugs it.
     pub(super) attached: Option<Rc<dyn Attached>>,
+    /// The cycle that was seen in the latest turn.
+    pub(super) seen: u64,
+    /// Turns since a cycle has passed.
+    pub(super) worked: u32,
+    /// An order that came while the task waited.
+    pub(super) came_meanwhile: Option<Control>,
     /// What the robot has to be told as soon as there is room for it.
     pub(super) untold: VecDeque<CommandKind>,
 }
@@ -237,8 +249,8 @@ impl Task {
             interpreter.count_lines();
         }
         let debug = settings.extras.debug.as_ref();
-        let attached = debug.map(|link| link.attach(Debuggee(context.clone())));
-        let stops_at_start = settings.robot.protective_stops().0;
+        let attached = debug.and_then(|link| link.attach(Debuggee(context.clone())));
+        let stops_at_start = context.robot().protective_stops().0;
         memory::outside(|| settings.panel.with_variables(Variables::clear));
         Self {
             settings,
@@ -252,6 +264,7 @@ impl Task {
             controls,
             status,
             paused: false,
+            is_paused_by_others: false,
             stops_at_start,
             end: None,
             is_broken: false,
@@ -265,6 +278,9 @@ impl Task {
             variables_due: 0,
             next_tick: None,
             attached,
+            seen: 0,
+            worked: 0,
+            came_meanwhile: None,
             untold: VecDeque::new(),
         }
     }
@@ -278,6 +294,7 @@ impl Task {
     /// ours ends the program, not more: the arm comes to rest as after any other end.
     pub async fn run(mut self, program: Source) -> Ended {
         let _driving = Driving::begin(self.settings.robot.clone());
+        self.context.robot().look();
         let ran = Contained::new(self.run_program(program)).await;
         let mut end = ran.unwrap_or_else(|panicked| self.met_fault(panicked));
         if let Some(attached) = self.attached.clone().filter(|_| !self.is_broken) {
@@ -301,6 +318,9 @@ impl Task {
         }
         self.program_runs(false);
         let braking = self.settle(&end).await;
+        if let Some(repeat) = self.context.repeat() {
+            repeat.ended(self.context.program(), self.context.robot().moment().cycle);
+        }
         Ended {
             end,
             braking,
@@ -329,6 +349,7 @@ impl Task {
                 if let Some(attached) = self.attached.clone() {
                     self.interpreter.debug(attached);
                 }
+                self.begin_turns();
                 self.start_program(ThreadNumber(0), &program);
                 let text = program.file().text();
                 self.settings
@@ -338,7 +359,9 @@ impl Task {
                 // It may have been compiled on another thread; what runs is in the account by now.
                 memory::outside(|| drop(program));
                 self.program_runs(true);
-                self.run_threads().await
+                let end = self.run_threads().await;
+                self.context.note(What::Ends);
+                end
             }
             Err((findings, file)) => {
                 let secondary = is_secondary(file.text());
@@ -404,6 +427,7 @@ impl Task {
                 order = self.controls.next_order() => order,
                 compiled = &mut compiling => break compiled,
             };
+            self.note_order(&order);
             self.take(order);
             if self.end.is_some() {
                 return None;
@@ -441,7 +465,7 @@ impl Task {
         self.remember_globals(program);
         let bounds = (program.kind() == ProgramKind::Secondary).then(|| Bounds {
             slices: SLICES_OF_SECONDARY,
-            until: self.settings.robot.moment().time + WAIT_OF_SECONDARY,
+            until: self.context.robot().moment().time + WAIT_OF_SECONDARY,
         });
         let script = self.interpreter.spawn_program(program);
         self.add_thread(number, script, bounds);
@@ -476,6 +500,27 @@ impl Task {
         self.ready.push_back(number);
     }
 
+    /// Time passes by itself, or did when the run was recorded that is repeated.
+    fn is_real(&self) -> bool {
+        match self.context.repeat() {
+            Some(repeat) => repeat.is_real(),
+            None => !self.settings.robot.timeline().is_virtual(),
+        }
+    }
+
+    /// The first turn: here what comes from outside begins to count.
+    fn begin_turns(&mut self) {
+        if let Some(repeat) = self.context.repeat() {
+            repeat.begins(self.context.program());
+        }
+        self.context.robot().look();
+        self.seen = self.context.robot().moment().cycle;
+        if self.context.witness().is_some() {
+            let presets = self.presets.iter().map(Preset::statement).collect();
+            self.context.note(What::Begins { presets });
+        }
+    }
+
     async fn run_threads(&mut self) -> TaskEnd {
         let mut slices = 0_u32;
         loop {
@@ -485,12 +530,11 @@ impl Task {
             if let Some(panicked) = self.context.outside().take_panic() {
                 return self.met_fault(panicked);
             }
-            while let Some(control) = self.controls.try_next() {
-                self.take(control);
-            }
-            if let Some(end) = self.follow_debugger() {
+            self.take_orders();
+            if let Some(end) = self.follow_debugger().or_else(|| self.end_of_recording()) {
                 return end;
             }
+            self.follow_hold();
             self.look_around();
             self.make_way();
             if let Some(end) = self.end.clone() {
@@ -505,12 +549,13 @@ impl Task {
                 self.run_slice(number);
                 slices = slices.wrapping_add(1);
                 // While somebody waits on the outside world it must be looked at, even if another thread computes.
-                let outside = self.context.outside().is_open();
+                let outside = self.has_waits_outside();
                 if outside || slices.is_multiple_of(64) {
                     tokio::task::yield_now().await;
                 }
+                self.look(Since::Work);
                 // Under the real clock the world goes on while scripts compute.
-                if !self.paused && (outside || !self.settings.robot.timeline().is_virtual()) {
+                if !self.paused && (outside || self.is_real()) {
                     self.end_waits();
                 }
                 continue;
@@ -518,11 +563,16 @@ impl Task {
             self.tell_lines();
             if self.paused {
                 self.hold().await;
+                self.look(Since::Wait);
                 // A secondary program may wait for a command of its own; the others are ready when the task goes on.
                 self.end_waits();
-            } else if !self.end_outside_waits() {
-                self.let_time_pass().await;
-                self.end_waits();
+            } else {
+                self.look(Since::Work);
+                if !self.end_outside_waits() {
+                    self.let_time_pass().await;
+                    self.look(Since::Wait);
+                    self.end_waits();
+                }
             }
             self.ready_woken_threads();
         }
@@ -550,7 +600,14 @@ impl Task {
     /// The thread whose turn it is. While the task is held, secondary programs still run.
     fn next_ready(&mut self) -> Option<ThreadNumber> {
         if self.paused {
-            self.next_ready_secondary()
+            let held = match self.holds() {
+                Holds::At(held) => self.ready.iter().position(|number| *number == held),
+                Holds::Nothing | Holds::Program => None,
+            };
+            match held {
+                Some(position) => self.ready.remove(position),
+                None => self.next_ready_secondary(),
+            }
         } else {
             self.ready.pop_front()
         }
@@ -566,7 +623,7 @@ impl Task {
     /// What is looked at once a cycle, however often the loop comes round.
     fn look_around(&mut self) {
         self.look_for_protective_stop();
-        let cycle = self.settings.robot.moment().cycle;
+        let cycle = self.context.robot().moment().cycle;
         if cycle != self.looked_at {
             self.looked_at = cycle;
             self.tell_what_is_untold();
@@ -581,15 +638,12 @@ impl Task {
             Control::Stop => self.end = Some(TaskEnd::Stopped),
             Control::Replace(successor) => self.successor = Some(successor),
             Control::Pause => self.pause(),
-            Control::Resume if self.paused => {
-                self.paused = false;
-                self.tell_robot(CommandKind::Resume);
-                self.program_runs(true);
-                let now = self.settings.robot.moment().time;
-                self.settings.panel.with_watchdogs(|dogs| dogs.restart(now));
-                self.show(TaskState::Running);
+            Control::Resume => {
+                self.is_paused_by_others = false;
+                if self.holds() == Holds::Nothing {
+                    self.go_on();
+                }
             }
-            Control::Resume => {}
             // Dropping the sender says that this task has ended.
             Control::Secondary(..) if self.end.is_some() => {}
             Control::Secondary(program, taken) => {
@@ -602,7 +656,39 @@ impl Task {
         }
     }
 
+    /// Goes on where it was held.
+    fn go_on(&mut self) {
+        if self.paused {
+            self.paused = false;
+            self.tell_robot(CommandKind::Resume);
+            self.program_runs(true);
+            let now = self.context.robot().moment().time;
+            self.settings.panel.with_watchdogs(|dogs| dogs.restart(now));
+            self.show(TaskState::Running);
+        }
+    }
+
+    /// What a debugger holds while orders are heard.
+    pub(super) fn holds(&self) -> Holds {
+        let attached = self.attached.as_ref();
+        attached.map_or(Holds::Nothing, |attached| attached.holds())
+    }
+
+    /// Holds the task, or lets it go on, as a debugger wants; an order to hold it counts besides.
+    fn follow_hold(&mut self) {
+        match self.holds() {
+            Holds::Nothing if self.is_paused_by_others => {}
+            Holds::Nothing => self.go_on(),
+            Holds::Program | Holds::At(_) => self.halt(),
+        }
+    }
+
     pub(super) fn pause(&mut self) {
+        self.is_paused_by_others = true;
+        self.halt();
+    }
+
+    fn halt(&mut self) {
         if !self.paused {
             self.paused = true;
             self.tell_robot(CommandKind::Pause);
@@ -615,7 +701,7 @@ impl Task {
         self.status.send_modify(|status| status.state = state);
     }
 
-    fn start_secondary(&mut self, program: &Program) {
+    pub(super) fn start_secondary(&mut self, program: &Program) {
         let running = self.threads.values().filter(|e| e.secondary.is_some());
         if running.count() >= SECONDARIES_MAX {
             let text = format!(
@@ -661,7 +747,7 @@ impl Task {
         if self.settings.extras.attendant.is_some() {
             return;
         }
-        let (stops, reason) = self.settings.robot.protective_stops();
+        let (stops, reason) = self.context.robot().protective_stops();
         if stops != self.stops_at_start
             && let Some(reason) = reason
         {

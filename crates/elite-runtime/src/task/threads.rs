@@ -36,16 +36,7 @@ impl Task {
     /// Threads that the slice woke by what it did in the language (released a lock, put into a queue).
     pub(super) fn ready_woken_threads(&mut self) {
         for id in self.host.take_woken() {
-            let woken = self
-                .threads
-                .iter_mut()
-                .find(|(_, entry)| entry.script.id() == id);
-            if let Some((number, entry)) = woken
-                && matches!(entry.waiting, Some(Waiting::Parked { .. }))
-            {
-                entry.waiting = None;
-                self.ready.push_back(*number);
-            }
+            self.ready_woken(id);
         }
     }
 

@@ -47,6 +47,7 @@ impl Task {
             .map(|(number, _)| *number)
             .collect();
         for number in &over {
+            self.context.note_wait_over(*number);
             self.end_wait(*number);
             self.ready.push_back(*number);
         }
@@ -54,7 +55,7 @@ impl Task {
     }
 
     fn is_over(&self, waiting: Waiting, concerned: impl Fn(Wait) -> bool) -> bool {
-        let robot = &self.settings.robot;
+        let robot = self.context.robot();
         let wait = match waiting {
             Waiting::Token(token) => self.context.wait_of(token),
             Waiting::Parked { until } => {
@@ -76,6 +77,7 @@ impl Task {
                 Wait::Outside(job) => self.context.outside().is_done(job),
                 Wait::Popup(id) => !self.settings.panel.is_popup_open(id),
                 Wait::Statement => self.context.interpreter().has_next(),
+                Wait::Recorded(turn) => self.context.turn() >= turn,
                 Wait::Never => false,
             }
     }
@@ -93,22 +95,17 @@ impl Task {
 
     fn waits_for_the_outside(&self) -> bool {
         // Rates and watchdogs of Modbus signals count the same seconds as the program, unless a test plays the device.
-        if self.host.sockets().outside().is_awaited()
+        self.host.sockets().outside().is_awaited()
             || self.context.outside().is_open()
+            || self.has_waits_outside()
             || self.settings.fieldbus.modbus.waits_for_the_world()
-        {
-            return true;
-        }
-        let mut waiting = self.threads.values().filter_map(|entry| entry.waiting);
-        waiting.any(|waiting| match waiting {
-            Waiting::Token(token) => self.context.wait_of(token).is_on_the_outside(),
-            Waiting::Parked { .. } => false,
-        })
     }
 
     /// One virtual cycle, or whatever comes first: a cycle, a control, news from outside.
     pub(super) async fn let_time_pass(&mut self) {
-        if !self.settings.robot.timeline().is_virtual() || self.waits_for_the_outside() {
+        if self.context.repeat().is_some() {
+            // The recording says how long: see `turns`.
+        } else if !self.settings.robot.timeline().is_virtual() || self.waits_for_the_outside() {
             self.wait_at_wall_pace().await;
         } else {
             self.next_tick = None;
@@ -119,6 +116,9 @@ impl Task {
     /// While the task is held: the arm decelerates as time passes, then time keeps wall pace, so that what ports ask of
     /// the robot is still done.
     pub(super) async fn hold(&mut self) {
+        if self.context.repeat().is_some() {
+            return;
+        }
         let stands = self.settings.robot.state().target_qd.max_abs() == 0.0;
         if stands {
             self.wait_at_wall_pace().await;
@@ -140,7 +140,7 @@ impl Task {
         due.min().unwrap_or(next)
     }
 
-    fn tick(&self) {
+    pub(super) fn tick(&self) {
         let robot = &self.settings.robot;
         if self.settings.extras.attendant.is_some() {
             robot.timeline().rests_until(self.first_due());
@@ -176,7 +176,7 @@ impl Task {
         tokio::select! {
             biased;
             control = self.controls.next() => match control {
-                Some(control) => self.take(control),
+                Some(control) => self.came_meanwhile = Some(control),
                 // The supervisor is gone: nobody could stop this task any more.
                 None => self.end = Some(TaskEnd::Stopped),
             },
@@ -204,6 +204,14 @@ impl Task {
             .is_some_and(|attached| attached.is_over())
         {
             return None;
+        }
+        if let Some(repeat) = self.context.repeat() {
+            // How the arm comes to rest is in the recording; the next program may wait for it.
+            let is_succeeded = self.successor.is_some() && !is_stopped && !repeat.is_at_its_end();
+            return match is_succeeded {
+                true => self.hand_over().await,
+                false => None,
+            };
         }
         if self.successor.is_some() && !is_stopped {
             return self.hand_over().await;

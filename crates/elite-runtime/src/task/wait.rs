@@ -29,6 +29,8 @@ pub(crate) enum Wait {
     Popup(PopupId),
     /// A statement of interpreter mode, or its end.
     Statement,
+    /// The turn of the task in which a wait on the outside was over when it was recorded.
+    Recorded(u64),
     /// The end of the task.
     Never,
 }
@@ -36,7 +38,10 @@ pub(crate) enum Wait {
 impl Wait {
     /// True when people or other programs end it: simulated time then keeps wall pace.
     pub const fn is_on_the_outside(self) -> bool {
-        matches!(self, Self::Popup(_) | Self::Statement | Self::Outside(_))
+        matches!(
+            self,
+            Self::Popup(_) | Self::Statement | Self::Outside(_) | Self::Recorded(_)
+        )
     }
 }
 

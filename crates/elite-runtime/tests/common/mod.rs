@@ -199,6 +199,7 @@ pub fn run_while(
         panel: Arc::new(Panel::new(Operator::Absent)),
         faults: supervision::Faults::default(),
         extras: elite_runtime::Extras::default(),
+        course: elite_runtime::external::Course::Live,
     });
     let program = ProgramText {
         name: "test.script".into(),

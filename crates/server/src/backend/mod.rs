@@ -66,6 +66,7 @@ pub struct Backend {
     supervisor: Supervisor,
     description: RobotDescription,
     hub: Hub,
+    debuggers: Arc<editor::dap::Hub>,
     feed: Arc<Feed>,
     announcer: Arc<Announcer>,
     /// Programs from the network are run.
@@ -120,6 +121,7 @@ impl Backend {
             supervisor: controller.supervisor().clone(),
             description: host.description().clone(),
             hub,
+            debuggers: host.debuggers().clone(),
             remote: AtomicBool::new(!config.local),
             clock: controller.clock_meter(),
             recording: controller.recorder_meter(),

@@ -1,12 +1,13 @@
 //! What the pendant page asks of the controller: its orders go the way of every other port's.
 
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 
 use elite_runtime::message::Message;
 use elite_runtime::panel::PopupId;
 use elite_runtime::task_folder::TaskFolder;
-use elite_runtime::{ProgramText, TaskState};
+use elite_runtime::{CompilePool, ProgramText, TaskState};
 use kinematics::{JointPositions, Pose, RpyPose};
 use motion_api::{CommandId, CommandKind, MotionMode, Origin, Outcome};
 use pendant::Order;
@@ -32,6 +33,10 @@ const OVERLAP_MAX: f64 = 0.015;
 impl Cockpit for Backend {
     fn read_only(&self) -> Option<String> {
         None
+    }
+
+    fn debuggers(&self) -> Option<&Arc<editor::dap::Hub>> {
+        Some(&self.debuggers)
     }
 
     fn scene(&self) -> Value {
@@ -222,10 +227,8 @@ impl Cockpit for Backend {
         Recording::open(path).map_err(|error| error.to_string())
     }
 
-    async fn findings(&self, name: String, text: String) -> Result<Value, String> {
-        let pool = self.supervisor.compile_pool();
-        let checking = pool.run(text.len(), move || pendant::programs::findings(&name, text));
-        checking.await.map_err(|trouble| trouble.to_string())
+    fn compile_pool(&self) -> &CompilePool {
+        self.supervisor.compile_pool()
     }
 }
 

@@ -10,6 +10,7 @@ use serde_json::json;
 
 use crate::cli::{CheckArgs, FindingFormat};
 use crate::commands::run::SCRIPT_BYTES_MAX;
+use crate::language;
 use crate::logging;
 use crate::ports::shown::{Escaped, Lines};
 
@@ -54,6 +55,7 @@ pub fn check(args: &CheckArgs) -> u8 {
 }
 
 fn render(finding: &Diagnostic, file: &SourceFile, format: FindingFormat) -> String {
+    let finding = &*language::finding(finding);
     match format {
         FindingFormat::Human => {
             let picture = elite_lang::render_human(finding, file, false);

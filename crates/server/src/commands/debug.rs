@@ -1,5 +1,6 @@
 //! `eliteserver debug`: the debugger over standard input and output, or over a port for one client after the other.
 
+mod attach;
 mod recording;
 mod words;
 
@@ -8,7 +9,7 @@ use std::net::{Ipv4Addr, TcpListener};
 use std::path::Path;
 
 use clap::Parser;
-use editor::dap::{Debuggee, serve};
+use editor::dap::{Debuggee, serve_attaching};
 use serde_json::{Map, Value as Json};
 
 use controller::options::ClockChoice;
@@ -19,7 +20,8 @@ use crate::config::RunConfig;
 use crate::logging;
 
 /// Keys of `launch` that are no options of the robot: the debugger's own, and those that clients add.
-const OWN_KEYS: [&str; 14] = [
+const OWN_KEYS: [&str; 15] = [
+    "number",
     "program",
     "recording",
     "stopOnEntry",
@@ -40,7 +42,7 @@ const OWN_KEYS: [&str; 14] = [
 const RECORDING_KEYS: [&str; 4] = ["allow", "cell", "record", "task-dir"];
 
 /// Options that mean nothing here.
-const REFUSED_KEYS: [&str; 2] = ["log-dir", "log-format"];
+const REFUSED_KEYS: [&str; 3] = ["language", "log-dir", "log-format"];
 
 /// Exit status: 0 the client has left, 2 the port cannot be opened.
 ///
@@ -49,7 +51,8 @@ const REFUSED_KEYS: [&str; 2] = ["log-dir", "log-format"];
 pub fn debug(args: &DebugArgs) -> io::Result<u8> {
     let Some(port) = args.port else {
         let mut output = io::stdout();
-        serve(BufReader::new(io::stdin()), &mut output, &launch)?;
+        let input = BufReader::new(io::stdin());
+        serve_attaching(input, &mut output, &launch, Some(&attach::attach))?;
         return Ok(0);
     };
     let listener = match TcpListener::bind((Ipv4Addr::LOCALHOST, port)) {
@@ -68,7 +71,12 @@ pub fn debug(args: &DebugArgs) -> io::Result<u8> {
         // Answers are small and waited for.
         client.set_nodelay(true)?;
         let mut output = client.try_clone()?;
-        serve(BufReader::new(client), &mut output, &launch)?;
+        serve_attaching(
+            BufReader::new(client),
+            &mut output,
+            &launch,
+            Some(&attach::attach),
+        )?;
     }
 }
 
@@ -91,6 +99,7 @@ fn launch(arguments: &Json) -> Result<Debuggee, String> {
         program: text,
         robot: config.robot,
         presets: config.presets,
+        recorded: None,
     })
 }
 
@@ -111,12 +120,30 @@ fn launch_recording(fields: &Map<String, Json>, recording: &Json) -> Result<Debu
             RECORDING_KEYS.join(", ")
         ));
     }
+    let number = match fields.get("number") {
+        None => None,
+        Some(given) => Some(given.as_u64().filter(|n| *n > 0).ok_or_else(|| {
+            format!("number is {given}; it says which program of the recording, from 1")
+        })?),
+    };
     let config = options(fields, "-")?;
+    // Who says what programs may reach, or what else is different, wants the program to run anew.
+    let is_anew =
+        fields.contains_key("set") || RECORDING_KEYS.iter().any(|key| fields.contains_key(*key));
+    if !is_anew && let Some(found) = recording::repeated(Path::new(path), number, &config.robot)? {
+        return Ok(found);
+    }
+    if number.is_some_and(|number| number > 1) {
+        return Err(
+            "only the first program of a recording can be run anew: leave number out".to_owned(),
+        );
+    }
     let (program, robot) = recording::open(Path::new(path), &config.robot)?;
     Ok(Debuggee {
         program,
         robot,
         presets: config.presets,
+        recorded: None,
     })
 }
 

@@ -5,7 +5,7 @@ use std::io::{stdin, stdout};
 use editor::analysis::words::Language;
 use editor::lsp::{End, Options, serve};
 
-use crate::cli::{LspArgs, TextLanguage};
+use crate::cli::LspArgs;
 
 /// Exit status: 0 after `shutdown` and `exit`, 1 when the client went without a word.
 ///
@@ -13,10 +13,7 @@ use crate::cli::{LspArgs, TextLanguage};
 /// A sentence: the client takes no answers.
 pub fn lsp(args: &LspArgs) -> Result<u8, String> {
     let options = Options {
-        language: args.language.map(|language| match language {
-            TextLanguage::En => Language::English,
-            TextLanguage::Zh => Language::Chinese,
-        }),
+        language: args.log.language.map(Language::from),
         client: args.client,
         follow_client: true,
     };

@@ -22,6 +22,7 @@ use wire::primary::{Exception, Message, Numbered, RobotException, Source};
 use crate::cli::SendArgs;
 use crate::commands::check::read_script;
 use crate::commands::robot;
+use crate::language;
 use crate::logging;
 use crate::ports::shown::{Escaped, Lines};
 use crate::shutdown::Shutdown;
@@ -130,7 +131,7 @@ fn prepared(args: &SendArgs, settings: &[Preset]) -> Result<(Arc<SourceFile>, Ou
         if !is_error && is_set {
             continue;
         }
-        for line in elite_lang::render_human(&finding, &file, false)
+        for line in elite_lang::render_human(&language::finding(&finding), &file, false)
             .trim_end()
             .lines()
         {

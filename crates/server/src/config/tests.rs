@@ -107,6 +107,7 @@ fn every_key_is_read() {
         allow = ["fs", "net"]
         log-dir = "logs"
         log-format = "json"
+        language = "zh"
         bind = "0.0.0.0"
         primary-port = 0
         interpreter-port = "off"
@@ -143,6 +144,7 @@ fn every_key_is_read() {
     assert_eq!(config.robot.allow.len(), 2);
     assert_eq!(config.log.dir, Some("logs".into()));
     assert_eq!(config.log.format, LogFormat::Json);
+    assert_eq!(config.log.language, Some(TextLanguage::Zh));
     assert_eq!(config.bind.to_string(), "0.0.0.0");
     assert_eq!(config.ports.primary, PortSetting::Any);
     assert_eq!(config.ports.interpreter, PortSetting::Off);

@@ -8,7 +8,7 @@ mod diff;
 mod failure;
 mod find;
 mod plot;
-mod register_write;
+mod programs;
 pub mod rerun;
 pub(crate) mod script;
 mod serve;
@@ -16,10 +16,9 @@ mod state;
 mod summary;
 
 use std::io::{self, IsTerminal, Write};
-use std::path::Path;
 
-use kinematics::{Calibration, RobotModel};
-use recorder::{Ending, ReadError, Recording, Setup, Summary};
+use controller::recorded_run::model_of;
+use recorder::{Ending, ReadError, Recording, Summary};
 use thiserror::Error;
 
 use crate::cli::ReplayArgs;
@@ -28,6 +27,7 @@ use crate::ports::shown::Screen;
 
 pub use controller::condition::ConditionError;
 pub use plot::PictureError;
+pub use programs::{ProgramsComparison, ProgramsError, rerun_programs};
 pub use rerun::{Comparison, RerunError};
 pub use serve::ServeRecordingError;
 
@@ -178,8 +178,7 @@ fn answer_about(
         serve::serve(recording, args.rate, &args.ports)?;
     } else if args.rerun {
         let comparison = rerun::rerun(recording)?;
-        writeln!(out, "{comparison}")?;
-        return Ok(u8::from(!comparison.is_identical()));
+        return Ok(print_rerun(recording, &comparison, out)?);
     } else {
         let limits = recording
             .setup()
@@ -191,15 +190,23 @@ fn answer_about(
     Ok(0)
 }
 
-/// The arm of a recording: the URDF it carries, or the built-in model it names, with what was measured of it.
-fn model_of(setup: &Setup) -> Result<RobotModel, RerunError> {
-    let model = match &setup.urdf {
-        Some(urdf) => RobotModel::from_urdf(urdf),
-        None => RobotModel::built_in(&setup.model),
-    }?;
-    let Some(text) = &setup.calibration else {
-        return Ok(model);
+/// What running the commands again showed, and then the programs; what differs first comes first.
+fn print_rerun(recording: &Recording, arm: &Comparison, out: &mut impl Write) -> io::Result<u8> {
+    let programs = match rerun_programs(recording) {
+        Ok(programs) => programs,
+        Err(why) => {
+            writeln!(out, "{arm}\nthe programs were not run again: {why}")?;
+            return Ok(u8::from(!arm.is_identical()));
+        }
     };
-    let calibration = Calibration::from_text(text, Path::new("the recorded calibration"))?;
-    Ok(model.calibrated(&calibration)?)
+    let is_first = match (arm.cycle(), programs.cycle()) {
+        (Some(of_arm), Some(of_programs)) => of_programs < of_arm,
+        _ => false,
+    };
+    match is_first {
+        true => writeln!(out, "{programs}\n{arm}")?,
+        false => writeln!(out, "{arm}\n{programs}")?,
+    }
+    let is_identical = arm.is_identical() && programs.is_identical();
+    Ok(u8::from(!is_identical))
 }

@@ -4,23 +4,17 @@
 //! the same, bit for bit. A difference is a bug in one of the two runs, or they are of different versions.
 
 use std::fmt;
-use std::path::Path;
-use std::sync::Arc;
 
-use kinematics::{CalibrationError, ModelError};
+use controller::feed::{Feed, FeedError};
+use controller::recorded_run::{ArmError, cell_of, model_of};
+use controller::register_write::RegisterWrite;
+use controller::start_configuration::{ROBOT, SetupError, cycle_config};
 use motion::{ConfigError, Cycle, CycleConfig, Timing};
-use motion_api::points::{POINTS_MAX, Sample};
-use motion_api::{BorderSizes, CommandKind, PointList, Refusal, ScriptEnd, border};
+use motion_api::{BorderSizes, ScriptEnd, border};
 use recorder::{
-    ArgumentError, CommandMessage, Difference, Entry, ReadError, Recording, Setup, Topic,
-    difference_but,
+    CommandMessage, Difference, Entry, ReadError, Recording, Setup, Topic, difference_but,
 };
 use thiserror::Error;
-
-use super::model_of;
-use super::register_write::RegisterWrite;
-use controller::cell::{Cell, CellError};
-use controller::start_configuration::{ROBOT, SetupError, cycle_config};
 
 /// More missing cycles are not worth waiting for.
 const MAX_MISSING: u64 = 200_000;
@@ -40,9 +34,6 @@ pub enum RerunError {
     /// Something of the start configuration is not known in this version.
     #[error("the recording cannot be run again in this version: {0}")]
     Setup(#[from] SetupError),
-    /// The cell file is none of this version's.
-    #[error(transparent)]
-    Cell(#[from] CellError),
     /// It does not begin with the controller's start.
     #[error("this is part {part} of a recording in several files; only the first can be run again")]
     Part {
@@ -50,38 +41,14 @@ pub enum RerunError {
         part: u32,
     },
     /// The arm cannot be made.
-    #[error("the arm of the recording cannot be made: {0}")]
-    Model(#[from] ModelError),
-    /// What was measured of the arm does not fit it.
     #[error(transparent)]
-    Calibration(Box<CalibrationError>),
+    Arm(#[from] ArmError),
     /// The controller cannot be made.
     #[error("the controller of the recording cannot be made: {0}")]
     Config(#[from] ConfigError),
-    /// A recorded command is not one of this version.
-    #[error("command {id} cannot be given again: {source}")]
-    Command {
-        /// Its number.
-        id: u64,
-        /// Why.
-        source: ArgumentError,
-    },
-    /// The points of a moveml are not in the recording, or none that can be.
-    #[error("command {id}, a moveml, cannot be given again: {refusal}")]
-    Points {
-        /// Its number.
-        id: u64,
-        /// Why.
-        refusal: Refusal,
-    },
-    /// A command is missing in the recording.
-    #[error("command {expected} is missing in the recording, command {found} comes in its place")]
-    CommandMissing {
-        /// The number that should come.
-        expected: u64,
-        /// The number that came.
-        found: u64,
-    },
+    /// A recorded command cannot be given again.
+    #[error(transparent)]
+    Feed(#[from] FeedError),
     /// The commands of a cycle do not fit into the ring.
     #[error("more commands than the ring holds were taken in cycle {cycle}")]
     TooManyCommands {
@@ -100,12 +67,6 @@ pub enum RerunError {
     },
 }
 
-impl From<CalibrationError> for RerunError {
-    fn from(error: CalibrationError) -> Self {
-        Self::Calibration(Box::new(error))
-    }
-}
-
 /// What running a recording again showed.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Comparison {
@@ -119,6 +80,14 @@ pub enum Comparison {
 }
 
 impl Comparison {
+    /// The first cycle that did not come out the same.
+    pub fn cycle(&self) -> Option<u64> {
+        match self {
+            Self::Identical { .. } => None,
+            Self::Different(difference) => Some(difference.cycle),
+        }
+    }
+
     /// True when every cycle came out the same.
     pub fn is_identical(&self) -> bool {
         matches!(self, Self::Identical { .. })
@@ -187,8 +156,7 @@ struct Controller {
     latest: u64,
     /// Cycles that ran and are not recorded.
     missing: u64,
-    /// Points of the moveml that comes next, and whether they are poses.
-    points: (bool, Vec<Sample>),
+    feed: Feed,
 }
 
 impl Controller {
@@ -204,7 +172,7 @@ impl Controller {
             script,
             latest: 0,
             missing: 0,
-            points: (false, Vec::new()),
+            feed: Feed::default(),
         })
     }
 
@@ -228,7 +196,7 @@ impl Controller {
             let next = self.latest + 1;
             let due = commands.iter().take_while(|c| c.cycle <= next).count();
             for command in commands.drain(..due) {
-                self.send(&command)?;
+                self.feed.give(&self.script.commands, &command)?;
             }
             let seen = writes.iter().take_while(|w| w.cycle <= next).count();
             for write in writes.drain(..seen) {
@@ -240,48 +208,10 @@ impl Controller {
         }
         Ok(())
     }
-
-    fn send(&mut self, message: &CommandMessage) -> Result<(), RerunError> {
-        let wrong = |source| RerunError::Command {
-            id: message.id,
-            source,
-        };
-        if let Some((are_poses, points)) = message.to_points().map_err(wrong)? {
-            self.points.0 = are_poses;
-            // One more than a list may have is refused with it.
-            let room = (POINTS_MAX + 1).saturating_sub(self.points.1.len());
-            self.points.1.extend(points.into_iter().take(room));
-            return Ok(());
-        }
-        let command = message.to_command().map_err(wrong)?;
-        let port = &self.script.commands;
-        let sent = match command.kind {
-            CommandKind::MoveMl { interval, .. } => {
-                let (are_poses, points) = std::mem::take(&mut self.points);
-                let id = message.id;
-                let list = PointList::new(points, are_poses)
-                    .map_err(|refusal| RerunError::Points { id, refusal })?;
-                port.send_points(command.origin, &Arc::new(list), interval, |_, _| ())
-            }
-            kind => port.send(command.origin, kind),
-        };
-        let cycle = message.cycle;
-        let id = sent.map_err(|_| RerunError::TooManyCommands { cycle })?;
-        if id == command.id {
-            return Ok(());
-        }
-        Err(RerunError::CommandMissing {
-            expected: id.0,
-            found: message.id,
-        })
-    }
 }
 
 /// The configuration that the controller was started with.
 fn started_with(setup: &Setup) -> Result<CycleConfig, RerunError> {
-    let cell = setup.cell.clone();
-    let cell = cell
-        .map(|text| Cell::from_text(text, Path::new("the recorded cell file")))
-        .transpose()?;
+    let cell = cell_of(setup).map_err(ArmError::from)?;
     Ok(cycle_config(setup, model_of(setup)?, cell.as_ref())?)
 }

@@ -11,6 +11,7 @@ use std::net::{IpAddr, Ipv4Addr};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use controller::recorded_run::model_of;
 use recorder::lengths::cut;
 use recorder::{Entry, ReadError, Recording, Topic, Viewer};
 use supervision::{Faults, Kind};
@@ -20,7 +21,7 @@ use tokio::task::JoinSet;
 use tokio::time::{Instant, sleep_until};
 use tokio_util::sync::CancellationToken;
 
-use super::{model_of, rerun::RerunError};
+use super::rerun::RerunError;
 use crate::cli::ReplayPortArgs;
 use crate::commands::serve::{Listeners, ServeError, bound_ports, open_ports};
 use crate::config::{ConfigError, PRIMARY_PORT, PortSettings};
@@ -87,7 +88,7 @@ pub(super) fn serve(
         ready_file::remove(path).map_err(|source| ServeError::stale(path, source))?;
     }
     let setup = recording.setup().ok_or(RerunError::NoSetup)?;
-    let model = model_of(setup)?;
+    let model = model_of(setup).map_err(RerunError::from)?;
     let name = std::path::Path::new("the recorded cell file");
     let cell = setup.cell.clone();
     let cell = cell.map(|text| Cell::from_text(text, name)).transpose()?;

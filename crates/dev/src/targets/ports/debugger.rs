@@ -22,6 +22,7 @@ fn launch(_: &Json) -> Result<Debuggee, String> {
             ..RobotConfig::default()
         },
         presets: Vec::new(),
+        recorded: None,
     })
 }
 

@@ -1,5 +1,6 @@
 //! What the functions of the robot do, in Chinese. A test holds the names against the declarations.
 
+mod phrases;
 mod second;
 
 /// One sentence about a function.
@@ -9,6 +10,15 @@ pub(super) fn summary(name: &str) -> Option<&'static str> {
         Some(table[at].1)
     };
     in_order(FIRST).or_else(|| in_order(second::SECOND))
+}
+
+/// What a parameter means, or what comes back.
+pub(super) fn phrase(english: &str) -> Option<&'static str> {
+    let table = phrases::PHRASES;
+    let at = table
+        .binary_search_by_key(&english, |(known, _)| known)
+        .ok()?;
+    Some(table[at].1)
 }
 
 /// The first half, in the order of the names.

@@ -505,7 +505,14 @@ fn split(ev: &Evaluator<'_>, args: &mut [Value], name: &str) -> R {
 fn join(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let separator = receiver(ev, &args[0])?;
     let mut out = Vec::new();
-    for (index, item) in ev.collect(&args[1])?.iter().enumerate() {
+    let items = ev.collect(&args[1]).map_err(|raised| {
+        let is_plain = !matches!(args[1], Value::Instance(_) | Value::Generator(_));
+        match is_plain && ev.is_kind(&raised, ExceptionKind::TypeError) {
+            true => ev.type_error("can only join an iterable"),
+            false => raised,
+        }
+    })?;
+    for (index, item) in items.iter().enumerate() {
         let Some(data) = ev.bytes_like(item) else {
             let name = ev.core.types.name_of(item);
             let text = format!("sequence item {index}: expected a bytes-like object, {name} found");

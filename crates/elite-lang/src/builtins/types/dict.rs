@@ -9,7 +9,7 @@ use crate::eval::pace::VALUE;
 use crate::eval::{Core, Evaluator};
 use crate::ops::iterate::dict_iter;
 use crate::value::dict::ViewKind;
-use crate::value::{Dict, DictView, R, Value};
+use crate::value::{Dict, DictView, R, Value, Values};
 
 pub(super) fn install(core: &Rc<Core>) {
     let types = &core.types;
@@ -79,10 +79,14 @@ pub(super) fn install(core: &Rc<Core>) {
             let dict = Dict::new();
             let value = args[2].given().cloned().unwrap_or(Value::None);
             // Hashes that are known are not asked for again.
-            let hashed: Vec<(u64, Value)> = match &args[1] {
+            let hashed: Values<(u64, Value)> = match &args[1] {
                 Value::Dict(other) => {
-                    let entries = ev.entries(other)?.into_iter();
-                    entries.map(|(hash, key, _)| (hash, key)).collect()
+                    let mut hashed = Values::from(ev.room_for(other.len())?);
+                    for (hash, key, _) in ev.entries(other)? {
+                        hashed.push((hash, key));
+                        ev.worked(VALUE)?;
+                    }
+                    hashed
                 }
                 Value::Set(other) | Value::FrozenSet(other) => ev.elements(other)?,
                 other => {
@@ -90,7 +94,7 @@ pub(super) fn install(core: &Rc<Core>) {
                     while let Some(key) = ev.step(&iterator)? {
                         ev.dict_set(&dict, key, value.clone())?;
                     }
-                    Vec::new()
+                    Values::default()
                 }
             };
             for (hash, key) in hashed {
@@ -160,7 +164,8 @@ fn fill(
     for (name, value) in args.keywords {
         let name = ev.core.symbols.value(*name);
         ev.check_name(name.as_str().unwrap_or_default())?;
-        dict.set_interned(name, value.clone());
+        ev.worked(2 * VALUE)?;
+        ev.dict_set(dict, name, value.clone())?;
     }
     Ok(())
 }
@@ -203,6 +208,6 @@ fn popitem(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             vec![Value::str("popitem(): dictionary is empty")],
         ));
     };
-    let (key, value) = dict.delete_at(index);
-    Ok(Value::tuple(vec![key, value]))
+    let (key, value) = ev.dict_take(&dict, index)?;
+    Ok(Value::pair(key, value))
 }

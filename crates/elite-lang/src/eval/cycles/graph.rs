@@ -10,7 +10,7 @@ use std::rc::Rc;
 use crate::value::{Iter, Value};
 
 /// Entries of a container that are visited at once.
-pub(super) const PART: usize = 4096;
+pub(super) const PART: usize = 1024;
 
 /// Counted references to what a value stands for; None for what the search does not follow.
 pub(super) fn references(value: &Value) -> Option<usize> {

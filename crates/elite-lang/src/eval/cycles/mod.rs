@@ -26,6 +26,7 @@ use std::rc::Rc;
 
 use super::Core;
 use super::generator::Generator;
+use crate::limits::memory;
 use crate::value::module::Namespace;
 use crate::value::{CellVar, Class, Dict, Function, Instance, List, Set, Value};
 use graph::take_apart;
@@ -238,7 +239,10 @@ impl Core {
         let Some(mut search) = cycles.search.take() else {
             return !self.is_searching();
         };
-        if !search.slice(&cycles.noted) {
+        let is_over = search.slice(&cycles.noted);
+        // What it has freed is sorted slice by slice, too: the next big request would have to sort all of it.
+        memory::tidy();
+        if !is_over {
             *cycles.search.borrow_mut() = Some(search);
             return false;
         }

@@ -67,9 +67,11 @@ enum Phase {
     Mark {
         next: usize,
     },
-    /// Marks what those reach: nodes to visit, with the entry to go on at.
+    /// Marks what those reach: the walk through all nodes stands at `next`; `aside` are those to visit before it goes on, with
+    /// the entry to go on at. There may be as many of them as there are nodes, so they stay where they are.
     Spread {
-        open: Vec<(u32, usize)>,
+        next: usize,
+        aside: Vec<(u32, usize)>,
     },
     /// Ends generators that are not marked: their `finally` blocks may save what they refer to.
     End {
@@ -149,7 +151,7 @@ impl Search {
                 Phase::Enter { kind, index } => self.enter_noted(noted, kind, index, &mut left),
                 Phase::Walk { next, from } => self.walk(next, from, &mut left),
                 Phase::Mark { next } => self.mark(next, &mut left),
-                Phase::Spread { open } => self.spread(open, &mut left),
+                Phase::Spread { next, aside } => self.spread(next, aside, &mut left),
                 Phase::End { next, ended } => self.end_generators(next, ended, &mut left),
                 Phase::TakeApart { next } => self.take_apart(next, &mut left),
                 Phase::LetGo => {
@@ -316,16 +318,15 @@ impl Search {
         if next < self.count {
             return Phase::Mark { next };
         }
-        let open = Vec::new();
-        Phase::Spread { open }
+        Phase::Spread {
+            next: 0,
+            aside: Vec::new(),
+        }
     }
 
     /// Marks what living nodes reach. Nodes are taken in order; those that come to life behind the one being looked at are
     /// put aside and taken first.
-    fn spread(&mut self, mut open: Vec<(u32, usize)>, left: &mut usize) -> Phase {
-        // The last entry is where the walk through all nodes stands.
-        let mut next = open.first().map_or(0, |(next, _)| *next as usize);
-        let mut aside = open.split_off(open.len().min(1));
+    fn spread(&mut self, mut next: usize, mut aside: Vec<(u32, usize)>, left: &mut usize) -> Phase {
         while *left > 0 {
             let (index, from) = match aside.pop() {
                 Some(entry) => entry,
@@ -376,9 +377,7 @@ impl Search {
                 aside.push((index, entry));
             }
         }
-        let mut open = vec![(next as u32, 0)];
-        open.append(&mut aside);
-        Phase::Spread { open }
+        Phase::Spread { next, aside }
     }
 
     fn end_generators(&mut self, mut next: usize, mut ended: bool, left: &mut usize) -> Phase {

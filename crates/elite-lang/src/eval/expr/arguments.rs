@@ -1,11 +1,14 @@
 //! Calls with stars, and what the arguments of any call mean: gathering them as Python does, with its messages.
 
+use std::collections::HashSet;
+
 use crate::errors::ExceptionKind;
+use crate::eval::pace::VALUE;
 use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
 use crate::source::Span;
 use crate::value::symbol::{Passing, known};
 use crate::value::trash::Nodes;
-use crate::value::{Dict, R, Symbol, Value};
+use crate::value::{Dict, R, Raised, Symbol, Value, Values};
 
 /// An argument of a call with stars or keywords.
 pub enum CallArg {
@@ -32,9 +35,9 @@ pub struct CallWith {
 impl Expression for CallWith {
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let callee = self.function.eval(ev, f)?;
-        let mut positional = Vec::with_capacity(self.args.len());
-        let (mut keywords, mut names) = (Vec::new(), Vec::new());
-        gather(
+        let mut positional = Values::from(Vec::with_capacity(self.args.len()));
+        let (mut keywords, mut names) = (Values::default(), Vec::new());
+        let gathered = gather(
             &self.args,
             &callee,
             ev,
@@ -43,9 +46,17 @@ impl Expression for CallWith {
             &mut positional,
             &mut keywords,
             &mut names,
-        )?;
-        ev.call_from(&callee, &mut positional, &keywords, Some(&mut *f))
-            .at(ev, f, self.span)
+        );
+        let result = gathered.and_then(|()| {
+            ev.call_from(&callee, &mut positional, &keywords, Some(&mut *f))
+                .at(ev, f, self.span)
+        });
+        // Many names are forgotten bit by bit.
+        for name in names {
+            drop(name);
+            ev.worked(VALUE)?;
+        }
+        result
     }
 }
 
@@ -87,7 +98,8 @@ pub fn gather<'e>(
                     }
                     raised
                 });
-                positional.extend(items.at(ev, f, span)?);
+                let items = items.at(ev, f, span)?;
+                ev.append_values(items, positional).at(ev, f, span)?;
             }
             CallArg::Keyword(name, expr) => {
                 let value = expr.eval(ev, f)?;
@@ -125,12 +137,17 @@ fn gather_mapping<'e>(
         }
         raised
     })?;
-    for (_, key, value) in dict.entries() {
+    let mut given = Given::default();
+    for (_, key, value) in ev.entries(&dict)? {
+        ev.worked(NAME)?;
         let Value::Str(text) = ev.plain(&key) else {
             return Err(ev.type_error("keywords must be strings"));
         };
         let name = ev.ask_name(text.as_str())?;
-        add_keyword(*name, value, callee, ev, keywords)?;
+        if given.has(*name, keywords) {
+            return Err(given_twice(*name, callee, ev));
+        }
+        keywords.push((*name, value));
         names.push(name);
     }
     Ok(())
@@ -144,13 +161,44 @@ fn add_keyword(
     keywords: &mut Vec<(Symbol, Value)>,
 ) -> R<()> {
     if keywords.iter().any(|(other, _)| *other == name) {
-        let (label, name) = (ev.callee_label(callee), ev.core.symbols.name(name));
-        return Err(ev.type_error(format!(
-            "{label} got multiple values for keyword argument '{name}'"
-        )));
+        return Err(given_twice(name, callee, ev));
     }
     keywords.push((name, value));
     Ok(())
+}
+
+/// Work for a name that is given in a mapping.
+const NAME: usize = 16 * VALUE;
+/// So many names are looked through; more of them are kept in a table.
+const LOOKED_THROUGH: usize = 16;
+
+/// Names that are given already, where they may be many.
+#[derive(Default)]
+struct Given {
+    names: HashSet<Symbol>,
+    /// Keywords that `names` has.
+    noted: usize,
+}
+
+impl Given {
+    /// Whether one of the keywords has this name. Few are looked through.
+    fn has(&mut self, name: Symbol, keywords: &[(Symbol, Value)]) -> bool {
+        if keywords.len() <= LOOKED_THROUGH {
+            return keywords.iter().any(|(other, _)| *other == name);
+        }
+        let more = &keywords[self.noted.min(keywords.len())..];
+        self.names.extend(more.iter().map(|(name, _)| *name));
+        self.noted = keywords.len();
+        self.names.contains(&name)
+    }
+}
+
+#[cold]
+fn given_twice(name: Symbol, callee: &Value, ev: &Evaluator<'_>) -> Raised {
+    let (label, name) = (ev.callee_label(callee), ev.core.symbols.name(name));
+    ev.type_error(format!(
+        "{label} got multiple values for keyword argument '{name}'"
+    ))
 }
 
 impl Evaluator<'_> {

@@ -225,7 +225,7 @@ fn without_room(base: Base) -> Option<&'static str> {
 }
 
 /// Work for an attribute of a new class.
-const ATTRIBUTE: usize = 256;
+pub(super) const ATTRIBUTE: usize = 256;
 
 impl Evaluator<'_> {
     /// A class as the `class` statement and `type(name, bases, dict)` make it.
@@ -330,6 +330,7 @@ impl Evaluator<'_> {
             .map(|(name, value)| (name, value.clone()))
             .collect();
         for (name, value) in attrs {
+            self.worked(ATTRIBUTE)?;
             if let Value::Property(property) = &value {
                 property.name.put(self.core.symbols.value(name));
             }

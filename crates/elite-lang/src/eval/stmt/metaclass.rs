@@ -2,6 +2,7 @@
 
 use std::rc::Rc;
 
+use super::define::ATTRIBUTE;
 use crate::eval::Evaluator;
 use crate::value::class::Base;
 use crate::value::symbol::known;
@@ -83,12 +84,14 @@ impl Evaluator<'_> {
     }
 
     fn named(&self, dict: &Dict) -> R<Vec<(Symbol, Value)>> {
-        let entries = dict.entries().into_iter();
-        let named = entries.filter_map(|(_, key, value)| match self.plain(&key) {
-            Value::Str(text) => Some(self.take_name(text.as_str()).map(|name| (name, value))),
-            _ => None,
-        });
-        named.collect()
+        let mut named = Vec::new();
+        for (_, key, value) in self.entries(dict)? {
+            if let Value::Str(text) = self.plain(&key) {
+                named.push((self.take_name(text.as_str())?, value));
+            }
+            self.worked(ATTRIBUTE)?;
+        }
+        Ok(named)
     }
 
     /// Calls a metaclass with what the body of a class has made. `cell` holds `__class__` for its methods; the
@@ -104,7 +107,8 @@ impl Evaluator<'_> {
     ) -> R {
         let dict = Dict::new();
         for (name, value) in attrs {
-            dict.set_interned(self.core.symbols.value(name), value);
+            self.dict_set(&dict, self.core.symbols.value(name), value)?;
+            self.worked(ATTRIBUTE)?;
         }
         if let Some(cell) = cell {
             dict.set_interned(self.core.symbols.value(known::CLASSCELL), cell);

@@ -416,13 +416,21 @@ impl Unpack {
             }
             return Ok(items);
         };
-        let mut items = Vec::from(ev.drain(&iterator)?);
-        if items.len() + 1 < wanted {
-            return Err(self.too_few(ev, items.len()));
+        let mut items = Vec::with_capacity(wanted);
+        while items.len() < star {
+            match ev.next(&iterator)? {
+                Some(item) => items.push(item),
+                None => return Err(self.too_few(ev, items.len())),
+            }
         }
-        let rest = items.len() + 1 - wanted;
-        let middle: Vec<Value> = items.drain(star..star + rest).collect();
-        items.insert(star, Value::list(middle));
+        // Many of them stay where they are collected.
+        let mut middle = ev.drain(&iterator)?;
+        let Some(last) = (star + middle.len() + 1).checked_sub(wanted) else {
+            return Err(self.too_few(ev, star + middle.len()));
+        };
+        let last = middle.split_off(last);
+        items.push(middle.into_list());
+        items.extend(last);
         Ok(items)
     }
 

@@ -97,6 +97,10 @@ impl Evaluator<'_> {
                 Some(method) => self
                     .call_method_value(&method, value, &mut [index.clone(), item])
                     .map(|_| ()),
+                // One of both makes a class take either, as far as CPython sees from outside.
+                None if instance.class.lookup(known::DELITEM).is_some() => {
+                    Err(self.raise(ExceptionKind::AttributeError, "__setitem__"))
+                }
                 None => Err(self.no_item_assignment(value, None)),
             },
             _ => Err(self.no_item_assignment(value, None)),
@@ -262,6 +266,9 @@ impl Evaluator<'_> {
                 Some(method) => self
                     .call_method_value(&method, value, &mut [index.clone()])
                     .map(|_| ()),
+                None if instance.class.lookup(known::SETITEM).is_some() => {
+                    Err(self.raise(ExceptionKind::AttributeError, "__delitem__"))
+                }
                 None => Err(self.no_item_assignment(value, Some(index))),
             },
             _ => Err(self.no_item_assignment(value, Some(index))),

@@ -10,7 +10,7 @@ use crate::eval::Evaluator;
 use crate::eval::pace::VALUE;
 use crate::stdlib::define::{Builder, Entry, native_class};
 use crate::value::symbol::known;
-use crate::value::{Class, Dict, R, Value};
+use crate::value::{Class, Dict, R, Value, Values};
 
 pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
     let dict = &module.core().types.dict.clone();
@@ -277,6 +277,7 @@ fn meet(ev: &Evaluator<'_>, args: &[Value], how: Meeting) -> R {
         own.set(ev, key, count)?;
     }
     for (_, key, count) in ev.entries(&own.dict)? {
+        ev.worked(VALUE)?;
         if !is_positive(ev, &count)? {
             ev.delete_item(&args[0], &key)?;
         }
@@ -285,10 +286,11 @@ fn meet(ev: &Evaluator<'_>, args: &[Value], how: Meeting) -> R {
 }
 
 /// Keys with their counts, the highest first; equal ones as they came.
-fn most_common(ev: &Evaluator<'_>, own: &Own<'_>) -> R<Vec<Value>> {
-    let mut pairs = ev.room_for(own.dict.len())?;
+fn most_common(ev: &Evaluator<'_>, own: &Own<'_>) -> R<Values> {
+    let mut pairs = Values::from(ev.room_for(own.dict.len())?);
     for (_, key, count) in ev.entries(&own.dict)? {
         pairs.push(Value::pair(key, count));
+        ev.worked(4 * VALUE)?;
     }
     let count = Builtin::raw("count", |ev, args| match args.positional {
         [pair] => ev.item(pair, &Value::Int(1)),
@@ -305,10 +307,13 @@ const METHODS: &[Entry] = &[
         if let Some(n) = args[1].given().filter(|n| !n.is_none()) {
             let all = Value::Int(pairs.len() as i64);
             if !ev.compare_truth(CompareOp::Ge, n, &all)? {
-                pairs.truncate(usize::try_from(ev.index(n)?).unwrap_or(0));
+                let kept = usize::try_from(ev.index(n)?).unwrap_or(0);
+                let kept = kept.min(pairs.len());
+                // The rest of them goes bit by bit.
+                drop(Values::from(pairs.split_off(kept)));
             }
         }
-        Ok(Value::list(pairs))
+        Ok(pairs.into_list())
     }),
     ("elements", "", |ev, args| {
         let module = ev.import("itertools")?;
@@ -343,7 +348,7 @@ const METHODS: &[Entry] = &[
         let shown = match most_common(ev, &own) {
             Ok(pairs) => {
                 let shown = Dict::new();
-                ev.dict_update_from(&shown, &Value::list(pairs))?;
+                ev.dict_update_from(&shown, &pairs.into_list())?;
                 Value::Dict(Rc::new(shown))
             }
             // Counts without an order stand as they came.

@@ -9,7 +9,7 @@ use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::pace::VALUE;
 use crate::stdlib::define::{Builder, Entry, native_class};
-use crate::value::{Class, Dict, R, Value};
+use crate::value::{Class, Dict, R, Value, Values};
 
 pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
     let dict = &module.core().types.dict.clone();
@@ -49,7 +49,7 @@ const ORDERED: &[Entry] = &[
             let text = vec![Value::str("dictionary is empty")];
             return Err(ev.raise_args(ExceptionKind::KeyError, text));
         };
-        let (key, value) = own.dict.delete_at(at);
+        let (key, value) = ev.dict_take(&own.dict, at)?;
         Ok(Value::pair(key, value))
     }),
     ("move_to_end", "key last?", |ev, args| {
@@ -63,8 +63,7 @@ const ORDERED: &[Entry] = &[
             let (key, value) = own.dict.delete_at(at);
             ev.dict_set_hashed(&own.dict, hash, key, value)?;
         } else {
-            ev.check_allocation(own.dict.bytes())?;
-            own.dict.move_to_front(at);
+            ev.dict_move_to_front(&own.dict, hash, &args[1], at)?;
         }
         Ok(Value::None)
     }),
@@ -95,11 +94,12 @@ const ORDERED: &[Entry] = &[
         if own.dict.is_empty() {
             return Ok(Value::str(format!("{name}()")));
         }
-        let mut items = ev.room_for(own.dict.len())?;
+        let mut items = Values::from(ev.room_for(own.dict.len())?);
         for (_, key, value) in ev.entries(&own.dict)? {
             items.push(Value::pair(key, value));
+            ev.worked(4 * VALUE)?;
         }
-        let items = ev.repr(&Value::list(items))?;
+        let items = ev.repr(&items.into_list())?;
         Ok(Value::str(format!("{name}({items})")))
     }),
 ];
@@ -155,6 +155,7 @@ fn copy_ordered(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         return Ok(copy);
     }
     for (_, key, value) in ev.entries(&own.dict)? {
+        ev.safepoint()?;
         ev.set_item(&copy, &key, value)?;
     }
     Ok(copy)

@@ -13,6 +13,7 @@ use std::rc::Rc;
 use super::define::Builder;
 use crate::builtins::{Builtin, BuiltinBody};
 use crate::eval::Evaluator;
+use crate::eval::pace::VALUE;
 use crate::value::instance::Payload;
 use crate::value::symbol::known;
 use crate::value::{Class, Dict, Held, Instance, R, Symbol, Value};
@@ -69,6 +70,7 @@ impl<'v> Own<'v> {
         let taken = Dict::new();
         ev.dict_update_from(&taken, source)?;
         for (_, key, value) in ev.entries(&taken)? {
+            ev.worked(2 * VALUE)?;
             self.set(ev, key, value)?;
         }
         Ok(())

@@ -2,12 +2,14 @@
 //!
 //! A class is made of closures that know its names; its instances are plain tuples of that class.
 
+use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
 
 use super::method_with;
 use crate::builtins::Args;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
+use crate::eval::pace::VALUE;
 use crate::lexer::TokenKind;
 use crate::stdlib::define::Builder;
 use crate::value::function::Property;
@@ -28,40 +30,47 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
     Ok(())
 }
 
+/// Fields of one class at most. A class with some of them for each of its fields takes as long to make as that many statements.
+const FIELDS_MAX: usize = 1 << 16;
+/// Work for a field while its class is made.
+const FIELD: usize = 512;
+
 /// What the instances of one class have in common. It holds no values: defaults are held by the methods.
 struct Shape {
     name: String,
     fields: Vec<String>,
     symbols: Vec<Symbol>,
+    /// Where each field is.
+    places: HashMap<Symbol, usize>,
     /// Fields before the first one with a default.
     required: usize,
 }
 
 impl Shape {
     /// The shape that is asked for, and the defaults of its last fields.
-    fn read(ev: &Evaluator<'_>, args: &[Value]) -> R<(Self, Vec<Value>)> {
-        let mut fields = Vec::new();
-        if let Value::Str(text) = ev.plain(&args[1]) {
-            let names = text.as_str().replace(',', " ");
-            fields.extend(names.split_whitespace().map(str::to_owned));
-        } else {
-            for name in ev.collect(&args[1])? {
-                fields.push(ev.str(&name)?);
-            }
-        }
+    fn read(ev: &Evaluator<'_>, args: &[Value]) -> R<(Self, Values)> {
+        let mut fields = Self::names(ev, &args[1])?;
         let name = ev.str(&args[0])?;
         let renames = args[2].given().map_or(Ok(false), |flag| ev.truth(flag))?;
-        for index in 0..if renames { fields.len() } else { 0 } {
-            let field = &fields[index];
-            let is_good = is_identifier(field)
-                && !is_keyword(field)
-                && !field.starts_with('_')
-                && !fields[..index].contains(field);
-            if !is_good {
-                fields[index] = format!("_{index}");
+        if renames {
+            let mut seen = HashSet::new();
+            for (index, field) in fields.iter_mut().enumerate() {
+                ev.worked(FIELD)?;
+                ev.check_name(field)?;
+                let is_good = is_identifier(field)
+                    && !is_keyword(field)
+                    && !field.starts_with('_')
+                    && !seen.contains(field);
+                if is_good {
+                    seen.insert(field.clone());
+                } else {
+                    *field = format!("_{index}");
+                }
             }
         }
         for word in [&name].into_iter().chain(&fields) {
+            ev.worked(FIELD)?;
+            ev.check_name(word)?;
             let problem = match () {
                 () if !is_identifier(word) => "must be valid identifiers",
                 () if is_keyword(word) => "cannot be a keyword",
@@ -71,13 +80,20 @@ impl Shape {
             let text = format!("Type names and field names {problem}: {word}");
             return Err(ev.value_error(text));
         }
+        let mut places = HashMap::new();
+        let mut symbols = ev.room_for(fields.len())?;
         for (index, field) in fields.iter().enumerate() {
+            ev.worked(FIELD)?;
+            let symbol = ev.core.symbols.intern(field);
             let problem = match () {
                 () if field.starts_with('_') && !renames => {
                     "Field names cannot start with an underscore"
                 }
-                () if fields[..index].contains(field) => "Encountered duplicate field name",
-                () => continue,
+                () if places.insert(symbol, index).is_some() => "Encountered duplicate field name",
+                () => {
+                    symbols.push(symbol);
+                    continue;
+                }
             };
             let field = ev.repr(&Value::str(&**field))?;
             return Err(ev.value_error(format!("{problem}: {field}")));
@@ -89,18 +105,48 @@ impl Shape {
         let Some(required) = fields.len().checked_sub(defaults.len()) else {
             return Err(ev.type_error("Got more default values than field names"));
         };
-        let symbols = &ev.core.symbols;
         let shape = Shape {
-            symbols: fields.iter().map(|field| symbols.intern(field)).collect(),
+            places,
+            symbols,
             name,
             fields,
             required,
         };
-        Ok((shape, defaults.into()))
+        Ok((shape, defaults))
+    }
+
+    /// The names of the fields: a text with blanks or commas between them, or an iterable.
+    fn names(ev: &Evaluator<'_>, given: &Value) -> R<Vec<String>> {
+        let mut fields = Vec::new();
+        let mut add = |name: String| {
+            if fields.len() == FIELDS_MAX {
+                return Err(ev.value_error(format!("at most {FIELDS_MAX} fields are allowed")));
+            }
+            fields.push(name);
+            ev.worked(FIELD)
+        };
+        if let Value::Str(text) = ev.plain(given) {
+            let is_between = |c: char| c == ',' || c.is_whitespace();
+            let mut rest = text.as_str();
+            while !rest.is_empty() {
+                let length = ev.leading(rest, |c| !is_between(c))?;
+                if length > 0 {
+                    add(ev.copied_text(&rest[..length])?)?;
+                }
+                rest = &rest[length..];
+                rest = &rest[ev.leading(rest, is_between)?..];
+            }
+        } else {
+            let names = ev.iter(given)?;
+            while let Some(name) = ev.step(&names)? {
+                add(ev.str(&name)?)?;
+            }
+        }
+        Ok(fields)
     }
 
     /// The class.
-    fn class(self: Rc<Self>, ev: &Evaluator<'_>, last: Vec<Value>, module: Option<&Value>) -> R {
+    fn class(self: Rc<Self>, ev: &Evaluator<'_>, last: Values, module: Option<&Value>) -> R {
         let symbols = &ev.core.symbols;
         let texts: Vec<Value> = self.fields.iter().map(|name| Value::str(&**name)).collect();
         let fields = Value::tuple(texts.clone());
@@ -118,7 +164,10 @@ impl Shape {
                 Value::Dict(Rc::new(defaults)),
             ),
             (symbols.intern("__match_args__"), fields),
-            (known::NEW, Value::StaticMethod(Rc::new(self.making(last)))),
+            (
+                known::NEW,
+                Value::StaticMethod(Rc::new(self.making(last.into()))),
+            ),
             (
                 symbols.intern("_make"),
                 Value::ClassMethod(Rc::new(self.making_of_items())),
@@ -140,6 +189,7 @@ impl Shape {
             Err(ev.raise(ExceptionKind::AttributeError, "can't set attribute"))
         });
         for (index, symbol) in self.symbols.iter().enumerate() {
+            ev.worked(FIELD)?;
             symbols.settle(*symbol);
             let get = method_with("namedtuple", "__get__", Vec::new(), move |ev, _, args| {
                 ev.item(receiver(ev, args)?, &Value::Int(index as i64))
@@ -164,7 +214,7 @@ impl Shape {
             move |ev, defaults, args| {
                 let (class, given) = class_and_rest(ev, args)?;
                 let mut values: Vec<Value> = ev.room_for(shape.fields.len())?;
-                values.extend(given.iter().cloned());
+                ev.copy_values(given, &mut values)?;
                 if !args.keywords.is_empty() || values.len() != shape.fields.len() {
                     shape.complete(ev, &mut values, args.keywords, defaults)?;
                 }
@@ -196,12 +246,9 @@ impl Shape {
             )));
         }
         for (name, _) in keywords {
-            let (found, text) = (
-                self.symbols.iter().position(|field| field == name),
-                ev.core.symbols.name(*name),
-            );
+            let (found, text) = (self.places.get(name), ev.core.symbols.name(*name));
             match found {
-                Some(index) if index < given => {
+                Some(index) if *index < given => {
                     return Err(refuse(format!("got multiple values for argument '{text}'")));
                 }
                 Some(_) => {}
@@ -212,14 +259,17 @@ impl Shape {
             }
         }
         let mut missing = Vec::new();
+        let named: HashMap<Symbol, &Value> = keywords
+            .iter()
+            .map(|(name, value)| (*name, value))
+            .collect();
         for index in given..self.fields.len() {
-            let named = { keywords }
-                .iter()
-                .find(|(name, _)| *name == self.symbols[index]);
+            ev.worked(VALUE)?;
             let default = index
                 .checked_sub(self.required)
                 .and_then(|at| defaults.get(at));
-            match named.map(|(_, value)| value).or(default) {
+            let named = named.get(&self.symbols[index]).copied();
+            match named.or(default) {
                 Some(value) => values.push(value.clone()),
                 None => missing.push(format!("'{}'", self.fields[index])),
             }
@@ -266,8 +316,8 @@ impl Shape {
             let mut values = ev.collect(&ev.plain(&receiver))?;
             let mut unknown = Vec::new();
             for (name, value) in args.keywords {
-                let index = shape.symbols.iter().position(|field| field == name);
-                match index.and_then(|index| values.get_mut(index)) {
+                let index = shape.places.get(name);
+                match index.and_then(|index| values.get_mut(*index)) {
                     Some(place) => *place = value.clone(),
                     None => unknown.push(ev.core.symbols.value(*name)),
                 }
@@ -288,6 +338,7 @@ impl Shape {
             let values = ev.collect(&ev.plain(receiver(ev, args)?))?;
             let dict = Dict::new();
             for (name, value) in shape.symbols.iter().zip(values) {
+                ev.worked(2 * VALUE)?;
                 ev.dict_set(&dict, ev.core.symbols.value(*name), value)?;
             }
             let dict = Value::Dict(Rc::new(dict));
@@ -305,8 +356,11 @@ impl Shape {
             let values = ev.collect(&ev.plain(receiver))?;
             for (index, (name, value)) in shape.fields.iter().zip(values).enumerate() {
                 let before = if index > 0 { ", " } else { "" };
-                text += &format!("{before}{name}={}", ev.repr(&value)?);
-                ev.check_allocation(text.len())?;
+                let value = ev.repr(&value)?;
+                ev.push_text(&mut text, before)?;
+                ev.push_text(&mut text, name)?;
+                ev.push_text(&mut text, "=")?;
+                ev.push_text(&mut text, &value)?;
             }
             Ok(Value::str(text + ")"))
         })

@@ -5,14 +5,20 @@
 
 use std::cell::Cell;
 
+use super::SOME;
 use super::variables::Variables;
 use crate::ops::hash::{Equal, quick_equal};
-use crate::value::Value;
+use crate::value::{Value, trash};
 
 /// A slot that leads nowhere.
 pub(super) const EMPTY: u32 = u32::MAX;
 /// Up to this many entries are scanned instead of hashed into a table.
 pub(super) const SCAN_MAX: usize = 8;
+
+/// From so many entries on a table that is scanned gets room for two more at a time.
+const GROWS_BY_TWO: usize = 4;
+/// Larger tables are moved in pieces by whoever can let others have their turn meanwhile (`Dict::remake`).
+pub(super) const AT_ONCE: usize = 4 * SOME;
 
 /// A key and its value, with the key's hash.
 #[derive(Clone, Default)]
@@ -99,47 +105,40 @@ impl Table {
     }
 
     pub(super) fn find(&self, hash: u64, key: &Value) -> Found {
-        let mut ask = false;
+        // Only what lies on the way of the hash is looked at, whoever has to compare it.
+        let mut asked = Vec::new();
+        let mut look = |index: usize| {
+            let entry = &self.entries[index];
+            if entry.hash != hash {
+                return false;
+            }
+            match quick_equal(&entry.key, key) {
+                Equal::Yes => return true,
+                Equal::No => {}
+                Equal::Ask if self.is_absent(entry) => {}
+                Equal::Ask => asked.push((index, entry.key.clone())),
+            }
+            false
+        };
         if self.slots.is_empty() {
-            for (index, entry) in self.entries.iter().enumerate() {
-                if entry.hash == hash {
-                    match quick_equal(&entry.key, key) {
-                        Equal::Yes => return Found::At(index),
-                        Equal::No => {}
-                        Equal::Ask => ask = true,
-                    }
-                }
+            if let Some(index) = (0..self.entries.len()).find(|index| look(*index)) {
+                return Found::At(index);
             }
         } else {
             let mask = self.slots.len() - 1;
             let mut at = spread(hash) & mask;
             while self.slots[at] != EMPTY {
                 let index = self.slots[at] as usize;
-                let entry = &self.entries[index];
-                if entry.hash == hash {
-                    match quick_equal(&entry.key, key) {
-                        Equal::Yes => return Found::At(index),
-                        Equal::No => {}
-                        Equal::Ask => ask = true,
-                    }
+                if look(index) {
+                    return Found::At(index);
                 }
                 at = (at + 1) & mask;
             }
         }
-        if !ask {
-            return Found::Nowhere;
+        match asked.is_empty() {
+            true => Found::Nowhere,
+            false => Found::Ask(asked, self.generation),
         }
-        let same_hash = self
-            .entries
-            .iter()
-            .enumerate()
-            .filter(|(_, e)| e.hash == hash && !self.is_absent(e));
-        Found::Ask(
-            same_hash
-                .map(|(index, entry)| (index, entry.key.clone()))
-                .collect(),
-            self.generation,
-        )
     }
 
     /// Whether an entry has been deleted.
@@ -157,8 +156,12 @@ impl Table {
 
     pub(super) fn push(&mut self, hash: u64, key: Value, value: Value) {
         let index = self.entries.len();
-        if index == self.entries.capacity() && self.live < index / 2 {
+        if index == self.entries.capacity() && self.live < index / 2 && index <= AT_ONCE {
             self.compact();
+        }
+        if index == self.entries.capacity() && (GROWS_BY_TWO..SCAN_MAX).contains(&index) {
+            // Most dictionaries are small and stay so: no room for eight where five are wanted.
+            self.entries.reserve_exact(2);
         }
         self.entries.push(Entry { hash, key, value });
         self.tail.set(self.entries.len());
@@ -198,6 +201,11 @@ impl Table {
     pub(super) fn compact(&mut self) {
         self.squeeze();
         self.rebuild();
+    }
+
+    /// Whether so many entries have been deleted that the others are better moved together.
+    pub(super) fn is_sparse(&self) -> bool {
+        self.live < self.entries.len() / 4
     }
 
     /// Throws deleted entries away.
@@ -275,12 +283,14 @@ impl Table {
         self.live -= 1;
         self.generation += 1;
         if self.live == 0 {
+            // None of them holds anything any more.
+            trash::leave(&mut self.entries, |_| false);
             self.entries.clear();
             self.slots.clear();
             self.squeeze();
         } else if self.slots.is_empty() {
             self.squeeze();
-        } else if index + 1 == self.entries.len() && self.live < self.entries.len() / 4 {
+        } else if self.is_sparse() && self.entries.len() <= AT_ONCE {
             self.compact();
         }
         removed

@@ -1,16 +1,21 @@
-//! A recording of `run` as something to debug: its first program, on the robot that it says it was started with. The run is
-//! repeated, so that everything can be looked at, and in both directions.
+//! A recording as something to debug. The run is repeated, so that everything can be looked at, and in both directions.
 //!
-//! What a recording does not hold has to be said again: permissions, globals that were set, files.
+//! Where the recording has all that came from outside, that comes from it, whatever the clock and whoever started the programs.
+//! Otherwise, or where the user says what is different now, the first program of a recording of `run` is run anew on the robot
+//! that the recording describes; permissions, globals that were set and the cell file are then said again.
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use controller::RobotConfig;
 use controller::options::{MODEL_NAMES, ModelChoice, PlantChoice};
+use controller::recorded_run::{RecordedRun, RecordedRunError};
 use controller::start_configuration::{IDEAL, RAPIER, RIGID};
+use editor::dap::{Debuggee, Recorded};
 use elite_runtime::ProgramText;
 use kinematics::Calibration;
+use motion_api::ProgramId;
 use recorder::{Entry, Recording, Setup, Topic};
 
 /// The program and the robot of a recording; `given` is what `launch` says beside it.
@@ -37,6 +42,52 @@ pub(super) fn open(path: &Path, given: &RobotConfig) -> Result<(ProgramText, Rob
         }
     }
     Err(format!("no program ran in {shown}"))
+}
+
+/// A program of a recorded run, with all that came to it; `None` where that is not in the recording and the program may be run
+/// anew instead.
+///
+/// # Errors
+/// A sentence.
+pub(super) fn repeated(
+    path: &Path,
+    number: Option<u64>,
+    given: &RobotConfig,
+) -> Result<Option<Debuggee>, String> {
+    let recording = Recording::open(path).map_err(|error| error.to_string())?;
+    let run = match RecordedRun::read(&recording) {
+        Ok(run) => run,
+        Err(RecordedRunError::NoExternal | RecordedRunError::NoSetup) => return Ok(None),
+        Err(error) => return Err(error.to_string()),
+    };
+    if let Some(lost) = run.lost() {
+        return match run.setup().clock == "virtual" && !run.setup().powered_off {
+            true => Ok(None),
+            false => Err(lost),
+        };
+    }
+    let programs: Vec<ProgramId> = run.programs().map(|(id, _)| id).collect();
+    let index = number.map_or(0, |number| number - 1);
+    let found = usize::try_from(index)
+        .ok()
+        .and_then(|index| programs.get(index));
+    let Some(program) = found.copied() else {
+        let (path, count) = (path.display(), programs.len());
+        return Err(match number {
+            Some(number) => format!("{path} has {count} programs, there is no program {number}"),
+            None => format!("no program ran in {path}"),
+        });
+    };
+    let text = run.program(program).cloned();
+    Ok(text.map(|text| Debuggee {
+        program: text,
+        robot: given.clone(),
+        presets: Vec::new(),
+        recorded: Some(Recorded {
+            run: Arc::new(run),
+            program,
+        }),
+    }))
 }
 
 fn robot(setup: &Setup, given: &RobotConfig) -> Result<RobotConfig, String> {

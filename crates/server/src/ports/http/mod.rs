@@ -9,6 +9,7 @@ pub mod io;
 pub mod metrics;
 pub mod page;
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -142,8 +143,13 @@ impl Pages {
     {
         let service = TowerToHyperService::new(self.router.clone());
         let upgrade = Upgrade::default();
+        let debugs = AtomicBool::new(false);
         connection::serve(peer, callers, shutdown, |request| {
-            let is_live = self.live.is_some() && request.uri().path() == page::LIVE_PATH;
+            let path = request.uri().path();
+            let is_debug =
+                path == page::DEBUG_PATH && request.headers().contains_key(header::UPGRADE);
+            debugs.store(is_debug, Ordering::Relaxed);
+            let is_live = self.live.is_some() && (is_debug || path == page::LIVE_PATH);
             let answering = match is_live {
                 true => Err(page::shake_hands(request, &upgrade)),
                 false => Ok(service.call(request)),
@@ -161,7 +167,10 @@ impl Pages {
         .await;
         // The connection keeps its place among the clients of the port.
         if let (Some(upgrade), Some(live)) = (upgrade.take(), &self.live) {
-            live.attend(upgrade, shutdown).await;
+            match debugs.load(Ordering::Relaxed) {
+                true => live.debug(upgrade, shutdown).await,
+                false => live.attend(upgrade, shutdown).await,
+            }
         }
     }
 }

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::{Arc, Mutex};
 
 use controller::LogLine;
+use elite_runtime::CompilePool;
 use elite_runtime::message::Message;
 use elite_runtime::task_folder::TaskFolder;
 use kinematics::{JointPositions, Pose, RpyPose};
@@ -111,11 +112,8 @@ impl Cockpit for Playback {
             .ok_or_else(|| none.to_owned())
     }
 
-    async fn findings(&self, name: String, text: String) -> Result<Value, String> {
-        let checking = self
-            .pool
-            .run(text.len(), move || pendant::programs::findings(&name, text));
-        checking.await.map_err(|trouble| trouble.to_string())
+    fn compile_pool(&self) -> &CompilePool {
+        &self.pool
     }
 
     fn recorded(&self) -> Option<Arc<Mutex<History>>> {

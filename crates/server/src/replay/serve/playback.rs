@@ -28,7 +28,7 @@ use crate::ports::primary::{self, Hub, Submission};
 use crate::ports::rtsi;
 use crate::ports::rtsi::inputs::{Change, Input};
 use crate::ports::sample::{Beats, Sample};
-use crate::replay::register_write::RegisterWrite;
+use controller::register_write::RegisterWrite;
 use wire::primary::{ErrorData, Exception, Level, Source};
 
 /// How many samples and messages a listener may be behind before it loses some.

@@ -15,7 +15,9 @@ use super::locked;
 use super::playback::Playback;
 use crate::ports::description::TaskStatus;
 use crate::ports::http::Source as _;
-use crate::ports::http::page::{Cockpit as _, Modes, ShownProgram, line_event, registers_text};
+use crate::ports::http::page::{
+    ALARM_LEVEL, Cockpit as _, MODE_LEVEL, Modes, ShownProgram, line_event, registers_text,
+};
 
 /// Programs whose text is kept.
 const PROGRAMS_MAX: usize = 64;
@@ -25,7 +27,6 @@ const PROGRAM_BYTES_MAX: usize = 16 << 20;
 const PANEL_PERIOD: f64 = 0.1;
 
 /// What the page shows of a recording, beside what all ports show.
-#[derive(Default)]
 pub(super) struct Shown {
     /// The arm and its cell.
     pub(super) scene: Value,
@@ -35,6 +36,18 @@ pub(super) struct Shown {
     pub(super) recording: Option<Recording>,
     /// The programs.
     pub(super) programs: Mutex<Vec<ShownProgram>>,
+}
+
+impl Default for Shown {
+    /// Of nothing yet.
+    fn default() -> Self {
+        Self {
+            scene: Value::Null,
+            history: Arc::new(Mutex::new(History::of_recording())),
+            recording: None,
+            programs: Mutex::default(),
+        }
+    }
 }
 
 /// Reads the recording into the history of `shown`; `shadow` follows it.
@@ -88,12 +101,12 @@ impl Reading<'_> {
             }
             Entry::Log(message) => {
                 let event = line_event(time, message.level, &message.source, &message.message);
-                self.event(time, &event);
+                self.event(time, message.level.number() as u8, &event);
                 if message.level >= recorder::LogLevel::Error {
                     let mut alarm = event;
                     alarm["event"] = "alarm".into();
                     alarm["kind"] = "recorded".into();
-                    self.event(time, &alarm);
+                    self.event(time, ALARM_LEVEL, &alarm);
                 }
             }
             Entry::Command(command) => {
@@ -104,7 +117,7 @@ impl Reading<'_> {
                     "program": command.program,
                     "line": command.line,
                 });
-                self.event(time, &event);
+                self.event(time, MODE_LEVEL, &event);
             }
             Entry::Cycle(_) | Entry::Io(_) | Entry::Variable(_) => {}
         }
@@ -133,7 +146,7 @@ impl Reading<'_> {
         };
         locked(&self.shown.history).frame(state.time, &encode(&state, &beside));
         if let Some(event) = self.modes.changes(&state, beside.task) {
-            self.event(state.time, &event);
+            self.event(state.time, MODE_LEVEL, &event);
         }
         if state.time >= self.next_panel {
             self.next_panel = state.time + PANEL_PERIOD;
@@ -161,8 +174,8 @@ impl Reading<'_> {
         }
     }
 
-    fn event(&self, time: f64, event: &Value) {
-        locked(&self.shown.history).event(time, event.to_string().into());
+    fn event(&self, time: f64, level: u8, event: &Value) {
+        locked(&self.shown.history).event(time, level, event.to_string().into());
     }
 
     fn keep(&self, program: ShownProgram) {

@@ -1,7 +1,7 @@
 //! The page's own files, as the build has bundled them.
 
 use axum::body::Body;
-use axum::http::{HeaderValue, Uri, header};
+use axum::http::{HeaderMap, HeaderValue, Uri, header};
 use axum::response::{IntoResponse, Response};
 use pendant::Token;
 use pendant::assets::{INDEX, NONCE_MARK, content_security_policy, find};
@@ -9,11 +9,19 @@ use pendant::assets::{INDEX, NONCE_MARK, content_security_policy, find};
 use super::super::refuse;
 use axum::http::StatusCode;
 
-/// The file at the path of a request.
-pub(super) async fn file(uri: Uri) -> Response {
+/// The file at the path of a request. A browser that has it already, and its compiled form, is told so.
+pub(super) async fn file(uri: Uri, asked: HeaderMap) -> Response {
     let Some(asset) = find(uri.path()) else {
         return refuse(StatusCode::NOT_FOUND, "there is no such page");
     };
+    let known = asked.get(header::IF_NONE_MATCH);
+    if asset.path != INDEX && known.is_some_and(|known| known == asset.mark) {
+        let headers = [
+            (header::ETAG, asset.mark),
+            (header::CACHE_CONTROL, "no-cache"),
+        ];
+        return (StatusCode::NOT_MODIFIED, headers).into_response();
+    }
     // Without random numbers the style sheet of the editor is not applied; everything else is.
     let nonce = Token::random().map_or_else(|_| String::new(), |token| token.reveal().to_owned());
     let mut response = if asset.path == INDEX {
@@ -27,6 +35,10 @@ pub(super) async fn file(uri: Uri) -> Response {
         header::CONTENT_TYPE,
         HeaderValue::from_static(asset.media_type),
     );
+    // The page itself has another nonce every time.
+    if asset.path != INDEX {
+        headers.insert(header::ETAG, HeaderValue::from_static(asset.mark));
+    }
     if asset.is_gzipped {
         headers.insert(header::CONTENT_ENCODING, HeaderValue::from_static("gzip"));
     }

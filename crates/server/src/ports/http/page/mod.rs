@@ -3,6 +3,7 @@
 //! Owns the routes and who may use them; what an order is and what a frame looks like is in the crate `pendant`, what the
 //! controller answers comes from [`Cockpit`]. The live connections are in `live`, what they are shown comes from `stage`.
 
+mod debug;
 mod files;
 mod live;
 mod routes;
@@ -12,6 +13,7 @@ mod stage;
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use elite_runtime::CompilePool;
 use elite_runtime::message::Message;
 use elite_runtime::task_folder::TaskFolder;
 use futures_util::FutureExt as _;
@@ -25,9 +27,13 @@ use tokio::sync::broadcast;
 use tokio_util::sync::CancellationToken;
 
 use super::Source;
+pub use debug::DEBUG_PATH;
 pub use live::{LIVE_PATH, shake_hands};
 pub use routes::router;
-pub use stage::{Modes, Stage, line_event, registers_text};
+pub use stage::{ALARM_LEVEL, MODE_LEVEL, Modes, Stage, line_event, registers_text};
+
+/// Texts of pages that wait in the compile pool or are read.
+const TEXTS_MAX: usize = 4;
 
 /// The program that is shown: number, name and text.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -44,6 +50,10 @@ pub struct ShownProgram {
 pub trait Cockpit: Source {
     /// Why nothing can be ordered, if so.
     fn read_only(&self) -> Option<String>;
+    /// Where debuggers attach, if they may.
+    fn debuggers(&self) -> Option<&Arc<editor::dap::Hub>> {
+        None
+    }
     /// What the page draws.
     fn scene(&self) -> Value;
     /// Version, clock, cycle and the like.
@@ -86,12 +96,8 @@ pub trait Cockpit: Source {
     fn may_stand(&self, joints: [f64; 6]) -> Result<[f64; 6], String>;
     /// The programs, and where they are.
     fn tasks(&self) -> Option<(&TaskFolder, &Path)>;
-    /// What `check` finds, as JSON.
-    fn findings(
-        &self,
-        name: String,
-        text: String,
-    ) -> impl Future<Output = Result<Value, String>> + Send;
+    /// Where texts are read, beside the ports.
+    fn compile_pool(&self) -> &CompilePool;
     /// The recording that is shown, or being made.
     ///
     /// # Errors
@@ -113,6 +119,8 @@ pub struct Page<C> {
     stage: Arc<Stage>,
     /// One search through a recording at a time.
     searching: tokio::sync::Semaphore,
+    /// So many texts of pages are in the compile pool at a time, so that those of programs find their place there.
+    reading: tokio::sync::Semaphore,
 }
 
 /// The value is whole at every moment, so a poisoned lock is as good as any.
@@ -134,6 +142,7 @@ impl<C: Cockpit> Page<C> {
             is_given,
             desk: Mutex::default(),
             searching: tokio::sync::Semaphore::new(1),
+            reading: tokio::sync::Semaphore::new(TEXTS_MAX),
         })
     }
 
@@ -149,7 +158,10 @@ impl<C: Cockpit> Page<C> {
 
     /// Shows what happens until `shutdown`.
     pub async fn run(&self, shutdown: &CancellationToken) {
-        self.stage.run(&*self.cockpit, shutdown).await;
+        tokio::join!(
+            self.stage.run(&*self.cockpit, shutdown),
+            debug::tell(self, shutdown)
+        );
     }
 
     fn desk(&self) -> MutexGuard<'_, Desk> {
@@ -172,6 +184,13 @@ pub trait Live: Send + Sync {
         upgrade: OnUpgrade,
         shutdown: &'a CancellationToken,
     ) -> BoxFuture<'a, ()>;
+
+    /// Serves one debugger until it leaves or `shutdown`.
+    fn debug<'a>(
+        &'a self,
+        upgrade: OnUpgrade,
+        shutdown: &'a CancellationToken,
+    ) -> BoxFuture<'a, ()>;
 }
 
 impl<C: Cockpit> Live for Page<C> {
@@ -181,5 +200,13 @@ impl<C: Cockpit> Live for Page<C> {
         shutdown: &'a CancellationToken,
     ) -> BoxFuture<'a, ()> {
         live::attend(self, upgrade, shutdown).boxed()
+    }
+
+    fn debug<'a>(
+        &'a self,
+        upgrade: OnUpgrade,
+        shutdown: &'a CancellationToken,
+    ) -> BoxFuture<'a, ()> {
+        debug::attend(self, upgrade, shutdown).boxed()
     }
 }

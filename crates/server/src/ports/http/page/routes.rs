@@ -9,6 +9,8 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
+use pendant::advice::{self, Question};
+use pendant::history::{EVENTS_GIVEN_MAX, EventsWanted};
 use pendant::orders::Alone;
 use pendant::programs::{self, SaveError};
 use pendant::{DeskError, FRAME_BYTES, FRAME_VERSION};
@@ -29,11 +31,16 @@ pub fn router<C: Cockpit>(page: Arc<Page<C>>) -> Router {
         .route("/api/v1/session", get(session::<C>))
         .route("/api/v1/scene", get(scene::<C>))
         .route("/api/v1/state", get(state::<C>))
+        .route("/api/v1/debug", get(debug::<C>))
         .route("/api/v1/builtins", get(builtins))
+        .route("/api/v1/builtins/{name}", get(describe))
         .route("/api/v1/tasks", get(tasks::<C>))
         .route("/api/v1/tasks/{*name}", get(open::<C>).put(save::<C>))
         .route("/api/v1/program", get(program::<C>))
         .route("/api/v1/check", post(check::<C>))
+        .route("/api/v1/complete", post(complete::<C>))
+        .route("/api/v1/hover", post(hover::<C>))
+        .route("/api/v1/call", post(call::<C>))
         .route("/api/v1/reach", post(reach::<C>))
         .route("/api/v1/orders", post(order::<C>))
         .route("/api/v1/history", get(history::<C>))
@@ -99,6 +106,17 @@ async fn state<C: Cockpit>(State(page): Shared<C>) -> Response {
             "panel": cockpit.panel(),
         }),
     )
+}
+
+/// Who debugs, and where the program is held. The same path is that of the debugger's channel.
+async fn debug<C: Cockpit>(State(page): Shared<C>) -> Response {
+    match page.cockpit.debuggers() {
+        Some(hub) => answer(StatusCode::OK, &hub.shown()),
+        None => refuse(
+            StatusCode::SERVICE_UNAVAILABLE,
+            "nothing runs here that could be debugged",
+        ),
+    }
 }
 
 async fn builtins() -> Response {
@@ -175,22 +193,54 @@ async fn save<C: Cockpit>(
     }
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Checked {
-    #[serde(default)]
-    name: String,
-    text: String,
+/// What the editor asks about a text, answered by `answers` on the compile pool.
+async fn about_text<C: Cockpit>(
+    page: &Page<C>,
+    request: Request,
+    answers: fn(&Question) -> Value,
+) -> Response {
+    let question: Question = match body(request).await {
+        Ok(question) => question,
+        Err(refused) => return refused,
+    };
+    if let Err(error) = question.check() {
+        return refuse(StatusCode::UNPROCESSABLE_ENTITY, &error.to_string());
+    }
+    let Ok(_turn) = page.reading.acquire().await else {
+        return refuse(StatusCode::SERVICE_UNAVAILABLE, "the server is ending");
+    };
+    let pool = page.cockpit.compile_pool();
+    let reading = pool.run(question.text.len(), move || answers(&question));
+    match reading.await {
+        Ok(found) => answer(StatusCode::OK, &found),
+        Err(trouble) => refuse(StatusCode::SERVICE_UNAVAILABLE, &trouble.to_string()),
+    }
 }
 
 async fn check<C: Cockpit>(State(page): Shared<C>, request: Request) -> Response {
-    let Checked { name, text } = match body(request).await {
-        Ok(checked) => checked,
-        Err(refused) => return refused,
-    };
-    match page.cockpit.findings(name, text).await {
-        Ok(findings) => answer(StatusCode::OK, &findings),
-        Err(reason) => refuse(StatusCode::SERVICE_UNAVAILABLE, &reason),
+    about_text(&page, request, advice::findings).await
+}
+
+async fn complete<C: Cockpit>(State(page): Shared<C>, request: Request) -> Response {
+    about_text(&page, request, advice::completions).await
+}
+
+async fn hover<C: Cockpit>(State(page): Shared<C>, request: Request) -> Response {
+    about_text(&page, request, advice::about_place).await
+}
+
+async fn call<C: Cockpit>(State(page): Shared<C>, request: Request) -> Response {
+    about_text(&page, request, advice::call_around).await
+}
+
+/// The long text about a function.
+async fn describe(Path(name): Path<String>, uri: Uri) -> Response {
+    let query = uri.query().unwrap_or_default().split('&');
+    let mut languages = query.filter_map(|part| part.strip_prefix("language="));
+    let text = advice::about_name(&name, languages.next().unwrap_or_default());
+    match text.is_null() {
+        true => refuse(StatusCode::NOT_FOUND, "there is no function of this name"),
+        false => answer(StatusCode::OK, &json!({"name": name, "text": text})),
     }
 }
 
@@ -360,11 +410,20 @@ async fn moment<C: Cockpit>(State(page): Shared<C>, uri: Uri) -> Response {
 
 /// What happened in a span of time.
 async fn events<C: Cockpit>(State(page): Shared<C>, uri: Uri) -> Response {
-    let (from, to) = match (number(&uri, "from", f64::MIN), number(&uri, "to", f64::MAX)) {
-        (Ok(from), Ok(to)) => (from, to),
-        (Err(refused), _) | (_, Err(refused)) => return *refused,
+    let asked = || -> Result<_, Box<Response>> {
+        Ok(EventsWanted {
+            from: number(&uri, "from", f64::MIN)?,
+            to: number(&uri, "to", f64::MAX)?,
+            level: number(&uri, "level", 0.0)? as u8,
+            most: number(&uri, "most", EVENTS_GIVEN_MAX as f64)? as usize,
+            first: number(&uri, "first", 0.0)? != 0.0,
+        })
     };
-    let text = locked(page.stage.history()).events(from, to);
+    let wanted = match asked() {
+        Ok(wanted) => wanted,
+        Err(refused) => return *refused,
+    };
+    let text = locked(page.stage.history()).events(wanted);
     let kind = [(header::CONTENT_TYPE, "application/json")];
     (kind, text).into_response()
 }

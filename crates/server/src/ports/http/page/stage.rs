@@ -34,6 +34,11 @@ const BACKLOG: usize = 512;
 /// Longest text of an event, bytes.
 const TEXT_BYTES_MAX: usize = 16 << 10;
 
+/// Level of a change of mode, and of a command, among the lines of the log.
+pub const MODE_LEVEL: u8 = 3;
+/// Level of an alarm.
+pub const ALARM_LEVEL: u8 = 4;
+
 /// The stage.
 pub struct Stage {
     frames: watch::Sender<Arc<[u8]>>,
@@ -176,7 +181,7 @@ impl<C: Cockpit> Show<'_, C> {
             program: self.cockpit.program_number(),
         };
         if let Some(event) = self.modes.changes(&state, beside.task) {
-            self.event(state.time, event);
+            self.event(state.time, MODE_LEVEL, event);
         }
         let frame = encode(&state, &beside);
         if self.fills_history {
@@ -218,6 +223,7 @@ impl<C: Cockpit> Show<'_, C> {
     fn line(&self, line: &controller::LogLine) {
         self.event(
             line.time,
+            line.level.number() as u8,
             line_event(line.time, line.level, &line.source, &line.text),
         );
     }
@@ -225,14 +231,14 @@ impl<C: Cockpit> Show<'_, C> {
     fn alarm(&self, message: &Message) {
         let time = self.cockpit.state().time;
         if let Some(event) = alarm_event(time, message) {
-            self.event(time, event);
+            self.event(time, ALARM_LEVEL, event);
         }
     }
 
-    fn event(&self, time: f64, event: Value) {
+    fn event(&self, time: f64, level: u8, event: Value) {
         let event: Arc<str> = event.to_string().into();
         if self.fills_history {
-            locked(&self.stage.history).event(time, event.clone());
+            locked(&self.stage.history).event(time, level, event.clone());
         }
         self.stage.tell(event);
     }

@@ -3,11 +3,13 @@
 use motion_api::{IoPoint, Registers};
 use recorder::{IoMessage, IoValue};
 
-use controller::cell::point::{Direction, Point};
+use crate::cell::point::{Direction, Point};
 
 /// A register that has another value from a cycle on. Also those that the cycle itself writes are recorded; writing
 /// them again changes nothing.
-pub(super) struct RegisterWrite {
+#[derive(Clone, Debug)]
+pub struct RegisterWrite {
+    /// The cycle that saw it first.
     pub cycle: u64,
     point: Point,
     value: IoValue,
@@ -15,7 +17,7 @@ pub(super) struct RegisterWrite {
 
 impl RegisterWrite {
     /// `None` for points that the cycles carry themselves.
-    pub(super) fn of(change: &IoMessage) -> Option<Self> {
+    pub fn of(change: &IoMessage) -> Option<Self> {
         let point: Point = change.name.parse().ok()?;
         let is_register = !matches!(point.io_point(), IoPoint::Digital(_) | IoPoint::Analog(_));
         is_register.then_some(Self {
@@ -25,7 +27,8 @@ impl RegisterWrite {
         })
     }
 
-    pub(super) fn apply(&self, registers: &Registers) {
+    /// Writes it.
+    pub fn apply(&self, registers: &Registers) {
         let bank = match self.point.direction {
             Direction::In => &registers.input,
             Direction::Out => &registers.output,

@@ -1,0 +1,283 @@
+//! A recorded run, read for its programs to be run again: their texts, what came to them from outside, and the commands that
+//! move the arm meanwhile.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::path::Path;
+use std::sync::Arc;
+
+use elite_runtime::external::{External, Repeat, What};
+use elite_runtime::{Preset, ProgramText};
+use kinematics::{Calibration, CalibrationError, ModelError, RobotModel};
+use motion_api::ProgramId;
+use recorder::{ArgumentError, CommandMessage, Entry, ReadError, Recording, Setup, Topic};
+use thiserror::Error;
+
+use crate::cell::{Cell, CellError};
+use crate::external;
+use crate::register_write::RegisterWrite;
+use crate::start_configuration::{ROBOT, SetupError};
+
+/// Most messages of `/external`, commands, and changes of registers that are read, and the bytes of the first.
+const MESSAGES_MAX: usize = 20_000_000;
+const BYTES_MAX: usize = 512 << 20;
+/// More missing cycles are not worth waiting for.
+const MISSING_MAX: u64 = 200_000;
+
+/// Why the programs of a recording cannot be run again.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum RecordedRunError {
+    /// The recording cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// The recording does not say how the controller was started.
+    #[error("the recording does not say how the controller was started, it cannot be run again")]
+    NoSetup,
+    /// Something of the start is not known in this version.
+    #[error("the recording cannot be run again in this version: {0}")]
+    Setup(#[from] SetupError),
+    /// It does not begin with the controller's start.
+    #[error("this is part {0} of a recording in several files; only the first can be run again")]
+    Part(u32),
+    /// What came from outside was not recorded.
+    #[error(
+        "what came to its programs from outside is not in the recording: it was made by an earlier version"
+    )]
+    NoExternal,
+    /// A message is none.
+    #[error("message {number} of {} cannot be read: {reason}", external::TOPIC)]
+    Message {
+        /// Its number.
+        number: usize,
+        /// Why.
+        reason: String,
+    },
+    /// A recorded command is not one of this version.
+    #[error("command {id} cannot be given again: {source}")]
+    Command {
+        /// Its number.
+        id: u64,
+        /// Why.
+        source: ArgumentError,
+    },
+    /// So many cycles are missing that running them would take for ever.
+    #[error(
+        "the recording has {recorded} cycles up to cycle {last}; at most {MISSING_MAX} missing ones are run"
+    )]
+    Gap {
+        /// So many are there.
+        recorded: u64,
+        /// The last one.
+        last: u64,
+    },
+    /// More than is read.
+    #[error("the recording has more of {what} than are run again ({most})")]
+    TooMany {
+        /// Of what.
+        what: &'static str,
+        /// How many are.
+        most: usize,
+    },
+}
+
+/// What makes the arm of a recording unusable.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ArmError {
+    /// The arm cannot be made.
+    #[error("the arm of the recording cannot be made: {0}")]
+    Model(#[from] ModelError),
+    /// What was measured of the arm does not fit it.
+    #[error(transparent)]
+    Calibration(#[from] CalibrationError),
+    /// The cell file is none of this version's.
+    #[error(transparent)]
+    Cell(#[from] CellError),
+}
+
+/// A recorded run.
+pub struct RecordedRun {
+    pub(crate) setup: Setup,
+    pub(crate) commands: VecDeque<CommandMessage>,
+    pub(crate) writes: VecDeque<RegisterWrite>,
+    programs: BTreeMap<ProgramId, ProgramText>,
+    externals: Vec<External>,
+    decoded: Vec<(u64, motion_api::Command)>,
+    last_cycle: u64,
+}
+
+impl RecordedRun {
+    /// Reads a recording.
+    ///
+    /// # Errors
+    /// [`RecordedRunError`] says why its programs cannot be run again.
+    pub fn read(recording: &Recording) -> Result<Self, RecordedRunError> {
+        let setup = recording.setup().ok_or(RecordedRunError::NoSetup)?.clone();
+        if setup.part > 1 {
+            return Err(RecordedRunError::Part(setup.part));
+        }
+        if setup.plant == ROBOT {
+            return Err(SetupError::Elsewhere.into());
+        }
+        let mut run = Self {
+            setup,
+            commands: VecDeque::new(),
+            writes: VecDeque::new(),
+            programs: BTreeMap::new(),
+            externals: externals(recording)?,
+            decoded: Vec::new(),
+            last_cycle: 0,
+        };
+        let mut recorded = 0_u64;
+        let topics = [Topic::Cycle, Topic::Command, Topic::Io, Topic::Script];
+        for entry in recording.entries(&topics)? {
+            match entry?.1 {
+                Entry::Cycle(cycle) => {
+                    recorded += 1;
+                    run.last_cycle = run.last_cycle.max(cycle.cycle);
+                }
+                Entry::Command(command) => run.add_command(command)?,
+                Entry::Io(change) => run.writes.extend(RegisterWrite::of(&change)),
+                Entry::Script(script) => {
+                    if let Some(text) = script.text {
+                        let name = script.program;
+                        let id = ProgramId(script.program_id);
+                        run.programs.insert(id, ProgramText { name, text });
+                    }
+                }
+                Entry::Log(_) | Entry::Variable(_) => {}
+            }
+            if run.commands.len() + run.writes.len() > MESSAGES_MAX {
+                return Err(RecordedRunError::TooMany {
+                    what: "commands and changes of registers",
+                    most: MESSAGES_MAX,
+                });
+            }
+        }
+        let last = run.last_cycle;
+        match last.saturating_sub(recorded) > MISSING_MAX {
+            true => Err(RecordedRunError::Gap { recorded, last }),
+            false => Ok(run),
+        }
+    }
+
+    fn add_command(&mut self, message: CommandMessage) -> Result<(), RecordedRunError> {
+        let wrong = |source| RecordedRunError::Command {
+            id: message.id,
+            source,
+        };
+        let are_points = message.to_points().map_err(wrong)?.is_some();
+        if !are_points {
+            let command = message.to_command().map_err(wrong)?;
+            self.decoded.push((message.cycle, command));
+        }
+        self.commands.push_back(message);
+        Ok(())
+    }
+
+    /// How the controller was started.
+    pub const fn setup(&self) -> &Setup {
+        &self.setup
+    }
+
+    /// The programs that ran, in their order.
+    pub fn programs(&self) -> impl Iterator<Item = (ProgramId, &ProgramText)> {
+        let begun = self.externals.iter().filter_map(|external| {
+            matches!(external.what, What::Begins { .. }).then_some(external.program)
+        });
+        begun.filter_map(|id| Some((id, self.programs.get(&id)?)))
+    }
+
+    /// The text of a program.
+    pub fn program(&self, id: ProgramId) -> Option<&ProgramText> {
+        self.programs.get(&id)
+    }
+
+    /// What of the programs is not in the recording, in a sentence; everything is where there is none.
+    pub fn lost(&self) -> Option<String> {
+        self.externals.iter().find_map(|external| match &external.what {
+            What::Lost(text) => Some(format!(
+                "program {} cannot be repeated from cycle {} on: {text}, which is not in the recording",
+                external.program.0, external.cycle
+            )),
+            _ => None,
+        })
+    }
+
+    /// The globals that a program found set.
+    pub fn presets(repeat: &Repeat, program: ProgramId) -> Vec<Preset> {
+        let given = repeat.presets(program).into_iter();
+        // Written by us; one that is none shows in the program that misses it.
+        given
+            .filter_map(|given| Preset::parse(&given).ok())
+            .collect()
+    }
+
+    /// For the tasks of one repetition.
+    pub fn repeat(&self) -> Arc<Repeat> {
+        let is_real = self.setup.clock != "virtual";
+        let externals = self.externals.iter().cloned();
+        let commands = self.decoded.iter().copied();
+        Arc::new(Repeat::new(is_real, self.last_cycle, externals, commands))
+    }
+}
+
+fn externals(recording: &Recording) -> Result<Vec<External>, RecordedRunError> {
+    let mut externals: Vec<External> = Vec::new();
+    let (mut bytes, mut last, mut has_topic) = (0, 0, false);
+    for message in recording.messages()? {
+        if message.channel.topic != external::TOPIC {
+            continue;
+        }
+        has_topic = true;
+        bytes += message.data.len();
+        if bytes > BYTES_MAX || externals.len() >= MESSAGES_MAX {
+            return Err(RecordedRunError::TooMany {
+                what: "messages of /external, in number or bytes,",
+                most: MESSAGES_MAX,
+            });
+        }
+        let number = externals.len() + 1;
+        let (given, external) = external::read(&message.data)
+            .map_err(|reason| RecordedRunError::Message { number, reason })?;
+        if given != last + 1 {
+            let text = "the recording did not keep up and dropped messages".to_owned();
+            externals.push(External {
+                what: What::Lost(text),
+                ..external.clone()
+            });
+        }
+        last = given;
+        externals.push(external);
+    }
+    match has_topic {
+        true => Ok(externals),
+        false => Err(RecordedRunError::NoExternal),
+    }
+}
+
+/// The arm of a recording: the URDF it carries, or the built-in model it names, with what was measured of it.
+///
+/// # Errors
+/// [`ArmError`]
+pub fn model_of(setup: &Setup) -> Result<RobotModel, ArmError> {
+    let model = match &setup.urdf {
+        Some(urdf) => RobotModel::from_urdf(urdf),
+        None => RobotModel::built_in(&setup.model),
+    }?;
+    let Some(text) = &setup.calibration else {
+        return Ok(model);
+    };
+    let calibration = Calibration::from_text(text, Path::new("the recorded calibration"))?;
+    Ok(model.calibrated(&calibration)?)
+}
+
+/// The cell of a recording.
+///
+/// # Errors
+/// It is none of this version's.
+pub fn cell_of(setup: &Setup) -> Result<Option<Cell>, CellError> {
+    let text = setup.cell.clone();
+    text.map(|text| Cell::from_text(text, Path::new("the recorded cell file")))
+        .transpose()
+}

@@ -1,0 +1,410 @@
+//! Where debuggers attach to a controller that serves: one drives, others look on, and programs run on without them.
+//!
+//! Owns who is there, what the driver wants the programs to be held for, and which program is held. A program that begins while
+//! somebody is there is watched; one that begins while nobody is costs what it always did. Nothing here waits: a client that
+//! does not take what it is told is let go.
+
+use std::collections::BTreeMap;
+use std::rc::Rc;
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
+use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use elite_runtime::debug::{Attached, DebugLink, Debuggee};
+use motion_api::ProgramId;
+use serde_json::{Value as Json, json};
+
+use super::breakpoints::Breakpoints;
+use super::link::{Event, Go, Link, Note, Order, Purpose, Why, lock};
+use super::position::Position;
+use super::probe::Probe;
+
+/// Most clients at once.
+const CLIENTS_MAX: usize = 8;
+/// A program that begins waits so long for its driver to say where it is to be held.
+const READY_WITHIN: Duration = Duration::from_secs(1);
+/// Orders that may wait for the program.
+const ORDERS_MAX: usize = 256;
+
+/// See the module.
+#[derive(Default)]
+pub struct Hub {
+    state: Mutex<State>,
+    /// A driver is ready for the program that begins.
+    readied: Condvar,
+    changes: AtomicU64,
+}
+
+#[derive(Default)]
+struct State {
+    clients: BTreeMap<u32, Client>,
+    last_client: u32,
+    generation: u64,
+    /// Of the latest program for which the driver has said where it is to be held.
+    ready: u64,
+    breakpoints: Arc<Breakpoints>,
+    current: Option<Current>,
+}
+
+struct Client {
+    notes: SyncSender<Note>,
+    drives: bool,
+}
+
+struct Current {
+    program: ProgramId,
+    name: Arc<str>,
+    text: Arc<str>,
+    watched: Option<Watched>,
+    held: Option<Held>,
+}
+
+/// The two ends towards a program that is watched.
+#[derive(Clone)]
+pub(crate) struct Watched {
+    pub link: Arc<Link>,
+    pub orders: SyncSender<Order>,
+}
+
+/// Where a program is held.
+#[derive(Clone, Debug)]
+pub(crate) struct Held {
+    pub thread: u32,
+    pub why: Why,
+    pub position: Position,
+    line: u32,
+    column: u32,
+}
+
+/// A program that runs, for a client.
+#[derive(Clone)]
+pub(crate) struct Begun {
+    pub generation: u64,
+    pub name: Arc<str>,
+    pub text: Arc<str>,
+    pub watched: Option<Watched>,
+    pub held: Option<Held>,
+}
+
+/// The hub as programs find it.
+#[derive(Clone)]
+pub struct HubLink(pub Arc<Hub>);
+
+impl Hub {
+    /// Counts what is shown of it ([`shown`](Self::shown)).
+    pub fn changes(&self) -> u64 {
+        self.changes.load(Ordering::Acquire)
+    }
+
+    /// What a page shows: who debugs, where the program is held, breakpoints.
+    pub fn shown(&self) -> Json {
+        let state = lock(&self.state);
+        let drives = state.clients.values().any(|client| client.drives);
+        let current = state.current.as_ref();
+        let held = current.and_then(|current| current.held.as_ref());
+        let mut places: Vec<_> = state.breakpoints.places.iter().collect();
+        places.sort_by_key(|(place, _)| **place);
+        let breakpoints: Vec<Json> = places
+            .into_iter()
+            .flat_map(|((line, column), all)| {
+                all.iter().map(move |at| {
+                    json!({
+                        "line": line,
+                        "column": column,
+                        "condition": at.condition,
+                        "hits": at.hits.map(|hits| hits.to_string()),
+                        "message": at.message,
+                    })
+                })
+            })
+            .collect();
+        json!({
+            "driver": drives,
+            "watchers": state.clients.len() - usize::from(drives),
+            "watched": current.is_some_and(|current| current.watched.is_some()),
+            "program": current.map(|current| &*current.name),
+            "held": held.map(|held| json!({
+                "reason": held.why.reason,
+                "thread": held.thread,
+                "line": held.line,
+                "column": held.column,
+            })),
+            "breakpoints": breakpoints,
+        })
+    }
+
+    fn is_changed(&self) {
+        self.changes.fetch_add(1, Ordering::AcqRel);
+    }
+
+    /// A client attaches; its number, and the program that runs.
+    pub(crate) fn join(
+        &self,
+        notes: SyncSender<Note>,
+        drives: bool,
+    ) -> Result<(u32, Option<Begun>), String> {
+        let mut state = lock(&self.state);
+        if state.clients.len() >= CLIENTS_MAX {
+            return Err(format!(
+                "{CLIENTS_MAX} debuggers are attached already, more are not allowed"
+            ));
+        }
+        if drives && state.clients.values().any(|client| client.drives) {
+            return Err(
+                "another debugger drives already; with \"drive\": false this one looks on"
+                    .to_owned(),
+            );
+        }
+        state.last_client += 1;
+        let number = state.last_client;
+        state.clients.insert(number, Client { notes, drives });
+        if let Some(watched) = state.watched() {
+            watched.link.is_over.store(false, Ordering::Release);
+            if drives {
+                watched.link.is_driven.store(true, Ordering::Release);
+            }
+        }
+        let begun = state.begun();
+        drop(state);
+        self.is_changed();
+        Ok((number, begun))
+    }
+
+    /// A client leaves; where it has driven nothing is held any more.
+    pub(crate) fn leave(&self, number: u32) {
+        let mut state = lock(&self.state);
+        let Some(client) = state.clients.remove(&number) else {
+            return;
+        };
+        let is_last = state.clients.is_empty();
+        if client.drives {
+            state.breakpoints = Arc::default();
+            if let Some(current) = &mut state.current {
+                current.held = None;
+            }
+        }
+        if let Some(watched) = state.watched() {
+            let link = &watched.link;
+            if client.drives {
+                *lock(&link.breakpoints) = Arc::default();
+                link.changes.fetch_add(1, Ordering::AcqRel);
+                link.is_driven.store(false, Ordering::Release);
+                let note = Note::Run(state.generation, Box::new(Event::Continued));
+                state.tell(number, &note);
+            }
+            if is_last {
+                link.is_over.store(true, Ordering::Release);
+            }
+        }
+        drop(state);
+        self.is_changed();
+    }
+
+    /// What the driver wants programs to be held for.
+    pub(crate) fn set_breakpoints(&self, breakpoints: Arc<Breakpoints>) {
+        let mut state = lock(&self.state);
+        state.breakpoints = breakpoints.clone();
+        if let Some(watched) = state.watched() {
+            *lock(&watched.link.breakpoints) = breakpoints;
+            watched.link.changes.fetch_add(1, Ordering::AcqRel);
+        }
+        drop(state);
+        self.is_changed();
+    }
+
+    /// The driver has said where the program of this number is to be held.
+    pub(crate) fn is_ready(&self, generation: u64) {
+        lock(&self.state).ready = generation;
+        self.readied.notify_all();
+    }
+
+    /// The driver lets a held program go on.
+    pub(crate) fn go(&self, number: u32, go: Go) -> Result<(), String> {
+        let mut state = lock(&self.state);
+        let watched = state.watched().ok_or("no program is held")?;
+        let current = state
+            .current
+            .as_mut()
+            .filter(|current| current.held.is_some());
+        let current = current.ok_or("the program is running")?;
+        watched
+            .orders
+            .try_send(Order::Go(go))
+            .map_err(|_| "the program takes no orders just now")?;
+        current.held = None;
+        let note = Note::Run(state.generation, Box::new(Event::Continued));
+        state.tell(number, &note);
+        drop(state);
+        self.is_changed();
+        Ok(())
+    }
+
+    /// Passes on what a program tells.
+    fn hear(&self, note: &Note) {
+        let mut state = lock(&self.state);
+        let Note::Run(generation, event) = note else {
+            return;
+        };
+        if *generation != state.generation {
+            return;
+        }
+        match &**event {
+            Event::Answer { request, .. } => {
+                let number = u32::try_from(request.0 >> 32).unwrap_or(0);
+                state.tell_one(number, note);
+                return;
+            }
+            Event::Stopped {
+                thread,
+                why,
+                position,
+                ..
+            } => {
+                if let Some(current) = &mut state.current {
+                    let place = current.watched.as_ref().map(|watched| {
+                        let link = &watched.link;
+                        let line = link.line.load(Ordering::Relaxed);
+                        (line, link.column.load(Ordering::Relaxed))
+                    });
+                    let (line, column) = place.unwrap_or_default();
+                    current.held = Some(Held {
+                        thread: *thread,
+                        why: why.clone(),
+                        position: *position,
+                        line,
+                        column,
+                    });
+                }
+            }
+            _ => {}
+        }
+        state.tell(0, note);
+        drop(state);
+        self.is_changed();
+    }
+}
+
+impl State {
+    fn watched(&self) -> Option<Watched> {
+        self.current.as_ref()?.watched.clone()
+    }
+
+    fn begun(&self) -> Option<Begun> {
+        let current = self.current.as_ref()?;
+        Some(Begun {
+            generation: self.generation,
+            name: current.name.clone(),
+            text: current.text.clone(),
+            watched: current.watched.clone(),
+            held: current.held.clone(),
+        })
+    }
+
+    /// Tells everybody but one.
+    fn tell(&mut self, but: u32, note: &Note) {
+        let others: Vec<u32> = self.clients.keys().copied().filter(|n| *n != but).collect();
+        for number in others {
+            self.tell_one(number, note);
+        }
+    }
+
+    fn tell_one(&mut self, number: u32, note: &Note) {
+        let Some(client) = self.clients.get(&number) else {
+            return;
+        };
+        match client.notes.try_send(note.clone()) {
+            Ok(()) => {}
+            // It does not read what it is told: its session ends when it does.
+            Err(TrySendError::Full(_)) => {
+                tracing::warn!("a debugger is too slow and misses events")
+            }
+            Err(TrySendError::Disconnected(_)) => {}
+        }
+    }
+}
+
+impl DebugLink for HubLink {
+    fn begins(&self, program: ProgramId, name: &str, text: &str) {
+        let mut state = lock(&self.0.state);
+        state.current = Some(Current {
+            program,
+            name: name.into(),
+            text: text.into(),
+            watched: None,
+            held: None,
+        });
+        drop(state);
+        self.0.is_changed();
+    }
+
+    fn attach(&self, task: Debuggee) -> Option<Rc<dyn Attached>> {
+        let hub = self.0.clone();
+        let mut state: MutexGuard<'_, State> = lock(&self.0.state);
+        if state.clients.is_empty() {
+            return None;
+        }
+        state.generation += 1;
+        let (orders, receiver) = sync_channel(ORDERS_MAX);
+        let link = Arc::new(Link {
+            generation: state.generation,
+            program: Some(task.program()),
+            is_attached: true,
+            is_driven: AtomicBool::new(state.clients.values().any(|client| client.drives)),
+            purpose: Purpose::Run {
+                stop_on_entry: false,
+            },
+            interventions: Vec::new(),
+            stop_at_end: false,
+            breakpoints: state.breakpoints.clone().into(),
+            changes: AtomicU64::new(0),
+            pause: AtomicBool::new(false),
+            is_over: AtomicBool::new(false),
+            is_muted: AtomicBool::new(false),
+            said: AtomicU64::new(0),
+            seen: AtomicU64::new(0),
+            line: AtomicU32::new(0),
+            column: AtomicU32::new(0),
+            events: Box::new(move |note| {
+                hub.hear(&note);
+                true
+            }),
+            orders: Some(receiver).into(),
+        });
+        if let Some(current) = &mut state.current {
+            current.watched = Some(Watched {
+                link: link.clone(),
+                orders,
+            });
+        }
+        let begun = state.begun();
+        state.tell(0, &Note::Begun(begun.map(Box::new)));
+        // Breakpoints have their places before the first statement; a driver that is slow misses some.
+        let waits = |state: &mut State| {
+            let has_driver = state.clients.values().any(|client| client.drives);
+            has_driver && state.ready < state.generation
+        };
+        let waited = self
+            .0
+            .readied
+            .wait_timeout_while(state, READY_WITHIN, waits);
+        drop(waited.unwrap_or_else(PoisonError::into_inner));
+        self.0.is_changed();
+        Some(Rc::new(Probe::new(link, task)))
+    }
+
+    fn ended(&self, program: ProgramId) {
+        let mut state = lock(&self.0.state);
+        if state
+            .current
+            .as_ref()
+            .is_none_or(|current| current.program != program)
+        {
+            return;
+        }
+        state.current = None;
+        state.tell(0, &Note::Begun(None));
+        drop(state);
+        self.0.is_changed();
+    }
+}

@@ -1,0 +1,91 @@
+//! A client that attaches to a controller that serves elsewhere: what it says goes there, what comes from there goes to it.
+//!
+//! Owns what of a session has happened before: the client was greeted here, and what it asked for is said there again.
+
+use std::sync::mpsc::SyncSender;
+
+use serde_json::{Value as Json, json};
+
+use super::link::{Asked, Note};
+use super::session::Session;
+
+/// Numbers of requests of our own; clients count from 1.
+const FIRST_OWN: i64 = 1 << 48;
+
+/// Where messages from there go.
+pub struct Inbox(SyncSender<Note>);
+
+impl Inbox {
+    pub(crate) fn new(notes: SyncSender<Note>) -> Self {
+        Self(notes)
+    }
+
+    /// A message; false when nobody is there any more.
+    pub fn message(&self, message: Json) -> bool {
+        self.0.send(Note::Remote(message)).is_ok()
+    }
+
+    /// Nothing more comes, for this reason if it is one worth telling.
+    pub fn gone(&self, reason: Option<String>) {
+        // Whoever is gone as well needs no word.
+        let _ = self.0.send(Note::Gone(reason));
+    }
+}
+
+/// Takes messages to there; false when it takes none any more.
+pub type Outbox = Box<dyn Fn(&Json) -> bool>;
+
+/// Connects to a controller with the arguments of `attach`; a sentence where that fails.
+pub type Attach<'l> = dyn Fn(&Json, Inbox) -> Result<Outbox, String> + 'l;
+
+impl Session<'_> {
+    /// `attach`: everything goes there from now on. None: the answer comes from there.
+    pub(super) fn attach_elsewhere(
+        &mut self,
+        request: &Asked,
+        arguments: &Json,
+    ) -> Option<Result<Json, String>> {
+        if self.launched.is_some() {
+            return Some(Err("a program was launched already".to_owned()));
+        }
+        let Some(attach) = self.attach else {
+            return Some(Err("there is nothing to attach to here".to_owned()));
+        };
+        let outbox = match attach(arguments, Inbox::new(self.events.clone())) {
+            Ok(outbox) => outbox,
+            Err(error) => return Some(Err(error)),
+        };
+        let mut number = FIRST_OWN;
+        let mut own = |command: &str, arguments: Json| {
+            number += 1;
+            let message = json!({"seq": number, "type": "request", "command": command, "arguments": arguments});
+            outbox(&message)
+        };
+        own("initialize", self.greeting.clone());
+        for (_, wanted) in &self.wanted_sources {
+            own("setBreakpoints", wanted.clone());
+        }
+        let (seq, command) = request;
+        outbox(&json!({"seq": seq, "type": "request", "command": command, "arguments": arguments}));
+        self.outbox = Some(outbox);
+        None
+    }
+
+    /// A message from there.
+    pub(super) fn take_remote(&mut self, message: Json) {
+        let is_own = message
+            .get("request_seq")
+            .and_then(Json::as_i64)
+            .is_some_and(|number| number > FIRST_OWN);
+        let is_greeting = message.get("event").and_then(Json::as_str) == Some("initialized");
+        if is_own || is_greeting || !message.is_object() {
+            return;
+        }
+        let is_end = message.get("type").and_then(Json::as_str) == Some("response")
+            && message.get("command").and_then(Json::as_str) == Some("disconnect");
+        self.send(message);
+        if is_end {
+            self.is_done = true;
+        }
+    }
+}

@@ -1,0 +1,258 @@
+//! Nothing that people are told lacks its Chinese form: the sentences of findings, of the robot's functions and of stops are
+//! taken from where the source declares them, those of functions from their declarations.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use editor::analysis::words::Language;
+use elite_lang::chinese::Table;
+
+/// Where sentences about texts of programs are declared.
+const OF_TEXTS: &[&str] = &[
+    "elite-lang/src/lexer",
+    "elite-lang/src/parser",
+    "elite-lang/src/resolve",
+    "elite-lang/src/lint",
+    "elite-lang/src/program.rs",
+];
+
+/// Where those about the robot are, all of which people are told.
+const OF_ROBOT: &[&str] = &[
+    "elite-runtime/src/builtins/call.rs",
+    "elite-runtime/src/builtins/call",
+    "elite-runtime/src/builtins/hints.rs",
+    "elite-runtime/src/builtins/declare.rs",
+    "elite-runtime/src/message.rs",
+    "elite-runtime/src/task/report.rs",
+    "motion-api/src/event.rs",
+    "motion-api/src/form.rs",
+    "kinematics/src/collision.rs",
+];
+
+/// Functions one by one: of these texts only those that begin with a function are sentences of it, the others declarations.
+const OF_FUNCTIONS: &str = "elite-runtime/src/builtins";
+
+/// Texts in those places that stay as they are.
+const STAY: &[&str] = &[
+    // CPython's words about literals.
+    "(unicode error) 'unicodeescape' codec can't decode bytes in position {}-{}: {}",
+    "(value error) invalid \\x escape at position {}",
+    "illegal Unicode character",
+    "malformed \\N character escape",
+    "truncated \\{}{} escape",
+    "unknown Unicode character name",
+    // Parts of others, and what no person sees.
+    "write '",
+    "declared as another kind",
+    "has no default",
+    "line {}\n{}",
+    // Types and ranges, which are written alike; what stands instead of a section.
+    "each 0 or 1",
+    "from controller output, not from the manual",
+    "list | str",
+    "list[6] float",
+    "list[6] float | str",
+    "list[float] | float",
+    "list[{}] bool",
+    "list[{}] float",
+    "thread id",
+    // A name and what the system or another sentence says.
+    "get_micro_line_values_by_index(): {}",
+    "load_micro_line_file(): {}",
+    "load_micro_line_file(): {}: {}",
+    "moveml(): {}",
+    "pow(): {} to the power {}",
+    "rpc_factory(): url {}",
+    "set_payload(): {}",
+    "start_thread(): {}",
+    "track_conveyor_circular(): ticks_per_revolution",
+    "track_conveyor_linear(): ticks_per_meter",
+];
+
+/// The string literals of a source text, comments and tests left out.
+fn literals(source: &str) -> Vec<String> {
+    let source = source.split("#[cfg(test)]\nmod").next().unwrap();
+    let text: Vec<char> = source.chars().collect();
+    let at = |index: usize| text.get(index).copied().unwrap_or('\0');
+    let (mut found, mut index) = (Vec::new(), 0);
+    while index < text.len() {
+        match at(index) {
+            '/' if at(index + 1) == '/' => {
+                while index < text.len() && at(index) != '\n' {
+                    index += 1;
+                }
+            }
+            // A character; otherwise a lifetime.
+            '\'' if at(index + 1) == '\\' => {
+                index += 3;
+                while at(index) != '\'' {
+                    index += 1;
+                }
+                index += 1;
+            }
+            '\'' if at(index + 2) == '\'' => index += 3,
+            '"' => {
+                let mut literal = String::new();
+                index += 1;
+                while at(index) != '"' {
+                    if at(index) != '\\' {
+                        literal.push(at(index));
+                        index += 1;
+                        continue;
+                    }
+                    match at(index + 1) {
+                        '\n' => {
+                            index += 2;
+                            while at(index).is_whitespace() {
+                                index += 1;
+                            }
+                            continue;
+                        }
+                        'n' => literal.push('\n'),
+                        other => literal.push(other),
+                    }
+                    index += 2;
+                }
+                index += 1;
+                found.push(literal);
+            }
+            _ => index += 1,
+        }
+    }
+    found
+}
+
+/// A text for `format!` with all its places alike.
+fn form(literal: &str) -> String {
+    let hidden = literal.replace("{{", "\u{1}").replace("}}", "\u{2}");
+    let mut form = String::new();
+    let mut rest = &*hidden;
+    while let Some((before, after)) = rest.split_once('{') {
+        form.push_str(before);
+        form.push_str("{}");
+        rest = after.split_once('}').map_or("", |(_, after)| after);
+    }
+    form.push_str(rest);
+    form.replace('\u{1}', "{").replace('\u{2}', "}")
+}
+
+fn declared(places: &[&str]) -> BTreeSet<String> {
+    let crates = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let mut open: Vec<_> = places.iter().map(|place| crates.join(place)).collect();
+    let mut found = BTreeSet::new();
+    while let Some(path) = open.pop() {
+        if path.is_dir() {
+            let inner = std::fs::read_dir(&path).unwrap();
+            open.extend(inner.map(|entry| entry.unwrap().path()));
+            continue;
+        }
+        for literal in literals(&std::fs::read_to_string(&path).unwrap()) {
+            // What is no text for `format!` may have braces of its own.
+            found.insert(form(&literal));
+            found.insert(literal);
+        }
+    }
+    found
+}
+
+fn english(tables: &[Table]) -> BTreeSet<&'static str> {
+    let entries = tables.iter().copied().flatten();
+    entries.map(|(english, _)| *english).collect()
+}
+
+/// The texts for people among those of the source that no table has.
+fn gaps(declared: &BTreeSet<String>, known: &BTreeSet<&str>) -> Vec<String> {
+    let is_text = |text: &&String| {
+        let has_words =
+            text.trim().contains(' ') && text.contains(|c: char| c.is_ascii_lowercase());
+        has_words && form(text) == **text
+    };
+    // A plain text with a doubled brace is in the table as it is.
+    let doubled: BTreeSet<String> = known.iter().map(|known| form(known)).collect();
+    let texts = declared.iter().filter(is_text);
+    let missing = texts.filter(|text| {
+        !known.contains(&***text) && !doubled.contains(&**text) && !STAY.contains(&&***text)
+    });
+    missing.cloned().collect()
+}
+
+#[test]
+fn every_sentence_about_texts_is_there_in_chinese() {
+    let known = english(&[elite_lang::chinese::SENTENCES, elite_lang::chinese::WORDS]);
+    let declared = declared(OF_TEXTS);
+    assert!(declared.len() > 300, "{}", declared.len());
+    assert_eq!(gaps(&declared, &known), [""; 0]);
+    let dead: Vec<_> = known
+        .iter()
+        .filter(|known| !declared.contains(**known))
+        .collect();
+    assert_eq!(dead, [&""; 0], "no source says so any more");
+}
+
+#[test]
+fn every_sentence_about_the_robot_is_there_in_chinese() {
+    use elite_runtime::chinese::{SENTENCES, WORDS};
+    let known = english(&[SENTENCES, WORDS]);
+    let own = declared(OF_ROBOT);
+    assert_eq!(gaps(&own, &known), [""; 0]);
+    let of_functions = declared(&[OF_FUNCTIONS]);
+    let sentences = of_functions.iter().filter(|text| text.contains("(): "));
+    let sentences: BTreeSet<String> = sentences.cloned().collect();
+    assert_eq!(gaps(&sentences, &known), [""; 0]);
+    let said = |known: &&&str| own.contains(**known) || of_functions.contains(**known);
+    let dead: Vec<_> = known.iter().filter(|known| !said(known)).collect();
+    assert_eq!(dead, [&""; 0], "no source says so any more");
+}
+
+#[test]
+fn a_gap_is_found() {
+    let declared = ["a sentence that is new: {}".to_owned(), "code".to_owned()].into();
+    let known = BTreeSet::from(["another"]);
+    assert_eq!(gaps(&declared, &known), ["a sentence that is new: {}"]);
+    assert_eq!(
+        literals("x(\"a {b}\", '\"', \"c\\\n   d\") // \"e\""),
+        ["a {b}", "cd"]
+    );
+}
+
+#[test]
+fn tables_keep_what_varies_and_are_in_order() {
+    let tables = [
+        elite_lang::chinese::SENTENCES,
+        elite_lang::chinese::WORDS,
+        elite_runtime::chinese::SENTENCES,
+        elite_runtime::chinese::WORDS,
+    ];
+    for table in tables {
+        assert!(table.is_sorted_by_key(|(english, _)| *english));
+        for (english, chinese) in table {
+            for number in 0..english.matches("{}").count() {
+                let place = |end: &str| chinese.contains(&format!("{{{number}{end}}}"));
+                assert!(place("") || place("~"), "{english} | {chinese}");
+            }
+        }
+    }
+}
+
+#[test]
+fn every_function_is_described_in_chinese() {
+    let is_chinese = |text: &str| text.chars().any(|c| ('\u{4e00}'..='\u{9fff}').contains(&c));
+    for builtin in elite_runtime::builtins::all() {
+        let (name, language) = (builtin.name, Language::Chinese);
+        assert!(is_chinese(language.summary(builtin)), "{name}");
+        for parameter in builtin.params {
+            let meaning = parameter.meaning;
+            assert!(
+                meaning.is_empty() || is_chinese(language.phrase(meaning)),
+                "{name}: {meaning}"
+            );
+        }
+        // Types alone are written alike.
+        let returns = builtin.returns;
+        let is_prose = returns.contains(' ') && returns.len() > 24;
+        assert!(
+            !is_prose || is_chinese(language.phrase(returns)),
+            "{name}: {returns}"
+        );
+    }
+}

@@ -1,0 +1,193 @@
+//! Builtins that ask somebody else: what they answer is noted, or comes from the recording.
+//!
+//! Of calls that answer at once as they did before, with the same arguments, nothing is noted: a program that asks for a
+//! register a thousand times a second has one note for each change.
+
+use std::collections::HashMap;
+
+use elite_lang::{ExceptionKind, NativeCall, Raised, Value};
+
+use super::repeat::Answered;
+use super::{ANSWER_BYTES_MAX, Answer, RecordedCall, What};
+use crate::builtins::rpc::{from_rpc, to_rpc};
+use crate::task::{TaskContext, Wait};
+
+/// Calls whose answers are remembered, and the longest answer and arguments of them, bytes.
+const KNOWN_MAX: usize = 1024;
+const KNOWN_BYTES_MAX: usize = 256;
+
+/// The latest answers of calls that answer at once.
+#[derive(Default)]
+pub(crate) struct Memo(HashMap<String, Answer>);
+
+impl Memo {
+    fn note(&mut self, key: Option<String>, answer: &Answer) {
+        let Some(key) = key.filter(|_| bytes(answer) <= KNOWN_BYTES_MAX) else {
+            return;
+        };
+        if self.0.len() < KNOWN_MAX || self.0.contains_key(&key) {
+            self.0.insert(key, answer.clone());
+        }
+    }
+}
+
+/// Runs a call of a builtin whose answer comes from elsewhere; where a run is repeated, the recording answers.
+pub(crate) fn from_outside(
+    context: &TaskContext,
+    native: &mut NativeCall<'_>,
+    function: &str,
+    arguments: &[Value],
+    run: impl FnOnce(&mut NativeCall<'_>) -> Result<Value, Raised>,
+) -> Result<Value, Raised> {
+    if context.is_aside() {
+        // A question of a debugger is no part of the run.
+        return match context.repeat() {
+            None => run(native),
+            Some(_) => Err(native.raise(
+                ExceptionKind::RuntimeError,
+                format!(
+                    "{function}(): nobody is there to ask, the run is repeated from a recording"
+                ),
+            )),
+        };
+    }
+    if let Some(repeat) = context.repeat().cloned() {
+        let number = context.next_call();
+        let key = key(function, arguments);
+        let answered = repeat.answered(context.program(), number, function);
+        return match answered {
+            Answered::AsBefore => match key.and_then(|key| context.memo().0.get(&key).cloned()) {
+                Some(answer) => give(context, native, &answer),
+                None => never(context, native),
+            },
+            Answered::So(call) => {
+                for turn in &call.waits {
+                    let token = context.register_wait(Wait::Recorded(*turn));
+                    native.wait(token)?;
+                }
+                if call.waits.is_empty() {
+                    context.memo().note(key, &call.answer);
+                }
+                give(context, native, &call.answer)
+            }
+        };
+    }
+    if context.witness().is_none() {
+        return run(native);
+    }
+    let number = context.next_call();
+    context.log_waits();
+    let key = key(function, arguments);
+    let result = run(native);
+    let waits = context.take_waits();
+    let answer = match &result {
+        Ok(value) => match to_rpc(native, function, value, 0) {
+            Ok(value) => Some(Answer::Value(value)),
+            Err(_) => None,
+        },
+        Err(Raised::Stop) => Some(Answer::Stopped),
+        Err(Raised::Exception(exception)) => {
+            let value = Value::Instance(exception.clone());
+            let text = native.str(&value)?;
+            let kind = value.type_name().to_string();
+            Some(Answer::Raised { kind, text })
+        }
+    };
+    let Some(answer) = answer.filter(|answer| bytes(answer) <= ANSWER_BYTES_MAX) else {
+        let text = format!("an answer of {function}() is longer than {ANSWER_BYTES_MAX} bytes");
+        context.note(What::Lost(text));
+        return result;
+    };
+    if waits.is_empty() {
+        let is_known = |known: &Answer| is_same(known, &answer);
+        let mut memo = context.memo();
+        if key
+            .as_ref()
+            .is_some_and(|key| memo.0.get(key).is_some_and(is_known))
+        {
+            return result;
+        }
+        memo.note(key, &answer);
+    }
+    context.note(What::Call(RecordedCall {
+        number,
+        function: function.to_owned(),
+        waits,
+        answer,
+    }));
+    result
+}
+
+/// The call has not ended in the recording.
+fn never(context: &TaskContext, native: &mut NativeCall<'_>) -> Result<Value, Raised> {
+    let token = context.register_wait(Wait::Never);
+    native.wait(token)?;
+    Ok(Value::None)
+}
+
+fn give(
+    context: &TaskContext,
+    native: &mut NativeCall<'_>,
+    answer: &Answer,
+) -> Result<Value, Raised> {
+    match answer {
+        Answer::Value(value) => Ok(from_rpc(value.clone())),
+        Answer::Stopped => never(context, native),
+        Answer::Raised { kind, text } => {
+            let kinds = ExceptionKind::ALL.iter();
+            let known = kinds.copied().find(|known| known.name() == kind);
+            // Builtins raise Python's own exceptions; another one comes from a file that is not ours.
+            let kind = known.unwrap_or(ExceptionKind::RuntimeError);
+            Err(native.raise(kind, text.clone()))
+        }
+    }
+}
+
+/// A name for a call and its arguments, where they are few and plain.
+fn key(function: &str, arguments: &[Value]) -> Option<String> {
+    use std::fmt::Write as _;
+    let mut key = function.to_owned();
+    for argument in arguments {
+        // Writing into a text does not fail.
+        let _ = match argument {
+            Value::None => write!(key, ",None"),
+            Value::Bool(level) => write!(key, ",{level}"),
+            Value::Int(number) => write!(key, ",{number}"),
+            Value::Float(number) => write!(key, ",{:x}", number.to_bits()),
+            Value::Unbound => write!(key, ","),
+            other => match other.as_str() {
+                Some(text) => write!(key, ",{text:?}"),
+                None => return None,
+            },
+        };
+    }
+    (key.len() <= KNOWN_BYTES_MAX).then_some(key)
+}
+
+/// Equal, numbers bit for bit.
+fn is_same(a: &Answer, b: &Answer) -> bool {
+    // NaN is written as itself, and differs from nothing then.
+    a == b || format!("{a:?}") == format!("{b:?}")
+}
+
+/// About how much it takes in a recording.
+fn bytes(answer: &Answer) -> usize {
+    use io_bus::xmlrpc::RpcValue as V;
+    fn of(value: &V) -> usize {
+        8 + match value {
+            V::Text(text) => text.len(),
+            V::Bytes(bytes) => 2 * bytes.len(),
+            V::Array(items) => items.iter().map(of).sum(),
+            V::Struct(members) => members
+                .iter()
+                .map(|(name, value)| name.len() + of(value))
+                .sum(),
+            V::Nil | V::Bool(_) | V::Int(_) | V::Double(_) => 16,
+        }
+    }
+    match answer {
+        Answer::Value(value) => of(value),
+        Answer::Raised { kind, text } => kind.len() + text.len(),
+        Answer::Stopped => 0,
+    }
+}

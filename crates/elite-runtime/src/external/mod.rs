@@ -1,0 +1,132 @@
+//! What comes to programs from outside, and when: what makes a recorded run one that can be repeated, program and all.
+//!
+//! A program is a pure function of its text, of what the robot shows it, and of what comes from elsewhere: answers of machines,
+//! orders, the time of day. The robot is repeated by its commands. The rest is noted here where it enters, by *turns*: a task
+//! looks round at certain points only (after each slice of a thread, and after each wait), counts them, and sees between two of
+//! them nothing new. So the number of the turn says exactly when something was seen, whatever the machine did meanwhile.
+//!
+//! - `calls`: what builtins that ask somebody else have answered.
+//! - `repeat`: a recorded run, for tasks that repeat it.
+//!
+//! Owns the words for it and the comparison with the program's own commands. Files, and what is given by `controller`, are not here.
+
+mod calls;
+mod repeat;
+
+use std::sync::Arc;
+
+use io_bus::xmlrpc::RpcValue;
+use motion_api::ProgramId;
+
+pub(crate) use calls::{Memo, from_outside};
+pub use repeat::{Departure, Repeat};
+
+/// Longest answer of a machine that is noted, bytes; a program that was given a longer one cannot be repeated.
+pub const ANSWER_BYTES_MAX: usize = 64 * 1024;
+
+/// Something that came to a program from outside.
+#[derive(Clone, Debug, PartialEq)]
+pub struct External {
+    /// The program.
+    pub program: ProgramId,
+    /// The turn of its task in which it was seen.
+    pub turn: u64,
+    /// The cycle that the task saw then.
+    pub cycle: u64,
+    /// What.
+    pub what: What,
+}
+
+/// What came.
+#[derive(Clone, Debug, PartialEq)]
+pub enum What {
+    /// The program begins, with these globals set (`NAME = VALUE`).
+    Begins {
+        /// See above.
+        presets: Vec<String>,
+    },
+    /// It ends: this is its last turn.
+    Ends,
+    /// It sees this cycle, and not the one that follows from what it did: the next one after a wait, else the same.
+    Sees,
+    /// An order.
+    Order(Order),
+    /// A builtin has answered that asks somebody else.
+    Call(RecordedCall),
+    /// A thread that waited for a socket goes on.
+    Woken {
+        /// Its number in the language.
+        thread: u64,
+    },
+    /// The time of day, s since 1970.
+    Clock(f64),
+    /// Something that is not noted, in words: from here on it cannot be repeated.
+    Lost(String),
+}
+
+/// An order to a running program.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// It was ended.
+    Stop,
+    /// Another program took its place.
+    Replace(String),
+    /// It was held.
+    Pause,
+    /// It went on.
+    Resume,
+    /// A secondary program began beside it.
+    Secondary {
+        /// Its name.
+        name: String,
+        /// Its text.
+        text: String,
+    },
+}
+
+/// A call of a builtin whose answer comes from elsewhere.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RecordedCall {
+    /// Which of the program's calls of this kind, from 1. Those in between have answered as the same call before.
+    pub number: u64,
+    /// The function.
+    pub function: String,
+    /// The turns in which its waits were over.
+    pub waits: Vec<u64>,
+    /// How it ended.
+    pub answer: Answer,
+}
+
+/// How a call ended.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Answer {
+    /// With a value.
+    Value(RpcValue),
+    /// With an exception.
+    Raised {
+        /// The name of its type.
+        kind: String,
+        /// Its text.
+        text: String,
+    },
+    /// Not at all: its thread was stopped.
+    Stopped,
+}
+
+/// Who notes what comes from outside. Called on the thread of the task; must not wait but for room under the virtual clock.
+pub trait Witness: Send + Sync {
+    /// Something has come.
+    fn note(&self, external: &External);
+}
+
+/// Whether what comes from outside is noted, or comes from a recording.
+#[derive(Clone, Default)]
+pub enum Course {
+    /// It comes and nobody notes it.
+    #[default]
+    Live,
+    /// It is noted.
+    Witnessed(Arc<dyn Witness>),
+    /// It comes from a recording.
+    Repeated(Arc<Repeat>),
+}

@@ -1,0 +1,105 @@
+//! `replay --rerun`, second half: the recorded programs once more, with what came to them from outside.
+//!
+//! The arm is moved by the recorded commands, so that every program finds what it found; the commands that it gives are
+//! compared with the recorded ones. A difference is a bug in one of the two runs, or they are of different versions.
+
+use std::fmt;
+use std::sync::Arc;
+
+use controller::recorded_run::{RecordedRun, RecordedRunError};
+use controller::repeating::Repeating;
+use controller::{Nobody, StartError};
+use elite_runtime::Extras;
+use elite_runtime::external::Departure;
+use recorder::Recording;
+use thiserror::Error;
+
+/// Why programs were not run again.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ProgramsError {
+    /// The recording does not tell enough.
+    #[error(transparent)]
+    Recording(#[from] RecordedRunError),
+    /// Something that came to a program is not in the recording.
+    #[error("{0}")]
+    Lost(String),
+    /// The arm cannot be started.
+    #[error(transparent)]
+    Start(#[from] StartError),
+    /// A recorded command cannot be given again.
+    #[error("{0}")]
+    Command(String),
+    /// The system gives no thread.
+    #[error("the operating system refused what a run needs: {0}")]
+    System(#[from] std::io::Error),
+}
+
+/// What running the programs again showed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum ProgramsComparison {
+    /// Every command came out the same.
+    Identical {
+        /// So many programs.
+        programs: usize,
+        /// So many commands.
+        commands: u64,
+    },
+    /// The first difference.
+    Different(Departure),
+}
+
+impl ProgramsComparison {
+    /// True when every command came out the same.
+    pub fn is_identical(&self) -> bool {
+        matches!(self, Self::Identical { .. })
+    }
+
+    /// The cycle of the first difference.
+    pub fn cycle(&self) -> Option<u64> {
+        match self {
+            Self::Identical { .. } => None,
+            Self::Different(departure) => Some(departure.cycle),
+        }
+    }
+}
+
+impl fmt::Display for ProgramsComparison {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Identical { programs, commands } => {
+                write!(f, "identical: {programs} programs, {commands} commands")
+            }
+            Self::Different(departure) => {
+                write!(f, "first difference of the programs: {departure}")
+            }
+        }
+    }
+}
+
+/// Runs the programs of a recording again.
+///
+/// # Errors
+/// [`ProgramsError`] says why they cannot be.
+pub fn rerun_programs(recording: &Recording) -> Result<ProgramsComparison, ProgramsError> {
+    let run = RecordedRun::read(recording)?;
+    if let Some(lost) = run.lost() {
+        return Err(ProgramsError::Lost(lost));
+    }
+    let programs = run.programs().count();
+    let every_cycle = Box::new(|_: &_| true);
+    let repeating = Repeating::start(&run, Arc::new(Nobody), Extras::default(), every_cycle)?;
+    repeating.run(&run, None)?;
+    let (trouble, repeat) = (repeating.trouble(), repeating.repeat().clone());
+    repeating.shut_down();
+    if let Some(trouble) = trouble {
+        return Err(ProgramsError::Command(trouble));
+    }
+    Ok(match repeat.departure() {
+        Some(departure) => ProgramsComparison::Different(departure),
+        None => ProgramsComparison::Identical {
+            programs,
+            commands: repeat.commands_given(),
+        },
+    })
+}
