@@ -107,10 +107,16 @@ pub enum ReplayError {
     Rerun(#[from] RerunError),
     /// The recording cannot be served.
     #[error(transparent)]
-    Serve(#[from] ServeRecordingError),
+    Serve(Box<ServeRecordingError>),
     /// The answer cannot be written.
     #[error("cannot write the answer: {0}")]
     Output(#[from] io::Error),
+}
+
+impl From<ServeRecordingError> for ReplayError {
+    fn from(error: ServeRecordingError) -> Self {
+        ReplayError::Serve(Box::new(error))
+    }
 }
 
 fn covered(range: Option<(f64, f64)>) -> String {
