@@ -60,6 +60,7 @@ fn a_panic_in_the_cycle_ends_either_clock_and_holds_the_arm() {
         lock_memory: false,
         wake: vec![thread::current()],
         faults: faults.clone(),
+        ..RealtimeOptions::default()
     };
     let clock = MotionThread::start(cycle, options).unwrap();
     let timeline = clock.timeline();

@@ -85,7 +85,7 @@ pub(super) const TARGETS: &[Target] = &[
 /// A line is a message, nothing, or answered with an error that a client can read.
 fn assistant_line(data: &[u8]) {
     if let Said::Wrong(answer) = read(data) {
-        let answer = serde_json::to_value(&*answer).expect("an answer is JSON");
+        let answer = serde_json::to_value(&*answer).unwrap_or_default();
         assert_eq!(answer["jsonrpc"], "2.0", "{answer}");
         assert!(answer["error"]["code"].is_i64(), "{answer}");
         assert!(
