@@ -31,14 +31,17 @@ impl Session<'_> {
 
     pub(super) fn changed(&mut self) {
         self.last_met = None;
+        // The program of a server is held for what its driver wants, whoever else looks on.
+        if let Some(attachment) = &self.attachment {
+            if attachment.drives() {
+                let breakpoints = Arc::new(self.breakpoints.clone());
+                attachment.hub.set_breakpoints(breakpoints);
+            }
+            return;
+        }
         let is_free = self.launched.as_ref().is_some_and(|l| l.is_free);
         if let Some(run) = self.run.as_ref().filter(|_| !is_free) {
             run.set_breakpoints(Arc::new(self.breakpoints.clone()));
-        }
-        if let Some(attachment) = self.attachment.as_ref().filter(|a| a.drives()) {
-            attachment
-                .hub
-                .set_breakpoints(Arc::new(self.breakpoints.clone()));
         }
     }
 
