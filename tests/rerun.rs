@@ -79,9 +79,15 @@ fn rerun(script: &Path, clock: &str) -> u64 {
         .output()
         .unwrap();
     let text = String::from_utf8(output.stdout).unwrap();
-    let cycles = text.trim_end().strip_prefix("identical: ");
+    let mut lines = text.lines();
+    let cycles = lines
+        .next()
+        .and_then(|line| line.strip_prefix("identical: "));
     let cycles = cycles.and_then(|rest| rest.strip_suffix(" cycles"));
-    let Some(cycles) = cycles else {
+    let programs = lines
+        .next()
+        .is_some_and(|line| line.starts_with("identical: 1 programs, "));
+    let Some(cycles) = cycles.filter(|_| programs) else {
         panic!("{} ({clock}): {text}{:?}", script.display(), output.stderr);
     };
     cycles.parse().unwrap()

@@ -224,12 +224,12 @@ impl RecordedRun {
 
 fn externals(recording: &Recording) -> Result<Vec<External>, RecordedRunError> {
     let mut externals: Vec<External> = Vec::new();
-    let (mut bytes, mut last, mut has_topic) = (0, 0, false);
+    let (mut bytes, mut last, mut has_programs) = (0, 0, false);
     for message in recording.messages()? {
+        has_programs |= message.channel.topic == recorder::Topic::Script.name();
         if message.channel.topic != external::TOPIC {
             continue;
         }
-        has_topic = true;
         bytes += message.data.len();
         if bytes > BYTES_MAX || externals.len() >= MESSAGES_MAX {
             return Err(RecordedRunError::TooMany {
@@ -250,9 +250,9 @@ fn externals(recording: &Recording) -> Result<Vec<External>, RecordedRunError> {
         last = given;
         externals.push(external);
     }
-    match has_topic {
-        true => Ok(externals),
-        false => Err(RecordedRunError::NoExternal),
+    match has_programs && externals.is_empty() {
+        true => Err(RecordedRunError::NoExternal),
+        false => Ok(externals),
     }
 }
 

@@ -62,8 +62,16 @@ struct Awaited {
     /// The latest ones, with their cycles.
     recent_stops: VecDeque<(u64, StopReason)>,
     lasting: Lasting,
-    /// Commands that have ended and that nobody asks for, oldest first, with the cycle of their end.
-    ended: VecDeque<(u64, CommandId)>,
+    /// Commands that have ended and whose outcome nobody asks for, in the order of their ends: programs may still see a cycle
+    /// before. Few of them are looked at, those behind that cycle.
+    ended: VecDeque<Ended>,
+}
+
+/// A command that has ended.
+struct Ended {
+    command: Command,
+    ended_in: u64,
+    queued_in: u64,
 }
 
 impl Awaited {
@@ -82,13 +90,35 @@ impl Awaited {
 
     /// Forgets commands that ended long ago.
     fn forget_ended(&mut self, cycle: u64) {
-        while let Some((ended_in, id)) = self.ended.front().copied()
-            && (ended_in.saturating_add(REMEMBERED_CYCLES) < cycle
+        while let Some(ended) = self.ended.front()
+            && (ended.ended_in.saturating_add(REMEMBERED_CYCLES) < cycle
                 || self.ended.len() > REMEMBERED_MAX)
         {
             self.ended.pop_front();
-            self.open.remove(&id);
         }
+    }
+
+    /// Commands that had not ended by this cycle, though they have since, in the order of their ends.
+    fn ended_since(&self, cycle: u64) -> impl DoubleEndedIterator<Item = &Ended> {
+        let from = self.ended.partition_point(|ended| ended.ended_in <= cycle);
+        self.ended.range(from..)
+    }
+
+    /// Shows the commands that had not ended by this cycle, in the order in which they were given.
+    fn under_way(&self, cycle: u64, mut see: impl FnMut(&Command)) {
+        let since = self.ended_since(cycle).map(|ended| &ended.command);
+        let mut since: Vec<&Command> = since.collect();
+        since.sort_by_key(|command| command.id);
+        let mut since = since.into_iter().peekable();
+        for (id, entry) in &self.open {
+            while let Some(earlier) = since.next_if(|command| command.id < *id) {
+                see(earlier);
+            }
+            if !entry.has_ended(cycle) {
+                see(&entry.command);
+            }
+        }
+        since.for_each(see);
     }
 }
 
@@ -353,8 +383,12 @@ impl Robot {
     /// The same as of an earlier cycle.
     pub(crate) fn has_ended_by(&self, id: CommandId, cycle: u64) -> bool {
         let awaited = self.awaited();
-        let entry = awaited.open.get(&id);
-        entry.is_none_or(|entry| entry.has_ended(cycle))
+        match awaited.open.get(&id) {
+            Some(entry) => entry.has_ended(cycle),
+            None => !awaited
+                .ended_since(cycle)
+                .any(|ended| ended.command.id == id),
+        }
     }
 
     /// True once a requested motion has ended, or the next one may follow it.
@@ -365,8 +399,14 @@ impl Robot {
     /// The same as of an earlier cycle.
     pub(crate) fn may_be_followed_by(&self, id: CommandId, cycle: u64) -> bool {
         let awaited = self.awaited();
-        let entry = awaited.open.get(&id);
-        entry.is_none_or(|entry| entry.has_ended(cycle) || entry.queued_in <= cycle)
+        match awaited.open.get(&id) {
+            Some(entry) => entry.has_ended(cycle) || entry.queued_in <= cycle,
+            None => {
+                let mut since = awaited.ended_since(cycle);
+                let since = since.find(|ended| ended.command.id == id);
+                since.is_none_or(|ended| ended.queued_in <= cycle)
+            }
+        }
     }
 
     /// Gives up waiting for a command; its outcome is dropped when it comes.
@@ -444,12 +484,14 @@ impl Robot {
                     entry.outcome = Some(outcome);
                     return;
                 }
-                if is_virtual || command.origin.program == ProgramId(0) {
-                    awaited.open.remove(&id);
-                } else {
-                    // A program may still see the cycle before.
-                    entry.outcome = Some(outcome);
-                    awaited.ended.push_back((cycle, id));
+                let queued_in = entry.queued_in;
+                awaited.open.remove(&id);
+                if !is_virtual && command.origin.program != ProgramId(0) {
+                    awaited.ended.push_back(Ended {
+                        command,
+                        ended_in: cycle,
+                        queued_in,
+                    });
                 }
                 if let Outcome::Refused(refusal) = outcome {
                     drop(awaited);
@@ -494,25 +536,19 @@ impl Robot {
 
 fn io_after(awaited: &Awaited, state: &RobotState, cycle: u64) -> IoImage {
     let mut image = state.io();
-    let open = awaited.open.values();
-    for entry in open.filter(|entry| !entry.has_ended(cycle)) {
-        match entry.command.kind {
-            CommandKind::SetStandardDigitalOut { index, level } if index < 16 => {
-                image.apply(&IoChange::digital_out(DigitalBank::Standard, index, level));
-            }
-            CommandKind::SetIo(change) => image.apply(&change),
-            _ => {}
+    awaited.under_way(cycle, |command| match command.kind {
+        CommandKind::SetStandardDigitalOut { index, level } if index < 16 => {
+            image.apply(&IoChange::digital_out(DigitalBank::Standard, index, level));
         }
-    }
+        CommandKind::SetIo(change) => image.apply(&change),
+        _ => {}
+    });
     image
 }
 
 fn foreseen_after(awaited: &Awaited, state: RobotState, cycle: u64) -> Foreseen {
     let mut foreseen = Foreseen::new(state, awaited.lasting);
-    let open = awaited.open.values();
-    for entry in open.filter(|entry| !entry.has_ended(cycle)) {
-        foreseen.add(&entry.command);
-    }
+    awaited.under_way(cycle, |command| foreseen.add(command));
     foreseen
 }
 

@@ -238,6 +238,10 @@ fn answer_about(
 /// What running the commands again showed, and then the programs; what differs first comes first.
 fn print_rerun(recording: &Recording, arm: &Comparison, out: &mut impl Write) -> io::Result<u8> {
     let programs = match rerun_programs(recording) {
+        Ok(ProgramsComparison::Identical { programs: 0, .. }) => {
+            writeln!(out, "{arm}")?;
+            return Ok(u8::from(!arm.is_identical()));
+        }
         Ok(programs) => programs,
         Err(why) => {
             writeln!(out, "{arm}\nthe programs were not run again: {why}")?;
