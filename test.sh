@@ -50,7 +50,8 @@ if cargo nextest --version >/dev/null 2>&1; then
     start "Rust tests"
     failed=0
     cargo nextest run --profile "$profile" --no-fail-fast --hide-progress-bar --status-level retry || failed=$?
-    python3 tests/test_report.py "$target/nextest/$profile/report.xml"
+    # nextest keeps its reports in the workspace, wherever cargo builds.
+    python3 tests/test_report.py "target/nextest/$profile/report.xml"
     [ "$failed" -eq 0 ] || exit "$failed"
     start "documentation examples"
     cargo test --doc --quiet

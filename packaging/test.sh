@@ -267,6 +267,10 @@ TAKE
     { read -r user; read -r folder; read -r command; } <"$work/command"
     [ "${user%%:*}" != 0 ] && [ "${user%%:*}" != root ] || fail "the image runs as root"
     [ "$(find "$fresh" -type f -perm /111 | wc -l)" = 1 ] || fail "there is more than one program in it"
+    # The devices that every engine gives a container.
+    mkdir "$fresh/dev"
+    mknod -m 666 "$fresh/dev/null" c 1 3
+    mknod -m 666 "$fresh/dev/urandom" c 1 9
     # A network of its own, where the vendor's ports are free; nothing of this machine but its kernel.
     cat >"$work/inside" <<INSIDE
 set -e
