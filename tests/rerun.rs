@@ -97,12 +97,12 @@ fn rerun(script: &Path, clock: &str) -> u64 {
 fn every_program_that_moves_runs_again_from_its_recording() {
     let mut programs = scripts(&root().join("tests/moves"));
     assert!(programs.len() >= 7, "{programs:?}");
-    // Those of examples/testing wait for machines that only their tests play.
-    let testing = root().join("examples/testing");
+    // Those of examples/testing wait for machines that only their tests play; those of examples/reference are tests.
+    let others = ["testing", "reference"].map(|name| root().join("examples").join(name));
     programs.extend(
         scripts(&root().join("examples"))
             .into_iter()
-            .filter(|path| !path.starts_with(&testing)),
+            .filter(|path| !others.iter().any(|other| path.starts_with(other))),
     );
     programs.extend(
         scripts(&root().join("tests/scripts"))

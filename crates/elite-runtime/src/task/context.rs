@@ -37,7 +37,10 @@ pub(crate) const THREADS_MAX: usize = 64;
 
 /// Calls of builtins in the `finally` and `with` blocks of a task that is being stopped. The language bounds what its own
 /// work costs there; a call may cost far more than one step of that.
-const CALLS_OF_UNWINDING: u32 = 5000;
+const CALLS_OF_UNWINDING: u32 = 20 * CALLS_OF_A_LOOK - 1;
+/// So many of them see the robot of one cycle, as a turn of a thread does. One call more is slow behind many others, as all
+/// settings since that cycle are laid over what it is shown.
+const CALLS_OF_A_LOOK: u32 = 256;
 
 /// 2026-01-01T00:00:00Z, where simulated time begins.
 const VIRTUAL_EPOCH_S: f64 = 1_767_225_600.0;
@@ -440,7 +443,13 @@ impl TaskContext {
         match self.unwinding.get() {
             None => true,
             Some(left) => {
-                self.unwinding.set(Some(left.saturating_sub(1)));
+                let left_then = left.saturating_sub(1);
+                self.unwinding.set(Some(left_then));
+                if left_then > 0 && left_then.is_multiple_of(CALLS_OF_A_LOOK) {
+                    self.robot.look();
+                    let text = "clean-up behind a stop called very many functions".to_owned();
+                    self.note(What::Lost(text));
+                }
                 left > 0
             }
         }

@@ -111,6 +111,8 @@ impl Stage {
             fills_history: cockpit.recorded().is_none(),
             modes: Modes::default(),
         };
+        // What is there at the start, so that the first change is one.
+        show.look();
         loop {
             tokio::select! {
                 () = shutdown.cancelled() => return,
@@ -166,6 +168,12 @@ impl<C: Cockpit> Show<'_, C> {
         if !is_seen && !self.sequence.is_multiple_of(FRAMES_PER_IDLE) {
             return;
         }
+        self.look();
+    }
+
+    /// What there is now.
+    fn look(&mut self) {
+        let is_seen = self.stage.pages() > 0;
         let state = self.cockpit.state();
         let (line, node) = self.cockpit.place();
         let beside = Beside {
