@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Makes what is handed out, into target/packages (PACKAGES=FOLDER for another): for each architecture a static program with its
-# line tables beside, the wheel, a Debian package; one OCI image layout of all; bills of materials, licences, checksums. The
-# same sources give the same bytes.
+# line tables beside, the wheel, a Debian package; one OCI image layout of all; bills of materials, licences, checksums. Made so
+# that the same sources give the same bytes (packaging/test.sh reproduce).
 #
 #     packaging/build.sh [--arch x86_64|aarch64]... [--only program|deb|image|wheel]... [--quick | --program FILE]
 #

@@ -25,6 +25,7 @@ SCHEMAS = {
     "/script": ("jsonschema", None),
     "/command": ("jsonschema", None),
     "/io": ("jsonschema", None),
+    "/external": ("jsonschema", "elite.External"),
 }
 SIX = """target_q target_qd target_qdd actual_q actual_qd target_torque actual_torque target_tcp_pose actual_tcp_pose
     target_tcp_speed actual_tcp_speed tcp_force""".split()
@@ -38,6 +39,7 @@ REQUIRED = {
     "/script": ["program"],
     "/command": ["id", "cycle", "name", "arguments", "program", "line"],
     "/io": ["cycle", "name", "value"],
+    "/external": ["number", "program", "turn", "cycle", "kind"],
 }
 
 

@@ -39,6 +39,8 @@ pub(crate) fn topic() -> ExtraTopic {
                 "presets": {"type": "array", "items": {"type": "string"}},
                 "call": integer,
                 "waits": {"type": "array", "items": integer},
+                "value": {},
+                "raised": {"type": "string"},
                 "thread": integer,
                 "time": {"type": "number"},
             },
