@@ -165,7 +165,8 @@ async function alone() {
     const page = await open(browser, server);
     await until(async () => Number(await page.id("timeline").getAttribute("max")) > 2, "the time line");
     let at = 0;
-    for (let clicks = 0; clicks < 40 && at <= 0.5; clicks += 1) {
+    // Two at least, so that there is one to go back to.
+    for (let clicks = 0; clicks < 40 && (at <= 0.5 || clicks < 2); clicks += 1) {
       await page.id("event-after").click();
       // What is shown follows the click a little later; the next click goes on from where this one led.
       const before = at;
