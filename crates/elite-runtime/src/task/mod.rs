@@ -3,7 +3,8 @@
 //! - `context`: what builtins see of their task (robot, waits, threads to start or stop).
 //! - `extras`: what only tests of programs ask for.
 //! - `controls`: what others ask of it.
-//! - `scheduler`: resumes script threads in a fixed order; `threads`: how they wait, wake, start and end.
+//! - `scheduler`: resumes script threads in a fixed order; `threads`: how they wait, wake, start and end; `beginning`: how the
+//!   program gets there; `holding`: what holds the task and lets it go on.
 //! - `view`: the robot as the task sees it in one turn; `turns`: when it looks round, and what it finds then.
 //! - `time`: which waits are over, and what makes time pass; `report`: what people are told.
 //! - `outside`: futures that builtins wait for.
@@ -13,6 +14,7 @@
 //! - `beneath`: files of some folders only (`--allow fs=DIR`).
 //! - `family` and `death_signal`: processes end with the task that started them.
 
+mod beginning;
 mod beneath;
 mod braking;
 mod context;
@@ -21,6 +23,7 @@ mod death_signal;
 mod extras;
 mod family;
 mod files;
+mod holding;
 mod host;
 mod network;
 mod outside;

@@ -3,7 +3,8 @@
 //! Script threads are coroutines (see elite-lang); a slice ends when fuel runs out, at a wait, or at the end. Ready
 //! threads run round robin; threads whose wait ends in the same cycle go on in the order of their numbers. So a run is
 //! the same every time under the virtual clock. The scheduler is a future on the task's own single-threaded tokio
-//! runtime. What passes time is in `time`, what is told to people in `report`.
+//! runtime. How a program gets there is in `beginning`, what holds it in `holding`, what passes time in `time`, what is told to
+//! people in `report`.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -11,11 +12,11 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use elite_lang::{
-    Diagnostic, Interpreter, KnownNames, Leftovers, Limits, Program, ProgramKind, Resume,
-    ScriptThread, SourceFile, Step, WaitToken, memory,
+    Interpreter, KnownNames, Leftovers, Limits, Program, ProgramKind, Resume, ScriptThread, Step,
+    WaitToken, memory,
 };
 use io_bus::Fieldbus;
-use motion_api::{CommandKind, IoChange, Origin, ProgramId, StopReason, ThreadNumber};
+use motion_api::{CommandKind, Origin, ProgramId, StopReason, ThreadNumber};
 use supervision::{Contained, Fault, Faults, Kind, Panicked, catch, injection};
 use tokio::sync::watch;
 use tokio::time::Instant;
@@ -36,17 +37,15 @@ use crate::message::{Aside, Message, Observer};
 use crate::panel::{Panel, Variables};
 use crate::preset::Preset;
 use crate::robot::Robot;
-use crate::supervisor::{TaskState, TaskStatus, is_secondary};
+use crate::supervisor::TaskStatus;
 use crate::task_folder::TaskFolder;
 
 /// Safepoints a script thread may pass before the next one has its turn: well under a millisecond of work.
-const FUEL_PER_SLICE: u32 = 20_000;
+pub(super) const FUEL_PER_SLICE: u32 = 20_000;
 
 /// Slices a secondary program may take: about a second of work (language.md 7). Counted, not timed, so that a run under
 /// the virtual clock ends the same way on every machine.
 const SLICES_OF_SECONDARY: u32 = 1000;
-/// Slices that the value of one preset may take.
-const SLICES_OF_PRESET: u32 = 100;
 /// Longest a secondary program may wait for a lock of the main program, simulated seconds.
 const WAIT_OF_SECONDARY: f64 = 1.0;
 /// Most secondary programs at once; they are short, so more than a few mean that a client floods the task.
@@ -138,14 +137,14 @@ pub(crate) struct Task {
     pub(super) host: Rc<TaskHost>,
     pub(super) interpreter: Interpreter,
     pub(super) known: KnownNames,
-    presets: Arc<[Preset]>,
+    pub(super) presets: Arc<[Preset]>,
     pub(super) threads: BTreeMap<ThreadNumber, Entry>,
     pub(super) ready: VecDeque<ThreadNumber>,
     pub(super) controls: Controls,
-    status: watch::Sender<TaskStatus>,
+    pub(super) status: watch::Sender<TaskStatus>,
     pub(super) paused: bool,
     /// Others than a debugger want it held.
-    is_paused_by_others: bool,
+    pub(super) is_paused_by_others: bool,
     stops_at_start: u64,
     pub(super) end: Option<TaskEnd>,
     /// A fault of ours has left the language as it was: no script runs any more.
@@ -329,114 +328,6 @@ impl Task {
         }
     }
 
-    async fn run_program(&mut self, program: Source) -> TaskEnd {
-        let compiled = match program {
-            Source::Compiled(program) => Ok(program),
-            Source::Text(text) => {
-                let file = SourceFile::new(text.name, text.text);
-                match self.compile(&file).await {
-                    Some(compiled) => compiled.map_err(|findings| (findings, file)),
-                    None => return self.end.clone().unwrap_or(TaskEnd::Stopped),
-                }
-            }
-        };
-        match compiled {
-            Ok(program) => {
-                if program.kind() == ProgramKind::Main
-                    && let Err(end) = self.set_presets()
-                {
-                    return end;
-                }
-                if let Some(attached) = self.attached.clone() {
-                    self.interpreter.debug(attached);
-                }
-                self.begin_turns();
-                self.start_program(ThreadNumber(0), &program);
-                let text = program.file().text();
-                self.settings
-                    .observer
-                    .program_runs(self.context.program(), text);
-                self.context.interpreter().task_runs(&program);
-                // It may have been compiled on another thread; what runs is in the account by now.
-                memory::outside(|| drop(program));
-                self.program_runs(true);
-                let end = self.run_threads().await;
-                self.context.note(What::Ends);
-                end
-            }
-            Err((findings, file)) => {
-                let secondary = is_secondary(file.text());
-                for finding in &findings {
-                    self.report_finding(finding, &file, secondary);
-                }
-                TaskEnd::NotCompiled
-            }
-        }
-    }
-
-    /// Sets the globals that the program is to find; one that cannot be worked out ends the task.
-    fn set_presets(&mut self) -> Result<(), TaskEnd> {
-        for preset in self.presets.clone().iter() {
-            let file = SourceFile::new("--set", format!("{}\n", preset.statement()));
-            let program = elite_lang::compile(file.clone(), &self.known).map_err(|findings| {
-                for finding in &findings {
-                    self.report_finding(finding, &file, false);
-                }
-                TaskEnd::NotCompiled
-            })?;
-            let mut script = self.interpreter.spawn_program(&program);
-            let mut slices = 0;
-            loop {
-                slices += 1;
-                match script.resume(Resume::Continue, FUEL_PER_SLICE) {
-                    Step::Done(_) => break,
-                    Step::OutOfFuel if slices < SLICES_OF_PRESET => {}
-                    Step::Failed(error) => {
-                        self.report_script_error(&error);
-                        return Err(TaskEnd::Failed);
-                    }
-                    _ => {
-                        let summary =
-                            format!("TimeoutError: --set {}: a value cannot wait", preset.name());
-                        self.settings.observer.message(&Message::ScriptError {
-                            program: self.context.program(),
-                            line: 1,
-                            column: 1,
-                            report: summary.clone(),
-                            summary,
-                        });
-                        return Err(TaskEnd::Failed);
-                    }
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// Compiles the program of the task on the threads for that, so that a stop does not wait for a long text; `None` when
-    /// one comes before. Where there is no thread for it now, this one does it.
-    async fn compile(
-        &mut self,
-        file: &Arc<SourceFile>,
-    ) -> Option<Result<Program, Vec<Diagnostic>>> {
-        let compiler = self.context.interpreter().clone();
-        let compiling = compiler.compile(file.clone());
-        tokio::pin!(compiling);
-        let compiled = loop {
-            let order = tokio::select! {
-                biased;
-                order = self.controls.next_order() => order,
-                compiled = &mut compiling => break compiled,
-            };
-            self.note_order(&order);
-            self.take(order);
-            if self.end.is_some() {
-                return None;
-            }
-        };
-        Some(compiled.unwrap_or_else(|_| elite_lang::compile(file.clone(), &self.known)))
-    }
-
     /// Tells a fault as the error of the program. No script runs after it: what the language holds may be half changed.
     fn met_fault(&mut self, panicked: Panicked) -> TaskEnd {
         self.is_broken = true;
@@ -462,7 +353,7 @@ impl Task {
     }
 
     /// Readies a program.
-    fn start_program(&mut self, number: ThreadNumber, program: &Program) {
+    pub(super) fn start_program(&mut self, number: ThreadNumber, program: &Program) {
         self.remember_globals(program);
         let bounds = (program.kind() == ProgramKind::Secondary).then(|| Bounds {
             slices: SLICES_OF_SECONDARY,
@@ -510,7 +401,7 @@ impl Task {
     }
 
     /// The first turn: here what comes from outside begins to count.
-    fn begin_turns(&mut self) {
+    pub(super) fn begin_turns(&mut self) {
         if let Some(repeat) = self.context.repeat() {
             repeat.begins(self.context.program());
         }
@@ -522,7 +413,7 @@ impl Task {
         }
     }
 
-    async fn run_threads(&mut self) -> TaskEnd {
+    pub(super) async fn run_threads(&mut self) -> TaskEnd {
         let mut slices = 0_u32;
         loop {
             if self.settings.robot.timeline().has_ended() {
@@ -657,51 +548,6 @@ impl Task {
         }
     }
 
-    /// Goes on where it was held.
-    fn go_on(&mut self) {
-        if self.paused {
-            self.paused = false;
-            self.tell_robot(CommandKind::Resume);
-            self.program_runs(true);
-            let now = self.context.robot().moment().time;
-            self.settings.panel.with_watchdogs(|dogs| dogs.restart(now));
-            self.show(TaskState::Running);
-        }
-    }
-
-    /// What a debugger holds while orders are heard.
-    pub(super) fn holds(&self) -> Holds {
-        let attached = self.attached.as_ref();
-        attached.map_or(Holds::Nothing, |attached| attached.holds())
-    }
-
-    /// Holds the task, or lets it go on, as a debugger wants; an order to hold it counts besides.
-    fn follow_hold(&mut self) {
-        match self.holds() {
-            Holds::Nothing if self.is_paused_by_others => {}
-            Holds::Nothing => self.go_on(),
-            Holds::Program | Holds::At(_) => self.halt(),
-        }
-    }
-
-    pub(super) fn pause(&mut self) {
-        self.is_paused_by_others = true;
-        self.halt();
-    }
-
-    fn halt(&mut self) {
-        if !self.paused {
-            self.paused = true;
-            self.tell_robot(CommandKind::Pause);
-            self.program_runs(false);
-            self.show(TaskState::Paused);
-        }
-    }
-
-    fn show(&self, state: TaskState) {
-        self.status.send_modify(|status| status.state = state);
-    }
-
     pub(super) fn start_secondary(&mut self, program: &Program) {
         let running = self.threads.values().filter(|e| e.secondary.is_some());
         if running.count() >= SECONDARIES_MAX {
@@ -714,34 +560,6 @@ impl Task {
         let number = ThreadNumber(FIRST_SECONDARY + self.secondaries);
         self.secondaries = (self.secondaries + 1) % FIRST_SECONDARY;
         self.start_program(number, program);
-    }
-
-    /// Gives the robot a command. Where there is no room for it just now it is given in one of the next cycles: a stop is
-    /// late at worst, never lost.
-    pub(super) fn tell_robot(&mut self, kind: CommandKind) {
-        self.untold.push_back(kind);
-        self.tell_what_is_untold();
-    }
-
-    pub(super) fn tell_what_is_untold(&mut self) {
-        let origin = Origin {
-            program: self.context.program(),
-            ..Origin::default()
-        };
-        while let Some(kind) = self.untold.front()
-            && self.settings.robot.send(origin, *kind).is_ok()
-        {
-            self.untold.pop_front();
-        }
-    }
-
-    /// For outputs that follow the run state (manual 5.20 to 5.25). A held program does not run.
-    fn program_runs(&mut self, runs: bool) {
-        if self.settings.extras.attendant.is_some() {
-            return;
-        }
-        self.tell_robot(CommandKind::SetIo(IoChange::ProgramRunning(runs)));
-        self.settings.fieldbus.program_running(runs);
     }
 
     fn look_for_protective_stop(&mut self) {
