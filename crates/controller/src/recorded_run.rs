@@ -23,13 +23,10 @@ const BYTES_MAX: usize = 512 << 20;
 /// More missing cycles are not worth waiting for.
 const MISSING_MAX: u64 = 200_000;
 
-/// Why the programs of a recording cannot be run again.
+/// Why the controller of a recording cannot be started as it was.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-pub enum RecordedRunError {
-    /// The recording cannot be read.
-    #[error(transparent)]
-    Read(#[from] ReadError),
+pub enum BeginningError {
     /// The recording does not say how the controller was started.
     #[error("the recording does not say how the controller was started, it cannot be run again")]
     NoSetup,
@@ -39,6 +36,33 @@ pub enum RecordedRunError {
     /// It does not begin with the controller's start.
     #[error("this is part {0} of a recording in several files; only the first can be run again")]
     Part(u32),
+}
+
+/// How the controller of a recording was started, where that is known and was a controller of ours.
+///
+/// # Errors
+/// [`BeginningError`]
+pub fn beginning_of(recording: &Recording) -> Result<&Setup, BeginningError> {
+    let setup = recording.setup().ok_or(BeginningError::NoSetup)?;
+    if setup.part > 1 {
+        return Err(BeginningError::Part(setup.part));
+    }
+    if setup.plant == ROBOT {
+        return Err(SetupError::Elsewhere.into());
+    }
+    Ok(setup)
+}
+
+/// Why the programs of a recording cannot be run again.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum RecordedRunError {
+    /// The recording cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// The controller cannot be started as it was.
+    #[error(transparent)]
+    Beginning(#[from] BeginningError),
     /// What came from outside was not recorded.
     #[error(
         "what came to its programs from outside is not in the recording: it was made by an earlier version"
@@ -112,15 +136,8 @@ impl RecordedRun {
     /// # Errors
     /// [`RecordedRunError`] says why its programs cannot be run again.
     pub fn read(recording: &Recording) -> Result<Self, RecordedRunError> {
-        let setup = recording.setup().ok_or(RecordedRunError::NoSetup)?.clone();
-        if setup.part > 1 {
-            return Err(RecordedRunError::Part(setup.part));
-        }
-        if setup.plant == ROBOT {
-            return Err(SetupError::Elsewhere.into());
-        }
         let mut run = Self {
-            setup,
+            setup: beginning_of(recording)?.clone(),
             commands: VecDeque::new(),
             writes: VecDeque::new(),
             programs: BTreeMap::new(),

@@ -86,6 +86,14 @@ impl Move {
         *class = class.wrapping_add(self.classes);
     }
 
+    fn outward(self, mut outward: Vec<Outward>) -> Vec<Outward> {
+        for place in &mut outward {
+            let shapes = place.binds.iter_mut();
+            shapes.for_each(|(_, shape)| self.shape(shape));
+        }
+        outward
+    }
+
     fn occurrence(self, occurrence: &mut Occurrence) {
         self.span(&mut occurrence.span);
         self.scope(&mut occurrence.scope);
@@ -325,15 +333,8 @@ impl Names {
             .give(part.keyword_uses, &mut self.keyword_uses, way);
         old.places.give(part.places, &mut self.places, way);
         self.close(&mut now);
-        let mut outward = part.outward;
-        for place in &mut outward {
-            place
-                .binds
-                .iter_mut()
-                .for_each(|(_, shape)| way.shape(shape));
-        }
         Part {
-            outward,
+            outward: way.outward(part.outward),
             outward_names: part.outward_names,
             bound: part.bound,
             start,
@@ -367,15 +368,8 @@ impl Names {
         add(found.keyword_uses, &mut self.keyword_uses, way);
         add(found.places, &mut self.places, way);
         self.close(&mut now);
-        let mut outward = found.outward;
-        for place in &mut outward {
-            place
-                .binds
-                .iter_mut()
-                .for_each(|(_, shape)| way.shape(shape));
-        }
         Part {
-            outward,
+            outward: way.outward(found.outward),
             outward_names: found.outward_names,
             bound: found.bound,
             start,

@@ -19,15 +19,18 @@ use crate::commands::check::read_script;
 use crate::config::RunConfig;
 use crate::logging;
 
-/// Keys of `launch` that are no options of the robot: the debugger's own, and those that clients add.
-const OWN_KEYS: [&str; 15] = [
+/// Keys of `launch` that are no options of the robot.
+const OWN_KEYS: [&str; 6] = [
     "number",
     "program",
     "recording",
     "stopOnEntry",
     "stopAtEnd",
-    "noDebug",
     "set",
+];
+
+/// Keys that clients add to `launch` and `attach`, or may.
+const CLIENT_KEYS: [&str; 9] = [
     "name",
     "type",
     "request",
@@ -36,7 +39,13 @@ const OWN_KEYS: [&str; 15] = [
     "preLaunchTask",
     "postDebugTask",
     "presentation",
+    "noDebug",
 ];
+
+/// Whether a key is a client's own.
+fn is_of_client(key: &str) -> bool {
+    CLIENT_KEYS.contains(&key) || key.starts_with("__")
+}
 
 /// Options that a recording does not hold.
 const RECORDING_KEYS: [&str; 4] = ["allow", "cell", "record", "task-dir"];
@@ -112,7 +121,7 @@ fn launch_recording(fields: &Map<String, Json>, recording: &Json) -> Result<Debu
     }
     let is_free = |key: &&String| {
         let key = key.as_str();
-        OWN_KEYS.contains(&key) || key.starts_with("__") || RECORDING_KEYS.contains(&key)
+        OWN_KEYS.contains(&key) || is_of_client(key) || RECORDING_KEYS.contains(&key)
     };
     if let Some(key) = fields.keys().find(|key| !is_free(key)) {
         return Err(format!(
@@ -151,7 +160,7 @@ fn launch_recording(fields: &Map<String, Json>, recording: &Json) -> Result<Debu
 fn options(fields: &Map<String, Json>, program: &str) -> Result<RunConfig, String> {
     let mut line = vec!["eliteserver".to_owned(), "run".to_owned()];
     for (key, value) in fields {
-        if OWN_KEYS.contains(&key.as_str()) || key.starts_with("__") {
+        if OWN_KEYS.contains(&key.as_str()) || is_of_client(key) {
             continue;
         }
         if REFUSED_KEYS.contains(&key.as_str()) {

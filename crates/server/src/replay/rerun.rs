@@ -6,9 +6,9 @@
 use std::fmt;
 
 use controller::feed::{Feed, FeedError};
-use controller::recorded_run::{ArmError, cell_of, model_of};
+use controller::recorded_run::{ArmError, BeginningError, beginning_of, cell_of, model_of};
 use controller::register_write::RegisterWrite;
-use controller::start_configuration::{ROBOT, SetupError, cycle_config};
+use controller::start_configuration::cycle_config;
 use motion::{ConfigError, Cycle, CycleConfig, Timing};
 use motion_api::{BorderSizes, ScriptEnd, border};
 use recorder::{
@@ -28,18 +28,9 @@ pub enum RerunError {
     /// The recording cannot be read.
     #[error(transparent)]
     Read(#[from] ReadError),
-    /// The recording does not say how the controller was started.
-    #[error("the recording does not say how the controller was started, it cannot be run again")]
-    NoSetup,
-    /// Something of the start configuration is not known in this version.
-    #[error("the recording cannot be run again in this version: {0}")]
-    Setup(#[from] SetupError),
-    /// It does not begin with the controller's start.
-    #[error("this is part {part} of a recording in several files; only the first can be run again")]
-    Part {
-        /// Its number.
-        part: u32,
-    },
+    /// The controller cannot be started as it was.
+    #[error(transparent)]
+    Beginning(#[from] BeginningError),
     /// The arm cannot be made.
     #[error(transparent)]
     Arm(#[from] ArmError),
@@ -114,14 +105,7 @@ impl fmt::Display for Comparison {
 /// # Errors
 /// [`RerunError`] when the recording does not tell enough to do so.
 pub fn rerun(recording: &Recording) -> Result<Comparison, RerunError> {
-    let setup = recording.setup().ok_or(RerunError::NoSetup)?;
-    if setup.part > 1 {
-        return Err(RerunError::Part { part: setup.part });
-    }
-    if setup.plant == ROBOT {
-        return Err(SetupError::Elsewhere.into());
-    }
-    let mut controller = Controller::new(started_with(setup)?)?;
+    let mut controller = Controller::new(started_with(beginning_of(recording)?)?)?;
     let mut commands = Vec::new();
     let mut writes = Vec::new();
     let mut compared = 0;
@@ -213,5 +197,6 @@ impl Controller {
 /// The configuration that the controller was started with.
 fn started_with(setup: &Setup) -> Result<CycleConfig, RerunError> {
     let cell = cell_of(setup).map_err(ArmError::from)?;
-    Ok(cycle_config(setup, model_of(setup)?, cell.as_ref())?)
+    let config = cycle_config(setup, model_of(setup)?, cell.as_ref());
+    Ok(config.map_err(BeginningError::from)?)
 }

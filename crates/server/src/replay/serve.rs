@@ -11,7 +11,7 @@ use std::net::{IpAddr, Ipv4Addr};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use controller::recorded_run::model_of;
+use controller::recorded_run::{BeginningError, model_of};
 use recorder::lengths::cut;
 use recorder::{Entry, ReadError, Recording, Topic, Viewer};
 use supervision::{Faults, Kind};
@@ -87,14 +87,16 @@ pub(super) fn serve(
     if let Some(path) = &args.ready_file {
         ready_file::remove(path).map_err(|source| ServeError::stale(path, source))?;
     }
-    let setup = recording.setup().ok_or(RerunError::NoSetup)?;
+    let setup = recording.setup().ok_or(BeginningError::NoSetup);
+    let setup = setup.map_err(RerunError::from)?;
     let model = model_of(setup).map_err(RerunError::from)?;
     let name = std::path::Path::new("the recorded cell file");
     let cell = setup.cell.clone();
     let cell = cell.map(|text| Cell::from_text(text, name)).transpose()?;
     let obstacles = cell.as_ref().map(Cell::drawn).unwrap_or_default();
     let viewer = Viewer::new(model.clone(), obstacles, setup.epoch_ns);
-    let config = cycle_config(setup, model.clone(), cell.as_ref()).map_err(RerunError::Setup)?;
+    let config = cycle_config(setup, model.clone(), cell.as_ref()).map_err(BeginningError::from);
+    let config = config.map_err(RerunError::from)?;
     let description = describe(&config).map_err(RerunError::Config)?;
     let shown = Arc::new(Shown {
         scene: pendant::scene::describe(&model, cell.as_ref()),

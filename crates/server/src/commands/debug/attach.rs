@@ -14,20 +14,8 @@ use tokio::net::TcpStream;
 use tokio::sync::mpsc;
 use tokio_tungstenite::tungstenite::Message;
 
-/// Keys of `attach`, beside those that clients add.
+/// Keys of `attach`.
 const KEYS: [&str; 4] = ["address", "http-port", "token", "drive"];
-/// Keys that clients add.
-const OTHER_KEYS: [&str; 9] = [
-    "name",
-    "type",
-    "request",
-    "cwd",
-    "internalConsoleOptions",
-    "preLaunchTask",
-    "postDebugTask",
-    "presentation",
-    "noDebug",
-];
 /// A server that does not answer within this is none.
 const PATIENCE: Duration = Duration::from_secs(5);
 /// Longest answer to the question for the token, bytes.
@@ -71,8 +59,7 @@ pub(super) fn attach(arguments: &Json, inbox: Inbox) -> Result<Outbox, String> {
 
 fn server(arguments: &Json) -> Result<Server, String> {
     let fields = arguments.as_object();
-    let is_known =
-        |key: &str| KEYS.contains(&key) || OTHER_KEYS.contains(&key) || key.starts_with("__");
+    let is_known = |key: &str| KEYS.contains(&key) || super::is_of_client(key);
     let mut keys = fields.into_iter().flat_map(|fields| fields.keys());
     if let Some(key) = keys.find(|key| !is_known(key)) {
         let known = KEYS.join(", ");

@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use controller::RobotConfig;
 use controller::options::{MODEL_NAMES, ModelChoice, PlantChoice};
-use controller::recorded_run::{RecordedRun, RecordedRunError};
+use controller::recorded_run::{BeginningError, RecordedRun, RecordedRunError};
 use controller::start_configuration::{IDEAL, RAPIER, RIGID};
 use editor::dap::{Debuggee, Recorded};
 use elite_runtime::ProgramText;
@@ -57,7 +57,9 @@ pub(super) fn repeated(
     let recording = Recording::open(path).map_err(|error| error.to_string())?;
     let run = match RecordedRun::read(&recording) {
         Ok(run) => run,
-        Err(RecordedRunError::NoExternal | RecordedRunError::NoSetup) => return Ok(None),
+        Err(
+            RecordedRunError::NoExternal | RecordedRunError::Beginning(BeginningError::NoSetup),
+        ) => return Ok(None),
         Err(error) => return Err(error.to_string()),
     };
     if let Some(lost) = run.lost() {
