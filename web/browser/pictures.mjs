@@ -120,7 +120,7 @@ const views = {
     await page.locator(`.cm-lineNumbers .cm-gutterElement`, { hasText: new RegExp(`^${lineOf("sleep(0.2)")}$`) }).scrollIntoViewIfNeeded();
     await breakpoint(page, lineOf("sleep(0.2)"));
     await page.id("run").click();
-    await page.id("held-line").waitFor();
+    await page.locator("[data-held]").waitFor();
     await until(async () => (await page.text("scopes")).includes("at"), "the variables");
     await panel(page, "debugger");
     await shot(page, "debugger");

@@ -160,7 +160,7 @@ export const scenarios = {
     await breakpointAt(page, 5);
     await until(() => page.id("debugger").isVisible(), "the debugger");
     await page.id("run").click();
-    await until(async () => (await page.id("held-line").innerText()).includes("sleep(0.02)"), "the line at which it is held");
+    await until(async () => (await page.locator("[data-held]").innerText()).includes("sleep(0.02)"), "the line at which it is held");
     const value = page.id("scopes").locator("[data-variable=n]");
     await until(async () => (await value.innerText()) === "2", "the variable");
     check((await page.text("stack")).includes("p"), "the stack");
@@ -188,12 +188,12 @@ export const scenarios = {
     await until(async () => (await page.id("breakpoint").count()) === 1, "the breakpoint");
     await until(() => page.id("debugger").isVisible(), "the debugger");
     await page.id("run").click();
-    await until(async () => (await page.id("held-line").innerText()).includes("twice(k)"), "the line");
+    await until(async () => (await page.locator("[data-held]").innerText()).includes("twice(k)"), "the line");
     await until(async () => (await page.id("scopes").locator("[data-variable=k]").innerText()) === "4", "the turn");
     await page.keyboard.press("F11");
-    await until(async () => (await page.id("held-line").innerText()).includes("2 * x"), "the callee");
+    await until(async () => (await page.locator("[data-held]").innerText()).includes("2 * x"), "the callee");
     await page.id("debug-out").click();
-    await until(async () => /twice\(k\)|sleep/.test(await page.id("held-line").innerText()), "the caller");
+    await until(async () => /twice\(k\)|sleep/.test(await page.locator("[data-held]").innerText()), "the caller");
     // Who gives control up debugs no more: the program goes on to its end.
     await page.id("take-control").click();
     await until(async () => (await server.state()).program_state === "stopped", "the end");

@@ -48,6 +48,8 @@ export class Programs {
   private timer: ReturnType<typeof setTimeout> | null = null;
   private asked = 0;
   private running: RunningProgram | null = null;
+  /** The line at which the running program is held; 0 where it is not. */
+  private held = 0;
   private line = 0;
   private node = 0;
   private findings: Finding[] = [];
@@ -180,8 +182,14 @@ export class Programs {
 
   /** The line at which the program is held; 0 for none. */
   showHeld(line: number): void {
+    this.held = line;
+    this.markHeld();
+  }
+
+  /** Which program runs is told on another channel than where it is held, so either may come first. */
+  private markHeld(): void {
     const isOwn = this.running === null || this.running.text === this.text;
-    showHeld(this.view, isOwn ? line : 0);
+    showHeld(this.view, isOwn ? this.held : 0);
   }
 
   private async editBreakpoint(view: EditorView, line: number): Promise<void> {
@@ -305,6 +313,7 @@ export class Programs {
   /** Another program is shown as the running one. */
   setProgram(program: RunningProgram | null): void {
     this.running = program;
+    if (this.held > 0) this.markHeld();
     if (program && this.readOnly && this.text !== program.text) this.put(program.name, program.text, null);
     this.mark();
   }
