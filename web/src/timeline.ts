@@ -96,7 +96,7 @@ export class TimeLine {
     this.isRecording = isRecording;
     byId("live").hidden = isRecording;
     if (isRecording) {
-      this.isLive = false;
+      this.isLive = true;
       byId<HTMLSelectElement>("window").value = "0";
     }
     this.zoom = null;
@@ -105,9 +105,8 @@ export class TimeLine {
     // Whatever there is is news, also if it was asked for before it was known to be a recording.
     this.last = -1;
     await this.refresh();
-    if (isRecording) {
-      this.goTo(this.first);
-    }
+    // Somebody may have gone to a moment while the plot was fetched; otherwise it begins at the beginning.
+    if (isRecording && this.isLive) this.goTo(this.first);
   }
 
   /** A live frame. */
@@ -280,8 +279,14 @@ export class TimeLine {
     return found[0]?.time;
   }
 
-  /** To the next of these in this direction. */
-  private async jump(direction: 1 | -1): Promise<void> {
+  private jumps: Promise<void> = Promise.resolve();
+
+  /** To the next of these in this direction, from where the jump before it led: clicks may come faster than answers. */
+  private jump(direction: 1 | -1): void {
+    this.jumps = this.jumps.then(() => this.jumpOnce(direction));
+  }
+
+  private async jumpOnce(direction: 1 | -1): Promise<void> {
     const next = await this.nextTime(direction);
     this.isPlaying = false;
     if (next !== undefined) this.goTo(next);
