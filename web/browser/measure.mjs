@@ -6,7 +6,7 @@ import { BINARY, Server, launch, open, sleep, take, until } from "./harness.mjs"
 const quantile = (values, q) => [...values].sort((a, b) => a - b)[Math.min(values.length - 1, Math.floor(values.length * q))];
 console.log(`load ${loadavg().map((load) => load.toFixed(1)).join(" ")}, ${BINARY}`);
 const server = await Server.start();
-const flat = await launch(["--disable-3d-apis"]);
+const flat = await launch({ flat: true });
 const sizes = [];
 const context = await flat.newContext();
 const first = await context.newPage();

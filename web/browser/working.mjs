@@ -11,8 +11,7 @@ export const scenarios = {
     const other = await open(browser, server);
     check(await other.id("jog-j1-plus").isDisabled(), "it may jog");
     const before = await other.value("q-1");
-    await hold(page, "jog-j1-plus", 400);
-    await until(async () => Math.abs((await other.value("q-1")) - before) > 0.01, "the motion");
+    await hold(page, "jog-j1-plus", async () => Math.abs((await other.value("q-1")) - before) > 0.01);
     await other.close();
   },
   async "another page takes control"({ page, server, browser }) {
@@ -188,9 +187,9 @@ export const scenarios = {
   },
   async "back in time, and live again"({ page, server }) {
     await take(page);
-    await server.order({ do: "stop" });
     const before = (await server.state()).time;
-    await hold(page, "jog-j1-plus", 600);
+    const first = (await server.state()).actual_q[0];
+    await hold(page, "jog-j1-plus", async () => (await server.state()).actual_q[0] > first + 0.05);
     await stands(server);
     const now = (await server.state()).actual_q[0];
     await until(async () => Math.abs((await page.value("q-1")) - now) < 1e-3, "the page to have seen the end of the jog");
