@@ -432,16 +432,25 @@ for (const anchor of byId("tabs").querySelectorAll<HTMLAnchorElement>("a")) {
   anchor.addEventListener("click", (event) => {
     event.preventDefault();
     const section = byId(anchor.hash.slice(1));
-    byId("panels").scrollTo({ top: section.offsetTop - byId("panels").offsetTop });
+    section.scrollIntoView({ block: "start" });
     section.querySelector<HTMLElement>("button:not([disabled]), input:not([disabled]), [tabindex]")?.focus({ preventScroll: true });
   });
 }
-byId("panels").addEventListener("scroll", () => {
-  const top = byId("panels").scrollTop + byId("panels").offsetTop + 60;
-  let current = "";
-  for (const section of byId("panels").querySelectorAll<HTMLElement>("section")) if (section.offsetTop <= top) current = section.id;
-  for (const anchor of byId("tabs").querySelectorAll("a")) anchor.classList.toggle("here", anchor.hash === `#${current}`);
-});
+/** The panel that is looked at is marked among the tabs. */
+function markTab(): void {
+  const top = Math.max(byId("panels").getBoundingClientRect().top, 0) + 90;
+  const sections = [...byId("panels").querySelectorAll<HTMLElement>(":scope > section")];
+  const current = sections.findLast((section) => section.getBoundingClientRect().top <= top) ?? sections[0];
+  for (const anchor of byId("tabs").querySelectorAll("a")) {
+    const isHere = anchor.hash === `#${current?.id}`;
+    anchor.classList.toggle("here", isHere);
+    if (isHere) anchor.setAttribute("aria-current", "true");
+    else anchor.removeAttribute("aria-current");
+  }
+}
+// The page itself is what is scrolled on a low and narrow screen.
+document.addEventListener("scroll", markTab, { capture: true, passive: true });
+new ResizeObserver(markTab).observe(byId("panels"));
 
 setInterval(() => {
   if (!shown) return;
