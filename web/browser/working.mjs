@@ -157,7 +157,7 @@ export const scenarios = {
   async "nodes of a task are an outline, and the node is marked"({ page }) {
     await take(page);
     await edit(page, "def p():\n  $ LINE: (1, \"Approach\")\n  sleep(3)\n  $ LINE: (2, \"Grip <b>\")\n  sleep(3)\nend\n");
-    await page.locator("#nodes-box summary").click();
+    await until(async () => (await page.text("nodes")).length > 0, "the outline");
     check((await page.text("nodes")).includes("Grip <b>"), await page.text("nodes"));
     await page.id("run").click();
     await until(async () => (await page.locator("#nodes .here").innerText()).includes("Approach"), "the node");
@@ -259,12 +259,16 @@ export const scenarios = {
     }
   },
   async "nothing is cut off on a tablet"({ browser, server }) {
-    for (const viewport of [{ width: 820, height: 1180 }, { width: 1024, height: 768 }]) {
+    for (const viewport of [{ width: 820, height: 1180 }, { width: 1024, height: 768 }, { width: 820, height: 600 }]) {
       const page = await open(browser, server, { viewport });
       const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
       check(wide <= 0, `${wide} px too wide at ${viewport.width}`);
       const box = await page.id("stop").boundingBox();
       check(box.height >= 40 && box.width >= 80, "the stop button is small");
+      // Also where the panels are scrolled to their end.
+      await page.id("log").scrollIntoViewIfNeeded();
+      const still = await page.id("stop").boundingBox();
+      check(still.y >= 0 && still.y + still.height <= viewport.height, "the stop button is scrolled away");
       await page.context().close();
     }
   },
