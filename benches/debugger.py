@@ -106,8 +106,8 @@ def timed(count, action):
     return times
 
 
-def opened(command, path):
-    """A session that is held at the breakpoint in LINE, and how long that took, ms."""
+def opened(command, path, line=LINE):
+    """A session that is held at the breakpoint in a line, and how long that took, ms."""
     begun = time.perf_counter()
     client = Client(command)
     client.ask("initialize", {"adapterID": "bench", "linesStartAt1": True, "columnsStartAt1": True, "pathFormat": "path"})
@@ -116,7 +116,7 @@ def opened(command, path):
         arguments = {"program": path}
     launch = client.send("launch", arguments)
     client.event("initialized")
-    client.ask("setBreakpoints", {"source": {"path": path}, "breakpoints": [{"line": LINE}]})
+    client.ask("setBreakpoints", {"source": {"path": path}, "breakpoints": [{"line": line}]})
     client.ask("configurationDone")
     client.wait(lambda m: m["type"] == "response" and m["request_seq"] == launch)
     thread = client.event("stopped")["body"]["threadId"]
@@ -198,19 +198,12 @@ def moving():
 
 
 def backwards(command):
-    """Times of `stepBack` from the end of that program, ms, and the simulated time there, s."""
+    """Times of `stepBack` from the end of that program, ms, and the line to which they lead."""
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "moving.script")
         with open(path, "w") as file:
             file.write(moving())
-        client = Client(command)
-        client.ask("initialize", {"adapterID": "bench", "linesStartAt1": True, "columnsStartAt1": True, "pathFormat": "path"})
-        launch = client.send("launch", {"program": path})
-        client.event("initialized")
-        client.ask("setBreakpoints", {"source": {"path": path}, "breakpoints": [{"line": len(moving().splitlines())}]})
-        client.ask("configurationDone")
-        client.wait(lambda m: m["type"] == "response" and m["request_seq"] == launch)
-        thread = client.event("stopped")["body"]["threadId"]
+        client, thread, _ = opened(command, path, len(moving().splitlines()))
 
         def back():
             client.ask("stepBack", {"threadId": thread})

@@ -3,13 +3,14 @@
 
 use std::path::Path;
 
+use crate::common::recorder_config;
 use clap::Parser;
 use controller::cell::Cell;
 use controller::start_configuration::cycle_config;
 use motion::{Cycle, Timing};
 use motion_api::io::{InputAction, IoChange};
 use motion_api::{BorderSizes, CommandKind, Origin, Registers, ScriptEnd, border};
-use recorder::{Entry, IoMessage, IoValue, Recorder, RecorderConfig, Recording, Setup, Topic};
+use recorder::{Entry, IoMessage, IoValue, Recorder, Recording, Setup, Topic};
 use server::cli::{Cli, Command};
 use server::replay::answer;
 
@@ -42,17 +43,7 @@ fn record(name: &str, mut act: impl FnMut(u64, &ScriptEnd)) -> Recording {
     let config = cycle_config(&setup, model.clone(), Some(&cell)).unwrap();
     let (motion_end, mut script) = border(BorderSizes::default(), &config.first_state());
     let mut cycle = Cycle::new(config, motion_end).unwrap();
-    let recorder_config = RecorderConfig {
-        path: path.clone(),
-        setup,
-        model,
-        obstacles: Vec::new(),
-        extra: Vec::new(),
-        rotation: recorder::Rotation::default(),
-        notes_wait: true,
-        patience: std::time::Duration::from_secs(60),
-        on_failure: Box::new(|error| panic!("{error}")),
-    };
+    let recorder_config = recorder_config(&path, setup, model);
     let records = script.records.take().unwrap();
     let (recorder, _handle) = Recorder::start(recorder_config, records).unwrap();
     for number in 1..=300 {

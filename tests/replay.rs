@@ -3,11 +3,12 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::common::recorder_config;
 use clap::Parser;
 use kinematics::{JointPositions, JointSpeeds, RobotModel};
 use motion::{Cycle, CycleConfig, LimitOverrides, PlantKind, Timing};
 use motion_api::{BorderSizes, CommandKind, Origin, ProgramId, ThreadNumber, border};
-use recorder::{IoValue, LogLevel, Recorder, RecorderConfig, Setup};
+use recorder::{IoValue, LogLevel, Recorder, Setup};
 use server::cli::{Cli, Command};
 use server::replay::{ReplayError, answer};
 
@@ -31,17 +32,7 @@ fn record_with(name: &str, setup: Setup, config: CycleConfig) -> PathBuf {
     let model = config.model.clone();
     let (motion_end, mut script) = border(BorderSizes::default(), &config.first_state());
     let mut cycle = Cycle::new(config, motion_end).unwrap();
-    let recorder_config = RecorderConfig {
-        path: path.clone(),
-        setup,
-        model,
-        obstacles: Vec::new(),
-        extra: Vec::new(),
-        rotation: recorder::Rotation::default(),
-        notes_wait: true,
-        patience: std::time::Duration::from_secs(60),
-        on_failure: Box::new(|error| panic!("{error}")),
-    };
+    let recorder_config = recorder_config(&path, setup, model);
     let records = script.records.take().unwrap();
     let (recorder, handle) = Recorder::start(recorder_config, records).unwrap();
     handle.program_started(0.0, PROGRAM, "dance.script", "movej(a)\nmovej(b)\n");

@@ -16,6 +16,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use recorder::cycle::Cycle;
+use recorder::{RecorderConfig, Rotation, Setup};
 
 /// Longest time any step of a test may take.
 pub const PATIENCE: Duration = Duration::from_secs(60);
@@ -26,6 +27,21 @@ pub fn alone() -> MutexGuard<'static, ()> {
     static MACHINE: Mutex<()> = Mutex::new(());
     // One that failed has left nothing behind that the next could trip over.
     MACHINE.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// A recorder of a whole run into one file, which loses nothing.
+pub fn recorder_config(path: &Path, setup: Setup, model: kinematics::RobotModel) -> RecorderConfig {
+    RecorderConfig {
+        path: path.to_owned(),
+        setup,
+        model,
+        obstacles: Vec::new(),
+        extra: Vec::new(),
+        rotation: Rotation::default(),
+        notes_wait: true,
+        patience: PATIENCE,
+        on_failure: Box::new(|error| panic!("{error}")),
+    }
 }
 
 /// The binary under test.

@@ -1,6 +1,6 @@
 // What needs a server of its own kind: started again, bound to the network, a recording; and the 3D view.
 import { execFile } from "node:child_process";
-import { mkdtempSync, writeFileSync } from "node:fs";
+import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import path from "node:path";
 import { promisify } from "node:util";
@@ -15,6 +15,7 @@ async function recorded() {
 }
 async function record() {
   const folder = mkdtempSync(path.join(tmpdir(), "page-"));
+  process.once("exit", () => rmSync(folder, { recursive: true, force: true }));
   const [script, file] = [path.join(folder, "r.script"), path.join(folder, "r.mcap")];
   writeFileSync(script, "def r():\n  movej([0.5, -1.2, 1.4, -1.77, -1.57, 0], a=2, v=1)\n  global n\n  n = 7\n  textmsg('half way')\n  set_standard_digital_out(2, True)\n  movej([-0.5, -1.2, 1.4, -1.77, -1.57, 0], a=2, v=1)\n  x = 1 / 0\nend\n");
   // The last line is an error on purpose.

@@ -107,7 +107,7 @@ export class TimeLine {
     await this.refresh();
     if (!isRecording) await this.fetchRecent();
     // Somebody may have gone to a moment while the plot was fetched; otherwise it begins at the beginning.
-    if (isRecording && this.isLive) this.goTo(this.first);
+    else if (this.isLive) this.goTo(this.first);
   }
 
   /** A live frame. */
@@ -140,11 +140,16 @@ export class TimeLine {
 
   /** What was before the page was opened: a plot that begins in the middle looks as if nothing had been. */
   private async fetchRecent(): Promise<void> {
-    const answer = await fetch(`/api/v1/history?from=${Math.max(this.first, this.last - RECENT_SECS)}&to=${this.last}&points=${POINTS}`, { cache: "no-store" });
-    const before = readFrames(await answer.arrayBuffer());
-    const since = this.recent[0]?.time ?? Infinity;
-    this.recent.unshift(...before.filter((frame) => frame.time < since));
-    this.drawnAt = 0;
+    try {
+      const answer = await fetch(`/api/v1/history?from=${Math.max(this.first, this.last - RECENT_SECS)}&to=${this.last}&points=${POINTS}`, { cache: "no-store" });
+      if (!answer.ok) return;
+      const before = readFrames(await answer.arrayBuffer());
+      const since = this.recent[0]?.time ?? Infinity;
+      this.recent.unshift(...before.filter((frame) => frame.time < since));
+      this.drawnAt = 0;
+    } catch {
+      // The connection says so itself.
+    }
   }
 
   private windowSecs(): number {
@@ -293,7 +298,8 @@ export class TimeLine {
 
   /** To the next of these in this direction, from where the jump before it led: clicks may come faster than answers. */
   private jump(direction: 1 | -1): void {
-    this.jumps = this.jumps.then(() => this.jumpOnce(direction));
+    const next = (): Promise<void> => this.jumpOnce(direction);
+    this.jumps = this.jumps.then(next, next);
   }
 
   private async jumpOnce(direction: 1 | -1): Promise<void> {
