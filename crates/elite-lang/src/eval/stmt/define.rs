@@ -280,6 +280,7 @@ impl Evaluator<'_> {
                             .type_error(format!("__slots__ items must be strings, not '{name}'")));
                     };
                     slots.push(self.take_name(text.as_str())?);
+                    self.worked(ATTRIBUTE)?;
                 }
                 if let (false, Some(extended)) = (slots.is_empty(), without_room(base)) {
                     let text =
@@ -324,11 +325,10 @@ impl Evaluator<'_> {
 
     /// Tells attributes their names and the parent about the new class.
     pub fn finish_class(&self, class: &Rc<Class>, keywords: &[(Symbol, Value)]) -> R<()> {
-        let attrs: Vec<(Symbol, Value)> = class
-            .own_attrs()
-            .iter()
-            .map(|(name, value)| (name, value.clone()))
-            .collect();
+        let is_told = |value: &Value| matches!(value, Value::Property(_) | Value::Instance(_));
+        let told = class.own_attrs();
+        let told = told.iter().filter(|(_, value)| is_told(value));
+        let attrs: Vec<(Symbol, Value)> = told.map(|(name, value)| (name, value.clone())).collect();
         for (name, value) in attrs {
             self.worked(ATTRIBUTE)?;
             if let Value::Property(property) = &value {
