@@ -829,6 +829,19 @@ const DEEDS: &[(&str, &str)] = &[
         "[]",
         "(__import__('dataclasses'), __import__('statistics'), __import__('subprocess'), __import__('datetime'))",
     ),
+    // Containers of which none is big.
+    ("[[0] * 1000 for _ in range(n // 100)]", "x.clear()"),
+    ("[(0,) * 1000 for _ in range(n // 100)]", "x.clear()"),
+    (
+        "[dict.fromkeys(range(1000)) for _ in range(n // 300)]",
+        "x.clear()",
+    ),
+    ("[set(range(1000)) for _ in range(n // 300)]", "x.clear()"),
+    (
+        "[collections.deque(range(1000)) for _ in range(n // 100)]",
+        "x.clear()",
+    ),
+    ("[Node() for _ in range(n // 2)]", "x.clear()"),
     ("[[i] for i in range(n)]", "x.clear()"),
     (
         "[None]",
