@@ -180,6 +180,8 @@ pub fn load(ev: &Evaluator<'_>, name: &str) -> R<Option<Rc<Module>>> {
     };
     let core = &ev.core;
     let namespace = core.new_namespace(None);
+    // Its code is made with the name.
+    namespace.set(known::NAME, Value::str(*name));
     let code = match content {
         Native(_) => None,
         Script(text) => {
@@ -195,7 +197,6 @@ pub fn load(ev: &Evaluator<'_>, name: &str) -> R<Option<Rc<Module>>> {
         name: (*name).into(),
         namespace,
     });
-    module.namespace.set(known::NAME, Value::str(*name));
     core.modules.borrow_mut().push(module.clone());
     if !name.starts_with('_') {
         let entry = Value::Module(module.clone());
