@@ -128,7 +128,8 @@ program() {
     fi
     rm -rf "$work"
     mkdir -p "$work/completions"
-    llvm-objcopy --only-keep-debug --compress-debug-sections=zlib "$built" "$work/eliteserver.debug"
+    # Not compressed: some versions leave bytes of a compressed section's header unset, and the archive packs it anyway.
+    llvm-objcopy --only-keep-debug "$built" "$work/eliteserver.debug"
     (cd "$work" && llvm-objcopy --strip-all --add-gnu-debuglink=eliteserver.debug "$built" eliteserver)
     local run=()
     if [ "$1" != "$host" ]; then

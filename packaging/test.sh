@@ -2,7 +2,7 @@
 # Installs and uses every package of target/packages (PACKAGES=FOLDER for another) in a fresh place, and says how big they are
 # and how long they take to start. Made before by packaging/build.sh.
 #
-#     packaging/test.sh [PART]...     all of: sums refusals program deb unit image wheel
+#     packaging/test.sh [PART]...     all of: sums refusals again program deb unit image wheel
 #     packaging/test.sh reproduce     builds everything once more, elsewhere, and compares the checksums
 #
 # Needs root for chroots and namespaces of its own, and of Debian: debootstrap, skopeo, strace, systemd, binutils, iproute2.
@@ -323,6 +323,24 @@ USE
     ok "auditwheel agrees with its tag"
 }
 
+again() {
+    echo "== everything but the compiler, twice from one program, under other circumstances"
+    local given="${PROGRAM:-$packages/work/$host/eliteserver}" files
+    [ -x "$given" ] || fail "there is no program $given: packaging/build.sh makes it, or PROGRAM=FILE names one"
+    # The date of the sources, whatever is committed meanwhile.
+    export SOURCE_DATE_EPOCH="${SOURCE_DATE_EPOCH:-$(git log -1 --format=%ct)}"
+    PACKAGES="$work/first" packaging/build.sh --program "$given" --only program --only deb --only image >"$work/log" 2>&1 \
+        || { cat "$work/log" >&2; fail "the packages were not made"; }
+    # Another folder, another second, other habits of whoever builds.
+    (umask 077 && TZ=Asia/Shanghai LC_ALL=C.UTF-8 PACKAGES="$work/second/elsewhere" \
+        packaging/build.sh --program "$given" --only program --only deb --only image >"$work/log" 2>&1) \
+        || { cat "$work/log" >&2; fail "the packages were not made again"; }
+    files="$(wc -l <"$work/first/SHA256SUMS")"
+    [ "$files" -ge 5 ] || fail "only $files files were made"
+    diff "$work/first/SHA256SUMS" "$work/second/elsewhere/SHA256SUMS" || fail "the same program gave other packages"
+    ok "$files files, the same bytes twice"
+}
+
 reproduce() {
     echo "== the same sources, once more, in another folder"
     git clone --quiet --no-hardlinks "$root" "$work/again"
@@ -338,11 +356,11 @@ reproduce() {
     ok "the second build gave the same bytes"
 }
 
-[ $# -gt 0 ] || set -- sums refusals program deb unit image wheel
+[ $# -gt 0 ] || set -- sums refusals again program deb unit image wheel
 for part in "$@"; do
     case "$part" in
-    sums | refusals | program | deb | unit | image | wheel | reproduce) "$part" ;;
-    *) fail "what is '$part'? sums, refusals, program, deb, unit, image, wheel, reproduce" ;;
+    sums | refusals | again | program | deb | unit | image | wheel | reproduce) "$part" ;;
+    *) fail "what is '$part'? sums, refusals, again, program, deb, unit, image, wheel, reproduce" ;;
     esac
 done
 echo "$passed passed, 0 failed"

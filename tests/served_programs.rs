@@ -7,15 +7,13 @@
     reason = "test helpers fail by panicking"
 )]
 
-mod common;
-
 use std::io::{BufReader, Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::time::Duration;
 
-use common::{Server, eliteserver};
+use crate::common::{self, Server, eliteserver};
 use editor::dap::stream::{self, Incoming};
 use serde_json::{Value as Json, json};
 

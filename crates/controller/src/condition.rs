@@ -18,8 +18,10 @@ use thiserror::Error;
 
 pub use crate::doing::Doing;
 
-/// Safepoints that one evaluation may pass: a condition is looked at for every cycle, it cannot be a program.
-const FUEL: u32 = 10_000;
+/// Safepoints that one turn of an evaluation may pass, and the turns: a condition is looked at for every cycle, it cannot be a
+/// program. It may need a second turn however easy it is, since the interpreter gives way after so much work of all evaluations.
+const FUEL: u32 = 2_000;
+const TURNS_MAX: u32 = 5;
 /// Numbers of modes that are looked for.
 const MODE_NUMBERS: std::ops::Range<i32> = -1..256;
 
@@ -154,11 +156,18 @@ impl Condition {
             .interpreter
             .spawn_call(self.function.clone(), Vec::new())
             .map_err(|error| raised(&error))?;
-        match thread.resume(Resume::Continue, FUEL) {
-            Step::Done(value) => Ok(value.as_bool() == Some(true)),
-            Step::Failed(error) => Err(raised(&error)),
-            _ => Err(ConditionError::Endless),
+        let mut turns = 0;
+        while turns < TURNS_MAX {
+            match thread.resume(Resume::Continue, FUEL) {
+                Step::Done(value) => return Ok(value.as_bool() == Some(true)),
+                Step::Failed(error) => return Err(raised(&error)),
+                // What earlier evaluations left is looked through slice by slice; that is no work of this one, whose fuel is kept.
+                Step::OutOfFuel if self.interpreter.is_searching() => {}
+                Step::OutOfFuel => turns += 1,
+                _ => break,
+            }
         }
+        Err(ConditionError::Endless)
     }
 
     fn set(&self, name: &str, value: impl FnOnce() -> Value) {
@@ -263,6 +272,30 @@ mod tests {
         ] {
             let condition = Condition::new("--find", text).unwrap();
             assert_eq!(condition.holds(&cycle(), &doing).unwrap(), holds, "{text}");
+        }
+    }
+
+    #[test]
+    fn a_condition_stays_easy_while_the_interpreter_tidies_up() {
+        let text = "len([a.append(a) for a in [[] for k in range(3000)]]) == 3000";
+        let condition = Condition::new("condition", text).unwrap();
+        // Circles of garbage, of which some evaluations leave more than is looked through at once.
+        for evaluation in 0..40 {
+            let answer = condition.holds(&cycle(), &Doing::default());
+            assert!(matches!(answer, Ok(true)), "{evaluation}: {answer:?}");
+        }
+    }
+
+    #[test]
+    fn a_condition_stays_easy_after_any_number_of_cycles() {
+        let condition = Condition::new("condition", "norm(actual_tcp_speed[0:3]) > 0.3").unwrap();
+        let cycle = Cycle {
+            actual_tcp_speed: vec![0.3, 0.4, 0.0, 0.0, 0.0, 0.0],
+            ..cycle()
+        };
+        for evaluation in 0..20_000 {
+            let answer = condition.holds(&cycle, &Doing::default());
+            assert!(matches!(answer, Ok(true)), "{evaluation}: {answer:?}");
         }
     }
 

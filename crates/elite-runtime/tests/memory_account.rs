@@ -59,8 +59,8 @@ fn calls(builtin: &Builtin) -> [String; 2] {
     [false, true].map(|all| format!("{}({})", builtin.name, arguments(all)))
 }
 
-/// How much more a task holds in the second half of many calls of `statement` than in the first. What is looked at is the
-/// least of each half: tables grow, and what has died is forgotten, in steps.
+/// How much more a task holds after many calls of `statement`, counted for half of them. What is looked at is the least of each
+/// quarter: tables grow, and what has died is forgotten, in steps.
 fn drift(statement: &str) -> Result<isize, String> {
     let once = drift_in(statement, LOOKS)?;
     if once.abs() <= DRIFT_MAX {
@@ -82,9 +82,25 @@ fn drift_in(statement: &str, looks: usize) -> Result<isize, String> {
     if ran.held.len() != looks {
         return Err(format!("{:?}: {} {:?}", ran.end, ran.report, ran.log));
     }
+    // What drifts does so in every quarter; a table that grows once does not.
     let least = |part: &[isize]| part.iter().copied().min().unwrap_or(0);
-    let (first, second) = ran.held.split_at(looks / 2);
-    Ok(least(second) - least(first))
+    let quarters: Vec<isize> = ran.held.chunks(looks / 4).map(least).collect();
+    let changes: Vec<isize> = quarters.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let grows = changes.iter().all(|change| *change > 0);
+    let shrinks = changes.iter().all(|change| *change < 0);
+    let smallest = changes.iter().copied().min_by_key(|change| change.abs());
+    Ok(if grows || shrinks {
+        2 * smallest.unwrap_or(0)
+    } else {
+        0
+    })
+}
+
+#[test]
+fn what_drifts_is_found() {
+    let kept = "nothing.seen = (getattr(nothing, 'seen', None), 'one more')";
+    let found = drift(kept);
+    assert!(matches!(found, Ok(bytes) if bytes > DRIFT_MAX), "{found:?}");
 }
 
 #[test]
