@@ -832,6 +832,7 @@ const DEEDS: &[(&str, &str)] = &[
     // Containers of which none is big.
     ("[[0] * 1000 for _ in range(n // 100)]", "x.clear()"),
     ("[(0,) * 1000 for _ in range(n // 100)]", "x.clear()"),
+    ("[[0] * 200 for _ in range(n // 80)]", "x.clear()"),
     (
         "[dict.fromkeys(range(1000)) for _ in range(n // 300)]",
         "x.clear()",

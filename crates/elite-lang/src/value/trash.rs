@@ -71,7 +71,7 @@ const VERY_MANY: usize = 32 << 10;
 /// From so many parts on a container is dropped in portions.
 const MANY: usize = 16 << 10;
 /// Containers with fewer parts are dropped where they are, always.
-const FEW: usize = 256;
+const FEW: usize = 64;
 /// Parts that are dropped at once.
 const PORTION: usize = if cfg!(debug_assertions) {
     4 << 10
