@@ -307,6 +307,25 @@ const LOOPS: &[(&str, &str)] = &[
          T(**{f'f{i}': i for i in range(m)})",
     ),
     (
+        "keys whose hashes differ in their upper bits",
+        "d = {i << 45: i for i in range(2 * n)}\nd = {i / 1024: i for i in range(2 * n)}",
+    ),
+    (
+        "slots of a class",
+        "names = [f's{i}' for i in range(n // 4)]\nclass S: __slots__ = names\ns = S()\n\
+         for name in names: setattr(s, name, 1)",
+    ),
+    (
+        "names that a module lists",
+        "import string\nstring.__all__ = [f's{i}' for i in range(n // 4)]\n\
+         for name in string.__all__: setattr(string, name, 1)\nexec('from string import *', {})",
+    ),
+    (
+        "classes below a class",
+        "class A: pass\nbelow = [type('B', (A,), {}) for _ in range(n // 8)]\n\
+         for i in range(n): A.x = len\nfor b in below[::8]: b.__bases__ = (A,)",
+    ),
+    (
         "dict.popitem",
         "d = dict.fromkeys(range(n))\nwhile d: d.popitem()",
     ),

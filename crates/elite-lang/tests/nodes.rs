@@ -254,10 +254,12 @@ move(1)
 ",
     );
     let number = |thread: &ScriptThread| thread.current_node().map_or(0, |node| node.number);
-    assert!(matches!(
-        main.resume(Resume::Continue, 1000),
-        Step::Waiting(_)
-    ));
+    // Reading the text of the module takes several turns.
+    let mut step = main.resume(Resume::Continue, 1000);
+    while let Step::OutOfFuel = step {
+        step = main.resume(Resume::Continue, 1000);
+    }
+    assert!(matches!(step, Step::Waiting(_)));
     let mut worker = task
         .host
         .started

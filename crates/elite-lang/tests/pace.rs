@@ -787,6 +787,62 @@ const DEEDS: &[(&str, &str)] = &[
         "collections.OrderedDict.fromkeys(range(n))",
         "[x.move_to_end(i, False) for i in range(0, n, 2)]",
     ),
+    // Tables of which little is left, between and before what has gone.
+    (
+        "dict.fromkeys(range(16 * n))",
+        "[x.pop(i) for i in range(1, 11 * n)] and (list(zip(x, x)), [next(iter(x)) for _ in range(9)])",
+    ),
+    (
+        "dict.fromkeys(range(16 * n))",
+        "[x.pop(i) for i in range(5 * n, 16 * n - 1)] and (list(reversed(x)), x.popitem(), x.popitem())",
+    ),
+    (
+        "collections.OrderedDict.fromkeys(range(16 * n))",
+        "[x.pop(i) for i in range(11 * n)] and (x.move_to_end(12 * n, False), x.popitem(False))",
+    ),
+    (
+        "set(range(16 * n))",
+        "[x.discard(i) for i in range(16 * n - 1)] and (list(x), next(iter(x)), x.pop())",
+    ),
+    // Names.
+    (
+        "Node()",
+        "[setattr(x, f'n{i}', i) for i in range(n // 4)] and (dir(x), vars(x), [delattr(x, f'n{i}') for i in range(n // 4)])",
+    ),
+    (
+        "type('T', (), {})",
+        "[setattr(x, f'n{i}', i) for i in range(n // 4)] and (dir(x), x.__dict__, [delattr(x, f'n{i}') for i in range(n // 4)])",
+    ),
+    (
+        "(lambda: 1)",
+        "[setattr(x, f'n{i}', i) for i in range(n // 4)] and (dir(x), x.__dict__)",
+    ),
+    (
+        "{f'm{i}': i for i in range(n // 4)}",
+        "(type('T', (), x), type('T', (), {'__slots__': list(x)}))",
+    ),
+    (
+        "[type('D', (Node,), {}) for _ in range(n // 32)]",
+        "([y().me for y in x if setattr(y, 'me', 1)], setattr(Node, 'me', 2), Node.__subclasses__(), delattr(Node, 'me'))",
+    ),
+    (
+        "[]",
+        "(__import__('dataclasses'), __import__('statistics'), __import__('subprocess'), __import__('datetime'))",
+    ),
+    // Containers of which none is big.
+    ("[[0] * 1000 for _ in range(n // 100)]", "x.clear()"),
+    ("[(0,) * 1000 for _ in range(n // 100)]", "x.clear()"),
+    ("[[0] * 200 for _ in range(n // 80)]", "x.clear()"),
+    (
+        "[dict.fromkeys(range(1000)) for _ in range(n // 300)]",
+        "x.clear()",
+    ),
+    ("[set(range(1000)) for _ in range(n // 300)]", "x.clear()"),
+    (
+        "[collections.deque(range(1000)) for _ in range(n // 100)]",
+        "x.clear()",
+    ),
+    ("[Node() for _ in range(n // 2)]", "x.clear()"),
     ("[[i] for i in range(n)]", "x.clear()"),
     (
         "[None]",

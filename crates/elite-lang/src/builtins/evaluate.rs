@@ -166,7 +166,7 @@ pub(crate) fn run_in(
 }
 
 /// Runs `work`, which reads a text of any length: on a deep stack, with pauses in which others have their turn.
-fn reading<T>(ev: &Evaluator<'_>, work: impl FnOnce(&Budget<'_>) -> R<T>) -> R<T> {
+pub(crate) fn reading<T>(ev: &Evaluator<'_>, work: impl FnOnce(&Budget<'_>) -> R<T>) -> R<T> {
     let ended = RefCell::new(None);
     let pause = |units: usize| match ev.worked(units) {
         Ok(()) => true,
@@ -185,13 +185,13 @@ fn reading<T>(ev: &Evaluator<'_>, work: impl FnOnce(&Budget<'_>) -> R<T>) -> R<T
 }
 
 /// A text that is right, and its names.
-struct Tree {
-    module: Module,
-    resolution: Resolution,
+pub(crate) struct Tree {
+    pub module: Module,
+    pub resolution: Resolution,
 }
 
 /// Reads a text; that of an expression becomes the only statement of a module.
-fn tree(
+pub(crate) fn tree(
     ev: &Evaluator<'_>,
     file: &Arc<SourceFile>,
     is_expression: bool,
@@ -235,7 +235,8 @@ fn tree(
     })
 }
 
-fn release(module: Module, resolution: Resolution, budget: &Budget<'_>) {
+/// Drops what is no longer needed of a text, with pauses.
+pub(crate) fn release(module: Module, resolution: Resolution, budget: &Budget<'_>) {
     module.release(budget);
     resolution.release(budget);
 }

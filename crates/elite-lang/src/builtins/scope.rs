@@ -8,9 +8,12 @@ use crate::eval::code::Code;
 use crate::eval::pace::VALUE;
 use crate::eval::run::with_slots;
 use crate::eval::{Core, Evaluator, Frame};
+use crate::ops::dict::NAME;
+use crate::ops::hash::{Equal, quick_equal};
+use crate::value::dict::SOME;
 use crate::value::module::Namespace;
 use crate::value::symbol::known;
-use crate::value::{Dict, Function, Module, R, Symbol, Value};
+use crate::value::{Dict, Function, Module, R, Symbol, Value, Values};
 
 /// Puts them in place.
 pub fn install(core: &Rc<Core>) {
@@ -239,9 +242,11 @@ fn locals_here(ev: &Evaluator<'_>, args: &Args<'_>) -> R {
         return Ok(Value::Dict(match ev.text_namespace(frame) {
             Some(namespace) if namespace.shown().is_none() => {
                 let dict = Dict::new();
-                for (name, value) in namespace.entries() {
-                    ev.worked(VALUE)?;
-                    dict.set_interned(ev.core.symbols.value(name), value);
+                for name in ev.bound_names(&namespace)? {
+                    ev.worked(NAME)?;
+                    if let Some(value) = namespace.get(name) {
+                        ev.dict_set(&dict, ev.core.symbols.value(name), value)?;
+                    }
                 }
                 Rc::new(dict)
             }
@@ -315,53 +320,72 @@ fn by_nature(object: &Value) -> &'static [&'static str] {
 }
 
 fn dir(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
-    let mut names: Vec<Value> = Vec::new();
-    match args.positional.first() {
+    let mut names = match args.positional.first() {
         None => {
             let here = locals_here(ev, args)?;
-            names = ev.collect(&here)?.into();
+            ev.collect(&here)?
         }
-        Some(object) => {
-            if let Some(list) = ev.special(object, known::DIR, &mut [])? {
-                names = ev.collect(&list)?.into();
-            } else {
-                match object {
-                    Value::Instance(instance) => {
-                        names.extend(
-                            instance
-                                .entries(&ev.core.symbols)
-                                .into_iter()
-                                .map(|(name, _)| name),
-                        );
-                    }
-                    Value::Module(module) => {
-                        names.extend(
-                            module
-                                .namespace
-                                .entries()
-                                .iter()
-                                .map(|(name, _)| ev.core.symbols.value(*name)),
-                        );
-                    }
-                    _ => {}
+        Some(object) => match ev.special(object, known::DIR, &mut [])? {
+            Some(list) => ev.collect(&list)?,
+            None => attribute_names(ev, object)?,
+        },
+    };
+    ev.sort(&mut names, None, false)?;
+    // There may be hundreds of thousands.
+    let mut once = Values::from(ev.room_for(names.len())?);
+    for name in names {
+        if !once
+            .last()
+            .is_some_and(|last| quick_equal(last, &name) == Equal::Yes)
+        {
+            once.push(name);
+        }
+        ev.worked(2 * VALUE)?;
+    }
+    Ok(once.into_list())
+}
+
+/// The names of an object's own attributes and those of its class, in no order, some of them twice.
+fn attribute_names(ev: &Evaluator<'_>, object: &Value) -> R<Values> {
+    let symbols = &ev.core.symbols;
+    let mut names = Values::default();
+    match object {
+        Value::Instance(instance) => match instance.shown_dict() {
+            Some(dict) => {
+                for (_, name, _) in ev.entries(&dict)? {
+                    ev.grow(&mut *names, 1)?;
+                    names.push(name);
+                    ev.worked(VALUE)?;
                 }
-                names.extend(by_nature(object).iter().copied().map(Value::str));
-                let class = match object {
-                    Value::Class(class) => class,
-                    other => ev.core.types.of(other),
-                };
-                for class in class.line() {
-                    names.extend(
-                        class
-                            .own_attrs()
-                            .iter()
-                            .map(|(name, _)| ev.core.symbols.value(name)),
-                    );
-                }
+            }
+            None => names.extend(instance.entries(symbols).into_iter().map(|(name, _)| name)),
+        },
+        Value::Module(module) => {
+            for name in ev.bound_names(&module.namespace)? {
+                ev.grow(&mut *names, 1)?;
+                names.push(symbols.value(name));
+                ev.worked(VALUE)?;
+            }
+        }
+        _ => {}
+    }
+    names.extend(by_nature(object).iter().copied().map(Value::str));
+    let class = match object {
+        Value::Class(class) => class,
+        other => ev.core.types.of(other),
+    };
+    for class in class.line() {
+        let (mut from, mut more) = (0, true);
+        while more {
+            let mut some = Values::default();
+            more = class.own_attrs().some(from, SOME, &mut some);
+            from += SOME;
+            ev.grow(&mut *names, some.len())?;
+            for (name, _) in some {
+                names.push(symbols.value(name));
+                ev.worked(NAME)?;
             }
         }
     }
-    ev.sort(&mut names, None, false)?;
-    names.dedup_by(|a, b| crate::ops::hash::quick_equal(a, b) == crate::ops::hash::Equal::Yes);
-    Ok(Value::list(names))
+    Ok(names)
 }

@@ -8,8 +8,8 @@ use std::sync::Arc;
 use super::steps::Step;
 use super::{Evaluator, Expr, Flow, Frame, Statement, attempt};
 use crate::source::{SourceFile, Span};
+use crate::value::by_symbol::SymbolSet;
 use crate::value::module::Namespace;
-use crate::value::symbol::SymbolSet;
 use crate::value::trash::{self, Nodes};
 use crate::value::{CellVar, Dict, Held, R, Symbol, Value};
 
@@ -37,7 +37,7 @@ impl TextNames {
     /// Adds up to `count` of them to a set, from number `from` on; whether there are more.
     pub fn add_some_to(&self, set: &mut SymbolSet, from: usize, count: usize) -> bool {
         let all = self.all.borrow();
-        set.extend(all.iter().skip(from).take(count));
+        set.extend(all.iter().skip(from).take(count).copied());
         all.len() > from + count
     }
 }

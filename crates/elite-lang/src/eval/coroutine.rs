@@ -210,19 +210,16 @@ impl Evaluator<'_> {
         self.sweep_names_if_due()?;
         self.core.last_acts.catch_up(&self.core);
         let alarmed = memory::take_alarm();
+        // While a module is loaded no search begins: the module must not be seen half loaded, and it makes little.
         if self.core.stopping.get() == Stopping::No
+            && self.core.loading.get() == 0
             && !self.core.is_searching()
             && self.core.begin_search_if_due()
             && !self.core.search_slice()
         {
-            if self.core.loading.get() == 0 {
-                // The driver goes on with the search before it resumes this thread, which then has the fuel it has now.
-                self.core.keep_fuel();
-                self.suspend(Request::OutOfFuel)?;
-            } else {
-                // A module must not be seen half loaded.
-                self.core.collect(0);
-            }
+            // The driver goes on with the search before it resumes this thread, which then has the fuel it has now.
+            self.core.keep_fuel();
+            self.suspend(Request::OutOfFuel)?;
         }
         self.core.memory_watch();
         self.check_memory()?;

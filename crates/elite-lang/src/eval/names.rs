@@ -9,8 +9,9 @@ use std::rc::Rc;
 use super::bulk::EACH;
 use super::code::TextNames;
 use super::{Core, Evaluator};
+use crate::value::by_symbol::SymbolSet;
 use crate::value::module::Namespace;
-use crate::value::symbol::{Passing, SymbolSet};
+use crate::value::symbol::Passing;
 use crate::value::{Function, R, Symbol};
 
 /// Names that are looked at at once, and the work for one.
@@ -128,18 +129,25 @@ impl Evaluator<'_> {
         }
         let functions: Vec<Rc<Function>> = core.named_functions.alive().into_iter().collect();
         for function in functions {
-            if let Some(attrs) = &*function.attrs.borrow() {
-                used.extend(attrs.names());
-            }
-            self.worked(NAME)?;
+            self.by_pieces(|from| {
+                let attrs = function.attrs.borrow();
+                let names = attrs.as_ref().map_or(&[][..], |attrs| attrs.names());
+                let end = names.len().min(from + PIECE);
+                used.extend(names.get(from..end).unwrap_or_default().iter().copied());
+                end < names.len()
+            })?;
         }
         // Every class is derived from `object`.
         let mut seen = std::collections::HashSet::new();
         let mut left = vec![core.types.object.clone()];
         while let Some(class) = left.pop() {
             if seen.insert(Rc::as_ptr(&class)) {
-                class.add_names_to(&mut used);
-                left.extend(class.subclasses());
+                self.by_pieces(|from| class.add_some_names_to(&mut used, from, PIECE))?;
+                let mut before = usize::MAX;
+                while before > 0 {
+                    before = class.some_subclasses(before, PIECE, &mut left);
+                    self.worked(CLASS)?;
+                }
             }
             self.worked(CLASS)?;
         }

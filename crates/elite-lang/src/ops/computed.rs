@@ -182,8 +182,8 @@ impl Evaluator<'_> {
     }
 
     /// Attributes that functions have by nature.
-    pub fn function_attribute(&self, function: &Rc<Function>, name: Symbol) -> Option<Value> {
-        Some(match name {
+    pub fn function_attribute(&self, function: &Rc<Function>, name: Symbol) -> R<Option<Value>> {
+        Ok(Some(match name {
             known::NAME => Value::str(&*function.code.name),
             known::QUALNAME => Value::str(&*function.code.qualname),
             known::DOC => function.code.doc.as_deref().map_or(Value::None, Value::str),
@@ -206,16 +206,18 @@ impl Evaluator<'_> {
                 })
             }
             known::DICT => {
-                let dict = crate::value::Dict::new();
-                if let Some(attrs) = &*function.attrs.borrow() {
-                    for (name, value) in attrs.iter().filter(|(name, _)| !is_by_nature(*name)) {
-                        dict.set_interned(self.core.symbols.value(name), value.clone());
-                    }
-                }
+                let dict = self.dict_of_attributes(|from, count, out| {
+                    let attrs = function.attrs.borrow();
+                    let more = attrs
+                        .as_ref()
+                        .is_some_and(|attrs| attrs.some(from, count, out));
+                    out.retain(|(name, _)| !is_by_nature(*name));
+                    more
+                })?;
                 Value::Dict(Rc::new(dict))
             }
-            _ => return self.made_of(function, &self.core.symbols.name(name)),
-        })
+            _ => return Ok(self.made_of(function, &self.core.symbols.name(name))),
+        }))
     }
 
     /// `function.name = new`
@@ -300,7 +302,12 @@ impl Evaluator<'_> {
             )));
         };
         let own: Vec<Symbol> = match &*function.attrs.borrow() {
-            Some(attrs) => attrs.names().filter(|name| !is_by_nature(*name)).collect(),
+            Some(attrs) => attrs
+                .names()
+                .iter()
+                .copied()
+                .filter(|name| !is_by_nature(*name))
+                .collect(),
             None => Vec::new(),
         };
         for name in own {

@@ -7,11 +7,16 @@ use crate::ast::CompareOp;
 use crate::eval::Evaluator;
 use crate::eval::bulk::STRIDE;
 use crate::eval::pace::VALUE;
-use crate::value::dict::{Found, SOME};
+use crate::value::dict::{Found, SOME, Sought};
+use crate::value::module::Namespace;
 use crate::value::string::Hashing;
 use crate::value::symbol::known;
-use crate::value::{Dict, R, Set, Value, Values};
+use crate::value::{Dict, R, Set, Symbol, Value, Values};
 
+/// Work for a place of a table that is passed.
+pub const PASSED: usize = VALUE / 2;
+/// Work for a name that is looked up.
+pub const NAME: usize = 48;
 /// Times a search starts over because script code changed the table meanwhile.
 const RETRIES_MAX: usize = 100;
 
@@ -228,7 +233,7 @@ impl Evaluator<'_> {
 
     /// Makes room for one more key; whether that took so long that others had their turn.
     #[inline]
-    fn grow_dict(&self, dict: &Dict) -> R<bool> {
+    pub fn grow_dict(&self, dict: &Dict) -> R<bool> {
         let bytes = dict.growth(1);
         if bytes == 0 {
             return Ok(false);
@@ -311,15 +316,107 @@ impl Evaluator<'_> {
     #[inline]
     pub fn dict_take(&self, dict: &Dict, index: usize) -> R<(Value, Value)> {
         let taken = dict.delete_at(index);
-        if dict.is_sparse() {
-            dict.remake(0, &mut |entries| self.worked(entries * VALUE))?;
-        }
+        self.shrink_dict(dict)?;
         Ok(taken)
+    }
+
+    /// Makes a table anew that has become nearly empty.
+    #[inline]
+    pub fn shrink_dict(&self, dict: &Dict) -> R<()> {
+        match dict.is_sparse() {
+            true => dict.remake(0, &mut |entries| self.worked(entries * VALUE)),
+            false => Ok(()),
+        }
+    }
+
+    /// A dictionary of attributes; `some` appends up to so many from a number on and says whether there are more.
+    pub fn dict_of_attributes(
+        &self,
+        some: impl Fn(usize, usize, &mut Vec<(Symbol, Value)>) -> bool,
+    ) -> R<Dict> {
+        let dict = Dict::new();
+        let (mut from, mut more) = (0, true);
+        while more {
+            let mut entries = Values::default();
+            more = some(from, SOME, &mut entries);
+            from += SOME;
+            for (name, value) in entries {
+                self.dict_set(&dict, self.core.symbols.value(name), value)?;
+                self.worked(3 * VALUE)?;
+            }
+        }
+        Ok(dict)
+    }
+
+    /// The bound names of a namespace, in the order they first appeared.
+    pub fn bound_names(&self, namespace: &Namespace) -> R<Vec<Symbol>> {
+        let mut names = Vec::new();
+        if let Some(dict) = namespace.shown() {
+            for (_, key, _) in self.entries(&dict)? {
+                if let Value::Str(text) = key {
+                    names.push(self.core.symbols.take(text.as_str()));
+                }
+                self.worked(NAME)?;
+            }
+            return Ok(names);
+        }
+        let (mut from, mut more) = (0, true);
+        while more {
+            self.grow(&mut names, SOME)?;
+            more = namespace.some_bound_names(from, SOME, &mut names);
+            from += SOME;
+            self.worked(SOME.min(names.len()) * NAME)?;
+        }
+        Ok(names)
+    }
+
+    /// The first entry at position `from` or later, and the position after it.
+    #[inline]
+    pub fn next_entry(&self, dict: &Dict, from: usize) -> R<Option<(usize, Value, Value)>> {
+        self.seek(from, |from| dict.next_entry(from))
+    }
+
+    /// The last entry before position `from` and its position; `usize::MAX` starts at the end.
+    #[inline]
+    pub fn previous_entry(&self, dict: &Dict, from: usize) -> R<Option<(usize, Value, Value)>> {
+        self.seek(from, |from| dict.previous_entry(from))
+    }
+
+    /// `set.pop()`.
+    #[inline]
+    pub fn set_pop(&self, set: &Set) -> R<Option<Value>> {
+        self.seek(0, |_| set.pop())
+    }
+
+    /// Goes on looking until there is something, or nothing more.
+    #[inline]
+    fn seek<T>(&self, from: usize, look: impl Fn(usize) -> Sought<T>) -> R<Option<T>> {
+        let mut sought = look(from);
+        loop {
+            match sought {
+                Sought::Found(found) => return Ok(Some(found)),
+                Sought::Nowhere => return Ok(None),
+                Sought::Further(place) => {
+                    self.worked(SOME * PASSED)?;
+                    sought = look(place);
+                }
+            }
+        }
     }
 
     /// Moves the entry at an index to the front.
     pub fn dict_move_to_front(&self, dict: &Dict, hash: u64, key: &Value, index: usize) -> R<()> {
         self.check_allocation(dict.bytes())?;
+        // Where the front is, is known then.
+        let generation = dict.generation();
+        self.next_entry(dict, 0)?;
+        let index = match dict.generation() == generation {
+            true => index,
+            false => match self.dict_find_hashed(dict, hash, key)? {
+                Some(index) => index,
+                None => return Ok(()),
+            },
+        };
         if let Some(front) = dict.lacks_room_in_front() {
             dict.remake(front, &mut |entries| self.worked(entries * VALUE))?;
             // Another thread may have taken it out meanwhile.

@@ -173,7 +173,7 @@ impl Evaluator<'_> {
         out.push('{');
         let mut position = 0;
         // Entry by entry: a `__repr__` of the script may change the dictionary.
-        while let Some((after, key, value)) = dict.next_entry(position) {
+        while let Some((after, key, value)) = self.next_entry(dict, position)? {
             out.push_str(if position > 0 { ", " } else { "" });
             position = after;
             self.repr_into(&key, out, inside)?;

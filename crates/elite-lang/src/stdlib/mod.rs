@@ -25,14 +25,13 @@ mod time;
 
 use std::rc::Rc;
 
-use crate::diagnostic::Severity;
-use crate::errors::ExceptionKind;
+use crate::ast::StmtKind;
+use crate::builtins::evaluate::{Tree, reading, release, tree};
 use crate::eval::Evaluator;
-use crate::limits::memory::Budget;
-use crate::parser::parse;
-use crate::resolve::{KnownNames, resolve};
+use crate::eval::code::Code;
+use crate::lower;
 use crate::source::SourceFile;
-use crate::stack::with_deep_stack;
+use crate::value::module::Namespace;
 use crate::value::symbol::known;
 use crate::value::{Function, Module, R, Symbol, Value};
 
@@ -180,20 +179,36 @@ pub fn load(ev: &Evaluator<'_>, name: &str) -> R<Option<Rc<Module>>> {
         return Ok(None);
     };
     let core = &ev.core;
+    let namespace = core.new_namespace(None);
+    // Its code is made with the name.
+    namespace.set(known::NAME, Value::str(*name));
+    let code = match content {
+        Native(_) => None,
+        Script(text) => {
+            let code = read_script(ev, &namespace, name, text)?;
+            // Others have had their turn meanwhile.
+            if let Some(Value::Module(module)) = core.module_table.get_str(name) {
+                return Ok(Some(module));
+            }
+            Some(code)
+        }
+    };
     let module = Rc::new(Module {
         name: (*name).into(),
-        namespace: core.new_namespace(None),
+        namespace,
     });
-    module.namespace.set(known::NAME, Value::str(*name));
     core.modules.borrow_mut().push(module.clone());
     if !name.starts_with('_') {
         let entry = Value::Module(module.clone());
         core.module_table.set_str(name, entry);
     }
     core.loading.set(core.loading.get() + 1);
-    let filled = match content {
-        Native(fill) => fill(&Builder::new(ev, &module)),
-        Script(text) => run_script(ev, &module, text),
+    let filled = match (content, code) {
+        (Native(fill), _) => fill(&Builder::new(ev, &module)),
+        (Script(_), code) => code.map_or(Ok(()), |code| {
+            let function = Function::plain(code, Box::default());
+            ev.call_function(&function, &mut [], &[]).map(drop)
+        }),
     };
     core.loading.set(core.loading.get() - 1);
     if filled.is_ok() {
@@ -209,30 +224,37 @@ pub fn load(ev: &Evaluator<'_>, name: &str) -> R<Option<Rc<Module>>> {
     Ok(Some(module))
 }
 
-/// Runs an embedded script in the namespace of its module.
-fn run_script(ev: &Evaluator<'_>, module: &Module, text: &str) -> R<()> {
-    let file = SourceFile::new(format!("lib/{}.py", module.name), text);
-    let code = with_deep_stack(|| {
-        let parsed = parse(&file);
-        let resolution = resolve(&parsed.module, &KnownNames::default());
-        let mut found = parsed.diagnostics.iter().chain(&resolution.diagnostics);
-        if let Some(error) = found.find(|found| found.severity == Severity::Error) {
-            let (name, line) = (file.name(), file.position(error.span.start).line);
-            let text = format!("{} ({name}, line {line})", error.message);
-            return Err(ev.raise(ExceptionKind::SystemError, text));
-        }
-        let namespace = &module.namespace;
-        Ok(crate::lower::module(
-            &ev.core,
-            namespace,
-            &file,
-            &parsed.module,
-            &resolution,
-            &Budget::of(usize::MAX),
-        ))
+/// The code of an embedded script, read with pauses. What it imports is there then, so that what is left, its statements, takes
+/// a millisecond or two: they run in one piece, for a module must not be seen half loaded.
+fn read_script(
+    ev: &Evaluator<'_>,
+    namespace: &Rc<Namespace>,
+    name: &str,
+    text: &str,
+) -> R<Rc<Code>> {
+    let file = SourceFile::new(format!("lib/{name}.py"), text);
+    let (code, imported) = reading(ev, |budget| {
+        let Tree { module, resolution } = tree(ev, &file, false, budget)?;
+        let imported = module
+            .body
+            .iter()
+            .flat_map(|statement| match &statement.kind {
+                StmtKind::Import(names) => {
+                    names.iter().map(|alias| alias.name.name.clone()).collect()
+                }
+                StmtKind::ImportFrom { module, .. } => vec![module.name.clone()],
+                _ => Vec::new(),
+            });
+        let imported: Vec<_> = imported.collect();
+        let code = lower::module(&ev.core, namespace, &file, &module, &resolution, budget);
+        release(module, resolution, budget);
+        Ok((code, imported))
     })?;
-    let function = Function::plain(code, Box::default());
-    ev.call_function(&function, &mut [], &[]).map(drop)
+    for module in imported {
+        // Without its package, which may be the one that is being loaded.
+        ev.import_one(&module)?;
+    }
+    Ok(code)
 }
 
 /// The end of a main program: it waits for the threads that are not daemons, as Python does.

@@ -1,7 +1,7 @@
 //! Attributes by symbol, in the order they were first set. Deleting leaves a hole, so that indices stay valid until
 //! something new is inserted.
 
-use super::symbol::SymbolMap;
+use super::by_symbol::SymbolMap;
 use super::{Symbol, Value};
 
 /// With more holes than this, and than entries, they are closed.
@@ -24,7 +24,7 @@ impl AttrMap {
         if self.keys.len() <= SCAN_MAX {
             return self.keys.iter().position(|other| *other == key);
         }
-        self.index.get(&key).map(|index| *index as usize)
+        self.index.get(key).map(|index| *index as usize)
     }
 
     /// The value of `key`.
@@ -99,9 +99,20 @@ impl AttrMap {
             .filter(|(_, value)| !value.is_unbound())
     }
 
+    /// Appends what is at up to `count` indices from `from` on, holes left out; whether there are more.
+    pub fn some(&self, from: usize, count: usize, out: &mut Vec<(Symbol, Value)>) -> bool {
+        let end = self.keys.len().min(from.saturating_add(count));
+        for at in from..end {
+            if !self.values[at].is_unbound() {
+                out.push((self.keys[at], self.values[at].clone()));
+            }
+        }
+        end < self.keys.len()
+    }
+
     /// The names, also of holes.
-    pub fn names(&self) -> impl Iterator<Item = Symbol> {
-        self.keys.iter().copied()
+    pub fn names(&self) -> &[Symbol] {
+        &self.keys
     }
 
     /// Number of indices in use, holes included.
@@ -112,7 +123,7 @@ impl AttrMap {
     /// Drops all values and keys.
     pub fn take_values(&mut self) -> Vec<Value> {
         self.keys.clear();
-        self.index.clear();
+        self.index = SymbolMap::default();
         self.holes = 0;
         std::mem::take(&mut self.values)
     }

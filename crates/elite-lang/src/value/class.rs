@@ -7,8 +7,9 @@ use std::cell::{Cell, OnceCell, Ref, RefCell};
 use std::rc::Rc;
 
 use super::attrs::AttrMap;
+use super::by_symbol::{SymbolMap, SymbolSet};
 use super::held::Look;
-use super::symbol::{SymbolMap, SymbolSet, known};
+use super::symbol::known;
 use super::weak::WeakList;
 use super::{Function, Held, Symbol, Value, trash};
 
@@ -60,6 +61,18 @@ pub struct Layout {
     names: Vec<Symbol>,
 }
 
+/// Names in `__slots__`.
+struct SlotNames {
+    /// In an order that does not depend on that of the script.
+    sorted: Box<[Symbol]>,
+}
+
+impl SlotNames {
+    fn has(&self, name: Symbol) -> bool {
+        self.sorted.binary_search(&name).is_ok()
+    }
+}
+
 /// Slots an instance may have; further attributes turn it into dictionary mode.
 pub const LAYOUT_MAX: usize = 256;
 
@@ -69,7 +82,7 @@ impl Layout {
         if self.names.len() <= 8 {
             return self.names.iter().position(|other| *other == name);
         }
-        self.index.get(&name).map(|index| *index as usize)
+        self.index.get(name).map(|index| *index as usize)
     }
 
     /// Attribute names in slot order.
@@ -99,7 +112,7 @@ pub struct Class {
     subclasses: WeakList<Class>,
     layout: RefCell<Layout>,
     /// The only attributes instances may have (`__slots__`), those of the ancestors aside.
-    slots: RefCell<Option<Box<[Symbol]>>>,
+    slots: RefCell<Option<SlotNames>>,
     /// Its own class, if that is not `type`.
     metaclass: OnceCell<Rc<Class>>,
     /// A `class` statement made it; only such classes can be changed.
@@ -116,6 +129,9 @@ thread_local! {
     static VERSION: Cell<u32> = const { Cell::new(FIRST_VERSION) };
 }
 
+/// The version of a class that nobody has asked for its version since it changed: nothing is cached of it, nor of any class
+/// derived from it.
+const UNKNOWN: u32 = 0;
 /// Versions below are tags of builtin values, see `ops::attribute`.
 const FIRST_VERSION: u32 = 1 << 8;
 
@@ -166,7 +182,7 @@ impl Class {
             bases: Held::new(bases.into()),
             ancestors: Held::new(ancestors.into()),
             attrs: Held::default(),
-            version: Cell::new(fresh_version()),
+            version: Cell::new(UNKNOWN),
             subclasses: WeakList::default(),
             old: Cell::new(false),
             layout: RefCell::default(),
@@ -242,8 +258,7 @@ impl Class {
     /// Sets `__bases__`; the resolution order is another matter (`set_ancestors`).
     pub fn set_bases(self: &Rc<Self>, bases: Vec<Rc<Class>>) {
         for parent in &bases {
-            let listed = parent.subclasses.alive();
-            if !listed.iter().any(|class| Rc::ptr_eq(class, self)) {
+            if !parent.subclasses.lists(self) {
                 parent.subclasses.push(self);
             }
         }
@@ -259,6 +274,23 @@ impl Class {
     /// Names the present state of the class; equal versions mean that nothing an inline cache relies on has changed.
     #[inline]
     pub fn version(&self) -> u32 {
+        match self.version.get() {
+            UNKNOWN => self.named_version(),
+            version => version,
+        }
+    }
+
+    /// Names the present state. The classes it is derived from get names, too, so that a change of one of them knows whether
+    /// anything below has a name.
+    #[cold]
+    #[inline(never)]
+    fn named_version(&self) -> u32 {
+        for class in self.ancestors.borrow().iter().map(|class| &**class) {
+            if class.version.get() == UNKNOWN {
+                class.version.set(fresh_version());
+            }
+        }
+        self.version.set(fresh_version());
         self.version.get()
     }
 
@@ -274,13 +306,22 @@ impl Class {
 
     /// Classes derived directly from this one that are still alive.
     pub fn subclasses(&self) -> Vec<Rc<Class>> {
-        let mut alive = self.subclasses.alive();
-        // Some may have other bases now.
-        alive.retain(|class| {
-            let bases = class.bases.borrow();
-            bases.iter().any(|base| std::ptr::eq(&**base, self))
-        });
+        let mut alive = Vec::new();
+        self.some_subclasses(usize::MAX, usize::MAX, &mut alive);
+        alive.reverse();
         alive
+    }
+
+    /// Appends those among the `count` listed ones before number `before`, last ones first; the number to go on with, 0 at the
+    /// end.
+    pub fn some_subclasses(&self, before: usize, count: usize, out: &mut Vec<Rc<Class>>) -> usize {
+        self.subclasses.some_alive(before, count, |class| {
+            // Some may have other bases now.
+            let bases = class.bases.borrow();
+            if bases.iter().any(|base| std::ptr::eq(&**base, self)) {
+                out.push(class.clone());
+            }
+        })
     }
 
     /// The attributes of the class itself.
@@ -413,13 +454,22 @@ impl Class {
         removed.is_some()
     }
 
-    /// Gives the class and all derived from it new versions, one after the other: they may be derived a long way.
+    /// The class and all derived from it have other versions from now on, one after the other: they may be derived a long way.
     fn changed(&self) {
-        self.version.set(fresh_version());
-        let mut left = self.subclasses();
+        let mut left = Vec::new();
+        self.forget_version(&mut left);
         while let Some(class) = left.pop() {
-            class.version.set(fresh_version());
-            left.extend(class.subclasses());
+            class.forget_version(&mut left);
+        }
+    }
+
+    /// Forgets the version; appends the classes derived from this one whose versions are to be forgotten, too.
+    fn forget_version(&self, left: &mut Vec<Rc<Class>>) {
+        if self.version.replace(UNKNOWN) != UNKNOWN {
+            // Those with other bases by now lose nothing but what is cached of them.
+            let named = |class: &Class| class.version.get() != UNKNOWN;
+            self.subclasses
+                .each(|class| left.extend(named(class).then(|| class.clone())));
         }
     }
 
@@ -437,14 +487,18 @@ impl Class {
         if layout.names.len() >= LAYOUT_MAX {
             return None;
         }
-        // An instance attribute may now hide one of the class that caches point to.
-        self.version.set(fresh_version());
+        // An instance attribute may now hide one of the class that caches point to. Nothing changes for classes below: they have
+        // layouts of their own.
+        if self.version.get() != UNKNOWN {
+            self.version.set(fresh_version());
+        }
         Some(layout.add(name))
     }
 
     /// Sets the names in `__slots__`.
-    pub fn set_slots(&self, names: Box<[Symbol]>) {
-        *self.slots.borrow_mut() = Some(names);
+    pub fn set_slots(&self, mut names: Box<[Symbol]>) {
+        names.sort_unstable();
+        *self.slots.borrow_mut() = Some(SlotNames { sorted: names });
     }
 
     /// Whether instances have a `__dict__`: they do unless the class and all its ancestors have `__slots__`.
@@ -461,18 +515,25 @@ impl Class {
     pub fn takes_attribute(&self, name: Symbol) -> bool {
         let listed = |class: &Class| {
             let slots = class.slots.borrow();
-            slots.as_ref().is_some_and(|slots| slots.contains(&name))
+            slots.as_ref().is_some_and(|slots| slots.has(name))
         };
         self.has_dict() || listed(self) || self.ancestors.borrow().iter().any(|class| listed(class))
     }
 
-    /// Adds the names of its attributes and of those of its instances to a set.
-    pub fn add_names_to(&self, set: &mut SymbolSet) {
-        set.extend(self.attrs.borrow().names());
-        set.extend(self.layout.borrow().names());
-        if let Some(slots) = &*self.slots.borrow() {
-            set.extend(slots);
+    /// Adds up to `count` of the names of its attributes and of those of its instances to a set, from number `from` on; whether
+    /// there are more.
+    pub fn add_some_names_to(&self, set: &mut SymbolSet, from: usize, count: usize) -> bool {
+        let (attrs, layout) = (self.attrs.borrow(), self.layout.borrow());
+        let slots = self.slots.borrow();
+        let slots = slots.as_ref().map_or(&[][..], |slots| &slots.sorted);
+        let more = [attrs.names(), layout.names(), slots];
+        let mut left = false;
+        for names in more {
+            let end = names.len().min(from + count);
+            set.extend(names.get(from..end).unwrap_or_default().iter().copied());
+            left |= end < names.len();
         }
+        left
     }
 
     /// The instance layout.
@@ -484,7 +545,7 @@ impl Class {
     pub fn is_laid_out_as(&self, other: &Class) -> bool {
         let slots = |class: &Class| {
             let own = class.slots.borrow();
-            own.as_ref().map(|slots| slots.to_vec())
+            own.as_ref().map(|slots| slots.sorted.clone())
         };
         self.base == other.base
             && self.has_dict() == other.has_dict()
@@ -508,7 +569,7 @@ impl Class {
     /// Drops all attributes, to break cycles when an interpreter ends.
     pub fn dismantle(&self) {
         let values = self.attrs.change(AttrMap::take_values);
-        self.version.set(fresh_version());
+        self.changed();
         drop(values);
     }
 }

@@ -24,6 +24,16 @@ pub struct Dict {
     pub old: Cell<bool>,
 }
 
+/// What a look at some places of a table came to: between two that are in use there may be millions that are not.
+pub enum Sought<T> {
+    /// This is the next one.
+    Found(T),
+    /// None so far; where to go on.
+    Further(usize),
+    /// There is none.
+    Nowhere,
+}
+
 /// What is called between pieces of work on a table, with the number of entries done; others may change the table then.
 pub type Between<'b, E> = &'b mut dyn FnMut(usize) -> Result<(), E>;
 /// Entries that are worked on at once.
@@ -148,40 +158,56 @@ impl Dict {
 
     /// The first entry at position `from` or later, and the position after it. Positions survive changes of values,
     /// not of keys.
-    pub fn next_entry(&self, from: usize) -> Option<(usize, Value, Value)> {
+    pub fn next_entry(&self, from: usize) -> Sought<(usize, Value, Value)> {
         let table = self.table.borrow();
         let head = table.head.get();
-        let mut at = from.max(head);
+        let begin = from.max(head);
+        let end = table.entries.len().min(begin.saturating_add(SOME));
         let mut is_first = from <= head;
-        loop {
-            let entry = table.entries.get(at)?;
+        for at in begin..end {
+            let entry = &table.entries[at];
             // A variable that is unbound may be bound again.
             if is_first && !entry.key.is_unbound() {
                 table.head.set(at);
                 is_first = false;
             }
-            at += 1;
             if let Some(value) = entry.read(table.of_variables()) {
-                return Some((at, entry.key.clone(), value));
+                return Sought::Found((at + 1, entry.key.clone(), value));
             }
+        }
+        if is_first {
+            table.head.set(end.max(head));
+        }
+        match end < table.entries.len() {
+            true => Sought::Further(end),
+            false => Sought::Nowhere,
         }
     }
 
     /// The last entry before position `from` and its position; `usize::MAX` starts at the end.
-    pub fn previous_entry(&self, from: usize) -> Option<(usize, Value, Value)> {
+    pub fn previous_entry(&self, from: usize) -> Sought<(usize, Value, Value)> {
         let table = self.table.borrow();
         let tail = table.tail.get();
         let end = from.min(tail);
-        if end == tail {
-            let is_there = |entry: &Entry| !entry.key.is_unbound();
-            let last = table.entries[..end].iter().rposition(is_there);
-            table.tail.set(last.map_or(0, |last| last + 1));
+        let begin = end.saturating_sub(SOME);
+        let mut is_last = from >= tail;
+        for at in (begin..end).rev() {
+            let entry = &table.entries[at];
+            if is_last && !entry.key.is_unbound() {
+                table.tail.set(at + 1);
+                is_last = false;
+            }
+            if let Some(value) = entry.read(table.of_variables()) {
+                return Sought::Found((at, entry.key.clone(), value));
+            }
         }
-        let at = table.entries[..end.min(table.tail.get())]
-            .iter()
-            .rposition(|entry| !table.is_absent(entry))?;
-        let entry = &table.entries[at];
-        Some((at, entry.key.clone(), entry.read(table.of_variables())?))
+        if is_last {
+            table.tail.set(begin);
+        }
+        match begin > 0 {
+            true => Sought::Further(begin),
+            false => Sought::Nowhere,
+        }
     }
 
     /// All keys with their hashes and values, in order. For dictionaries that are small or nobody else's.

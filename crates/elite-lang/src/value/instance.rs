@@ -276,6 +276,14 @@ impl Instance {
         }
     }
 
+    /// The dictionary its attributes are in, if they are in one.
+    pub fn shown_dict(&self) -> Option<Rc<Dict>> {
+        match &*self.attrs.borrow() {
+            Attrs::Slots(_) => None,
+            Attrs::Dict(dict) => Some(dict.clone()),
+        }
+    }
+
     /// The attributes as a dictionary, live from now on (`__dict__`).
     pub fn dict(&self, symbols: &super::symbol::Symbols) -> Rc<Dict> {
         if let Attrs::Dict(dict) = &*self.attrs.borrow() {

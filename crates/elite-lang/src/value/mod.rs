@@ -4,6 +4,7 @@
 //! this one hold one type each; what operators do with them is in `ops`.
 
 pub mod attrs;
+pub mod by_symbol;
 pub mod bytes;
 pub mod class;
 pub mod dict;

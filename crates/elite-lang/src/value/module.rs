@@ -3,7 +3,8 @@
 use std::cell::{Cell, OnceCell, RefCell};
 use std::rc::Rc;
 
-use super::symbol::{SymbolMap, SymbolSet, Symbols};
+use super::by_symbol::{SymbolMap, SymbolSet};
+use super::symbol::Symbols;
 use super::{CellVar, Dict, Symbol, Value};
 
 /// Names up to which a namespace is not searched for unused ones.
@@ -72,7 +73,7 @@ impl Namespace {
     pub fn show_in(&self, dict: Rc<Dict>, symbols: &Rc<Symbols>) {
         dict.hold_variables();
         for name in &*self.order.borrow() {
-            if let Some(variable) = self.cells.borrow().get(name) {
+            if let Some(variable) = self.cells.borrow().get(*name) {
                 dict.enter_variable(&symbols.value(*name), variable.clone());
             }
         }
@@ -127,7 +128,7 @@ impl Namespace {
 
     /// Whether the name has been mentioned as one of this very namespace, bound or not.
     pub fn mentions(&self, name: Symbol) -> bool {
-        self.cells.borrow().contains_key(&name)
+        self.cells.borrow().contains(name)
             || self
                 .shown
                 .get()
@@ -147,7 +148,7 @@ impl Namespace {
 
     /// The cell of a name in this very namespace, made if need be.
     pub fn own_cell(&self, name: Symbol) -> Rc<CellVar> {
-        if let Some(cell) = self.cells.borrow().get(&name) {
+        if let Some(cell) = self.cells.borrow().get(name) {
             return cell.clone();
         }
         self.forget_unused_if_many();
@@ -181,12 +182,12 @@ impl Namespace {
         let mut kept = from;
         for at in from..end {
             let name = order[at];
-            let is_unused = cells.get(&name).is_none_or(|cell| {
+            let is_unused = cells.get(name).is_none_or(|cell| {
                 Rc::strong_count(cell) <= own && cell.value.borrow().is_unbound()
             });
             if is_unused {
                 // It is unbound, so no code runs.
-                cells.remove(&name);
+                cells.remove(name);
             } else {
                 order[kept] = name;
                 kept += 1;
@@ -203,14 +204,24 @@ impl Namespace {
         }
         let mut cells = self.cells.borrow_mut();
         self.limit.set(cells.len() * 2);
-        cells.shrink_to(self.limit.get());
+        cells.shrink();
     }
 
     /// Adds up to `count` of its names to a set, from number `from` on; whether there are more.
     pub fn add_some_names_to(&self, set: &mut SymbolSet, from: usize, count: usize) -> bool {
         let order = self.order.borrow();
-        set.extend(order.iter().skip(from).take(count));
+        set.extend(order.iter().skip(from).take(count).copied());
         order.len() > from + count
+    }
+
+    /// Appends the bound ones of up to `count` of its names to others, from number `from` on; whether there are more. Of one
+    /// that is shown in a dictionary those that code has asked for only.
+    pub fn some_bound_names(&self, from: usize, count: usize, out: &mut Vec<Symbol>) -> bool {
+        let order = self.order.borrow();
+        let end = order.len().min(from.saturating_add(count));
+        let some = order.get(from..end).unwrap_or_default().iter().copied();
+        out.extend(some.filter(|name| self.get(*name).is_some()));
+        end < order.len()
     }
 
     /// The cells of all names of this very namespace.
@@ -220,14 +231,14 @@ impl Namespace {
 
     /// The cell of a name of this very namespace, if it is bound.
     pub fn bound_cell(&self, name: Symbol) -> Option<Rc<CellVar>> {
-        let cell = self.cells.borrow().get(&name)?.clone();
+        let cell = self.cells.borrow().get(name)?.clone();
         let bound = !cell.value.borrow().is_unbound();
         bound.then_some(cell)
     }
 
     /// The value of a name, if it is bound.
     pub fn get(&self, name: Symbol) -> Option<Value> {
-        let value = match self.cells.borrow().get(&name) {
+        let value = match self.cells.borrow().get(name) {
             Some(cell) => cell.value.borrow().clone(),
             None => self.shown.get()?.get(name)?,
         };
@@ -260,13 +271,8 @@ impl Namespace {
 
     /// Unbinds everything, to break cycles when an interpreter ends.
     pub fn dismantle(&self) {
-        let cells: Vec<Rc<CellVar>> = self
-            .cells
-            .borrow_mut()
-            .drain()
-            .map(|(_, cell)| cell)
-            .collect();
-        for cell in cells {
+        let cells = self.cells.take();
+        for cell in cells.into_values() {
             let value = cell.take();
             drop(value);
         }

@@ -5,7 +5,7 @@
 
 use std::cell::Cell;
 
-use super::dict::{Between, Found, SOME};
+use super::dict::{Between, Found, SOME, Sought};
 use super::{Held, Value, trash};
 use crate::ops::hash::{Equal, quick_equal};
 
@@ -254,31 +254,36 @@ impl Set {
     }
 
     /// Takes an element out: the next one behind that of the last call.
-    pub fn pop(&self) -> Option<Value> {
+    pub fn pop(&self) -> Sought<Value> {
         self.table.change(|table| {
             if table.used == 0 {
-                return None;
+                return Sought::Nowhere;
             }
             let mask = table.slots.len() - 1;
-            let mut at = table.finger & mask;
-            while !table.slots[at].is_used() {
-                at = (at + 1) & mask;
+            for _ in 0..SOME {
+                let at = table.finger & mask;
+                table.finger = at + 1;
+                if table.slots[at].is_used() {
+                    return Sought::Found(table.delete(at));
+                }
             }
-            table.finger = at + 1;
-            Some(table.delete(at))
+            Sought::Further(table.finger)
         })
     }
 
     /// The first element at position `from` or later, with the position after it and its hash.
-    pub fn next_element(&self, from: usize) -> Option<(usize, u64, Value)> {
+    pub fn next_element(&self, from: usize) -> Sought<(usize, u64, Value)> {
         let table = self.table.borrow();
-        let offset = table
-            .slots
-            .get(from..)?
-            .iter()
-            .position(|slot| slot.is_used())?;
-        let slot = &table.slots[from + offset];
-        Some((from + offset + 1, slot.hash, slot.key.clone()))
+        let end = table.slots.len().min(from.saturating_add(SOME));
+        let some = table.slots.get(from..end).unwrap_or_default();
+        match some.iter().position(Slot::is_used) {
+            Some(offset) => {
+                let (at, slot) = (from + offset, &some[offset]);
+                Sought::Found((at + 1, slot.hash, slot.key.clone()))
+            }
+            None if end < table.slots.len() => Sought::Further(end),
+            None => Sought::Nowhere,
+        }
     }
 
     /// Makes room for the elements of another set, as CPython does before it merges one in (`set_merge`).

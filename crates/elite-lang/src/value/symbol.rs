@@ -1,46 +1,17 @@
 //! Names of attributes and keywords as small numbers, one table per interpreter.
 
 use std::cell::{Cell, RefCell};
-use std::collections::{HashMap, HashSet};
-use std::hash::{BuildHasher, BuildHasherDefault, Hasher, RandomState};
+use std::hash::{BuildHasher, RandomState};
 use std::rc::Rc;
 
 use hashbrown::HashTable;
 
+use super::by_symbol::SymbolSet;
 use super::{Str, Value};
 
 /// A name, by its number in the interpreter's table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Symbol(pub u32);
-
-/// Sets of symbols.
-pub type SymbolSet = HashSet<Symbol, BuildHasherDefault<SymbolHasher>>;
-
-/// Tables by symbol.
-pub type SymbolMap<V> = HashMap<Symbol, V, BuildHasherDefault<SymbolHasher>>;
-
-/// Spreads symbols over a table: they are numbers that the interpreter gives out itself, so nobody can choose them to
-/// collide.
-#[derive(Default)]
-pub struct SymbolHasher(u64);
-
-impl Hasher for SymbolHasher {
-    fn write(&mut self, bytes: &[u8]) {
-        bytes
-            .iter()
-            .for_each(|byte| self.write_u32(u32::from(*byte)));
-    }
-
-    #[inline]
-    fn write_u32(&mut self, number: u32) {
-        self.0 = (self.0 ^ u64::from(number)).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-    }
-
-    #[inline]
-    fn finish(&self) -> u64 {
-        self.0
-    }
-}
 
 macro_rules! known_symbols {
     ($($name:ident = $text:literal,)*) => {
@@ -256,7 +227,7 @@ impl Symbols {
             }
             let weight = weight(&name.text);
             name.stay = match name.stay {
-                _ if used.contains(&symbol) => Stay::Used,
+                _ if used.contains(symbol) => Stay::Used,
                 Stay::Used => Stay::Doubtful,
                 _ if name.asked > 0 => Stay::Asked,
                 _ => {

@@ -66,29 +66,46 @@ fn nests(value: &Value) -> bool {
     }
 }
 
-/// So many parts are not even looked through before they are left to be dropped.
-const VERY_MANY: usize = 1 << 20;
+/// With so many parts it does not matter any more whether they tell: they are left to be dropped.
+const VERY_MANY: usize = 32 << 10;
 /// From so many parts on a container is dropped in portions.
 const MANY: usize = 16 << 10;
+/// Containers with fewer parts are dropped where they are, always.
+const FEW: usize = 64;
 /// Parts that are dropped at once.
 const PORTION: usize = if cfg!(debug_assertions) {
     4 << 10
 } else {
     16 << 10
 };
+/// Bytes that they give back at once: parts may be classes, or texts.
+const PORTION_BYTES: isize = if cfg!(debug_assertions) {
+    256 << 10
+} else {
+    1 << 20
+};
 
 thread_local! {
     static PUTS_OFF: Cell<bool> = const { Cell::new(false) };
     static PUT_OFF: RefCell<Vec<Box<dyn Rest>>> = const { RefCell::new(Vec::new()) };
+    /// Parts that have been dropped since the last portion was begun: a few thousand containers of a few thousand parts each are
+    /// millions, none of which is in a big one.
+    static DONE: Cell<usize> = const { Cell::new(0) };
+}
+
+/// Counts parts that are dropped; how many there are since the last portion was begun.
+fn count(parts: usize) -> usize {
+    let done = DONE.try_with(|done| {
+        done.set(done.get().saturating_add(parts));
+        done.get()
+    });
+    done.unwrap_or(0)
 }
 
 /// Parts of a container that is gone.
 trait Rest {
-    /// Drops some of them; whether there are more.
+    /// Drops some of them and counts them; whether there are more.
     fn drop_some(&mut self) -> bool;
-
-    /// Whether this may have been so little that another one can follow at once.
-    fn may_be_little(&self) -> bool;
 }
 
 /// Bytes that were taken up by parts that are gone, and go back at once.
@@ -98,17 +115,25 @@ struct Parts<T>(Vec<T>);
 
 impl<T> Rest for Parts<T> {
     fn drop_some(&mut self) -> bool {
-        let left = self.0.len().saturating_sub(PORTION);
-        self.0.truncate(left);
+        let taken = memory::taken();
+        while !self.0.is_empty() {
+            let left = self.0.len().saturating_sub(FEW);
+            let enough = count(self.0.len() - left) >= PORTION;
+            self.0.truncate(left);
+            if taken - memory::taken() >= PORTION_BYTES {
+                count(PORTION);
+                break;
+            }
+            if enough {
+                break;
+            }
+        }
+        let left = self.0.len();
         // Their room goes back bit by bit, too: the system takes many milliseconds for hundreds of megabytes at once.
         if (self.0.capacity() - left) * size_of::<T>() > ROOM {
             self.0.shrink_to(left);
         }
         !self.0.is_empty()
-    }
-
-    fn may_be_little(&self) -> bool {
-        false
     }
 }
 
@@ -119,26 +144,27 @@ pub fn put_off(on: bool) -> bool {
     PUTS_OFF.with(|puts_off| puts_off.replace(on))
 }
 
-/// Leaves the parts of a container to be dropped bit by bit, if they are many and nobody could tell the difference: `tells`
-/// says which of them may end a generator, whose `finally` block must run at once (with very many parts it has to wait, too).
+/// Leaves the parts of a container to be dropped bit by bit, if they are many, or many have been dropped just now, and nobody
+/// could tell the difference: `tells` says which of them may end a generator, whose `finally` block must run at once (with very
+/// many parts it has to wait, too).
 pub fn leave<T: 'static>(parts: &mut Vec<T>, tells: impl Fn(&T) -> bool) {
-    if parts.len() < MANY
-        || !PUTS_OFF.with(Cell::get)
-        || parts.len() < VERY_MANY && parts.iter().any(tells)
-    {
+    if !PUTS_OFF.with(Cell::get) {
         return;
     }
-    put_aside(Parts(std::mem::take(parts)));
+    let done = count(parts.len());
+    if parts.len() >= FEW
+        && (parts.len() >= MANY || done > PORTION)
+        && (done >= VERY_MANY || !parts.iter().any(tells))
+    {
+        put_aside(Parts(std::mem::take(parts)));
+    }
 }
 
 impl<T> Rest for std::vec::IntoIter<T> {
     fn drop_some(&mut self) -> bool {
+        count(PORTION);
         self.take(PORTION).for_each(drop);
         self.len() > 0
-    }
-
-    fn may_be_little(&self) -> bool {
-        false
     }
 }
 
@@ -199,10 +225,6 @@ impl<T> Rest for Row<T> {
     fn drop_some(&mut self) -> bool {
         drop_nodes(&mut self.0);
         !self.0.is_empty()
-    }
-
-    fn may_be_little(&self) -> bool {
-        true
     }
 }
 
@@ -288,17 +310,16 @@ pub fn drop_some() -> bool {
 fn drop_portion() -> bool {
     let _ = GIVEN_BACK.try_with(|given_back| given_back.set(0));
     let _ = DROPPED.try_with(|dropped| dropped.set(0));
+    let _ = DONE.try_with(|done| done.set(0));
     loop {
         let taken = PUT_OFF.try_with(|put_off| put_off.borrow_mut().pop());
         let Ok(Some(mut rest)) = taken else {
             return false;
         };
-        let more = rest.drop_some();
-        let goes_on = rest.may_be_little() && GIVEN_BACK.with(Cell::get) < NODES;
-        if more {
+        if rest.drop_some() {
             PUT_OFF.with(|put_off| put_off.borrow_mut().push(rest));
         }
-        if !goes_on {
+        if GIVEN_BACK.with(Cell::get) >= NODES || count(1) >= PORTION {
             return PUT_OFF.with(|put_off| !put_off.borrow().is_empty());
         }
     }
@@ -313,7 +334,7 @@ pub fn hand_over<'v>(parts: impl IntoIterator<Item = &'v mut Value>) {
 /// Drops the values a container held. Values that hold no others are left to be dropped where they are.
 #[inline]
 pub fn dismantle(values: &mut Vec<Value>) {
-    if values.len() >= MANY {
+    if values.len() >= FEW {
         leave(values, tells);
     }
     if values.iter().any(nests) {

@@ -1,16 +1,22 @@
 //! Lists of objects that do not keep them alive. The memory of a dead object stays while it is listed, so the dead ones
-//! leave whenever the list has doubled.
+//! leave whenever the list has doubled, a few with each object that is listed: a list of hundreds of thousands takes long to look
+//! through.
 
 use std::cell::{Cell, RefCell};
 use std::rc::{Rc, Weak};
 
 /// Entries up to which a list is not searched for dead ones.
 const LEAST: usize = 16;
+/// Entries that are looked at for each that is added.
+const STEP: usize = 8;
 
 /// Weak references to objects of one kind.
 pub struct WeakList<T> {
     all: RefCell<Vec<Weak<T>>>,
     limit: Cell<usize>,
+    /// While the list is searched for dead ones: how many have been looked at, and how many of those were alive. They are the
+    /// first ones; the places between both numbers are empty.
+    search: Cell<Option<(usize, usize)>>,
 }
 
 impl<T> Default for WeakList<T> {
@@ -18,6 +24,7 @@ impl<T> Default for WeakList<T> {
         WeakList {
             all: RefCell::default(),
             limit: Cell::new(LEAST),
+            search: Cell::default(),
         }
     }
 }
@@ -26,12 +33,51 @@ impl<T> WeakList<T> {
     /// Lists one more.
     pub fn push(&self, object: &Rc<T>) {
         let mut all = self.all.borrow_mut();
-        if all.len() >= self.limit.get() {
-            all.retain(|object| object.strong_count() > 0);
-            self.limit.set((all.len() * 2).max(LEAST));
-            all.shrink_to(self.limit.get());
+        if self.search.get().is_none() && all.len() >= self.limit.get() {
+            self.search.set(Some((0, 0)));
+        }
+        if let Some((mut seen, mut kept)) = self.search.get() {
+            for _ in 0..STEP.min(all.len() - seen) {
+                let object = std::mem::take(&mut all[seen]);
+                seen += 1;
+                if object.strong_count() > 0 {
+                    all[kept] = object;
+                    kept += 1;
+                }
+            }
+            self.search.set((seen < all.len()).then_some((seen, kept)));
+            if seen == all.len() {
+                all.truncate(kept);
+                self.limit.set((kept * 2).max(LEAST));
+                all.shrink_to(self.limit.get());
+            }
         }
         all.push(Rc::downgrade(object));
+    }
+
+    /// Runs `each`, which lists nothing here, on those that are alive.
+    pub fn each(&self, each: impl FnMut(&Rc<T>)) {
+        self.some_alive(usize::MAX, usize::MAX, each);
+    }
+
+    /// Runs `each`, which lists nothing here, on those that are alive among the `count` listed ones before number `before`, last
+    /// ones first; the number to go on with, 0 at the end. Others may be listed in between: what is listed already only moves to
+    /// the front, so none is left out.
+    pub fn some_alive(&self, before: usize, count: usize, mut each: impl FnMut(&Rc<T>)) -> usize {
+        let all = self.all.borrow();
+        let end = all.len().min(before);
+        let begin = end.saturating_sub(count);
+        let some = all[begin..end].iter().rev();
+        some.filter_map(Weak::upgrade)
+            .for_each(|object| each(&object));
+        begin
+    }
+
+    /// Whether an object is listed.
+    pub fn lists(&self, object: &Rc<T>) -> bool {
+        let all = self.all.borrow();
+        all.iter()
+            .any(|listed| listed.as_ptr() == Rc::as_ptr(object))
     }
 
     /// Those that are alive.
@@ -41,6 +87,7 @@ impl<T> WeakList<T> {
 
     /// Those that are alive; the list is empty then.
     pub fn take(&self) -> Vec<Rc<T>> {
+        self.search.set(None);
         let all = self.all.take();
         all.iter().filter_map(Weak::upgrade).collect()
     }
@@ -49,5 +96,38 @@ impl<T> WeakList<T> {
     #[cfg(test)]
     pub fn len(&self) -> usize {
         self.all.borrow().len()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dead_ones_leave_and_the_others_keep_their_order() {
+        let list = WeakList::default();
+        let mut kept = Vec::new();
+        for number in 0..100_000 {
+            let object = Rc::new(number);
+            list.push(&object);
+            if number % 100 == 0 {
+                kept.push(object);
+            }
+            assert!(
+                list.len() <= 4 * kept.len() + 4 * LEAST,
+                "{} of {number}",
+                list.len()
+            );
+        }
+        assert_eq!(list.alive(), kept);
+        let mut some = Vec::new();
+        let mut before = usize::MAX;
+        while before > 0 {
+            before = list.some_alive(before, 10, |object| some.push(object.clone()));
+            list.push(&Rc::new(0));
+        }
+        some.reverse();
+        assert_eq!(some, kept);
+        assert!(list.lists(&kept[0]) && !list.lists(&Rc::new(0)));
     }
 }

@@ -202,7 +202,7 @@ fn pop(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 
 fn popitem(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let dict = receiver(ev, &args[0])?;
-    let Some((index, _, _)) = dict.previous_entry(usize::MAX) else {
+    let Some((index, ..)) = ev.previous_entry(&dict, usize::MAX)? else {
         return Err(ev.raise_args(
             ExceptionKind::KeyError,
             vec![Value::str("popitem(): dictionary is empty")],

@@ -64,7 +64,7 @@ pub(super) fn install(core: &Rc<Core>) {
             }),
             ("pop", "", |ev, args| {
                 let set = receiver(ev, &args[0])?;
-                set.pop().ok_or_else(|| {
+                ev.set_pop(&set)?.ok_or_else(|| {
                     let text = Value::str("pop from an empty set");
                     ev.raise_args(crate::errors::ExceptionKind::KeyError, vec![text])
                 })

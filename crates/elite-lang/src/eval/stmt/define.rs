@@ -14,7 +14,7 @@ use crate::source::Span;
 use crate::value::class::Base;
 use crate::value::symbol::known;
 use crate::value::trash::Nodes;
-use crate::value::{Class, Function, R, Raised, Symbol, Value};
+use crate::value::{Class, Function, R, Raised, Symbol, Value, Values};
 
 /// `def`
 pub struct DefineFunction {
@@ -280,6 +280,7 @@ impl Evaluator<'_> {
                             .type_error(format!("__slots__ items must be strings, not '{name}'")));
                     };
                     slots.push(self.take_name(text.as_str())?);
+                    self.worked(ATTRIBUTE)?;
                 }
                 if let (false, Some(extended)) = (slots.is_empty(), without_room(base)) {
                     let text =
@@ -324,11 +325,14 @@ impl Evaluator<'_> {
 
     /// Tells attributes their names and the parent about the new class.
     pub fn finish_class(&self, class: &Rc<Class>, keywords: &[(Symbol, Value)]) -> R<()> {
-        let attrs: Vec<(Symbol, Value)> = class
-            .own_attrs()
-            .iter()
-            .map(|(name, value)| (name, value.clone()))
-            .collect();
+        let is_told = |value: &Value| matches!(value, Value::Property(_) | Value::Instance(_));
+        // The look at the class is over before any code runs.
+        let told = |class: &Class| -> Vec<(Symbol, Value)> {
+            let attrs = class.own_attrs();
+            let told = attrs.iter().filter(|(_, value)| is_told(value));
+            told.map(|(name, value)| (name, value.clone())).collect()
+        };
+        let attrs = Values::from(told(class));
         for (name, value) in attrs {
             self.worked(ATTRIBUTE)?;
             if let Value::Property(property) = &value {

@@ -5,7 +5,10 @@ use std::rc::Rc;
 use super::target::Target;
 use crate::errors::ExceptionKind;
 use crate::eval::{Evaluator, Flow, Frame, Located, Statement, attempt};
+use crate::ops::dict::NAME;
 use crate::source::Span;
+use crate::value::by_symbol::SymbolSet;
+use crate::value::module::Namespace;
 use crate::value::symbol::known;
 use crate::value::trash::Nodes;
 use crate::value::{CellVar, R, Raised, Symbol, Value, Values};
@@ -110,26 +113,45 @@ impl Statement for ImportStar {
             }
             return Flow::Next;
         };
-        {
-            let listed = module.namespace.get(ev.core.symbols.intern("__all__"));
-            let names = match listed {
-                Some(names) => Some(attempt!(ev.collect(&names))),
-                None => None,
-            };
-            for (name, value) in module.namespace.entries() {
-                let is_public = match &names {
-                    Some(names) => names
-                        .iter()
-                        .any(|listed| listed.as_str() == Some(&*ev.core.symbols.name(name))),
-                    None => !ev.core.symbols.name(name).starts_with('_'),
-                };
-                if is_public {
-                    drop((self.global)(name).replace(value));
-                }
+        for name in attempt!(public_names(ev, &module.namespace)) {
+            attempt!(ev.worked(NAME));
+            if let Some(value) = module.namespace.get(name) {
+                drop((self.global)(name).replace(value));
             }
         }
         Flow::Next
     }
+}
+
+/// The names that `import *` takes from a module.
+fn public_names(ev: &Evaluator<'_>, namespace: &Namespace) -> R<Vec<Symbol>> {
+    let mut names = ev.bound_names(namespace)?;
+    let listed = namespace.get(ev.core.symbols.intern("__all__"));
+    let listed = listed.map(|listed| ev.collect(&listed)).transpose()?;
+    let all = match &listed {
+        Some(listed) => {
+            let mut all = SymbolSet::default();
+            for text in listed.iter().filter_map(Value::as_str) {
+                all.extend(ev.core.symbols.find(text));
+                ev.worked(NAME)?;
+            }
+            Some(all)
+        }
+        None => None,
+    };
+    let mut kept = 0;
+    for at in 0..names.len() {
+        let name = names[at];
+        let is_public = match &all {
+            Some(all) => all.contains(name),
+            None => !ev.core.symbols.name(name).starts_with('_'),
+        };
+        names[kept] = name;
+        kept += usize::from(is_public);
+        ev.worked(NAME)?;
+    }
+    names.truncate(kept);
+    Ok(names)
 }
 
 /// The names that `import *` takes from an object that stands in `sys.modules` for a module.
@@ -171,7 +193,7 @@ impl Evaluator<'_> {
     }
 
     /// The module of this name, whose packages have been found.
-    fn import_one(&self, name: &str) -> R {
+    pub fn import_one(&self, name: &str) -> R {
         match self.core.module_table.get_str(name) {
             Some(Value::None) => {
                 let text = format!("import of {name} halted; None in sys.modules");

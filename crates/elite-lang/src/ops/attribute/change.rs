@@ -196,6 +196,9 @@ impl Evaluator<'_> {
         if !class.takes_attribute(name) {
             return Err(self.attribute_error(value, name));
         }
+        if let Some(dict) = instance.shown_dict() {
+            self.grow_dict(&dict)?;
+        }
         instance.set(name, new, &self.core.symbols);
         self.sweep_names_if_due()?;
         Ok(())
@@ -272,7 +275,10 @@ impl Evaluator<'_> {
             _ => {}
         }
         if instance.remove(name, &self.core.symbols) {
-            Ok(())
+            match instance.shown_dict() {
+                Some(dict) => self.shrink_dict(&dict),
+                None => Ok(()),
+            }
         } else {
             Err(self.attribute_error(value, name))
         }

@@ -79,7 +79,7 @@ impl Evaluator<'_> {
                     .and_then(|attrs| attrs.get(name).cloned());
                 match own {
                     Some(found) => Ok(Some(found)),
-                    None => match self.function_attribute(function, name) {
+                    None => match self.function_attribute(function, name)? {
                         Some(found) => Ok(Some(found)),
                         None => self.builtin_attribute(value, name),
                     },
@@ -295,10 +295,9 @@ impl Evaluator<'_> {
                 return Ok(Some(Value::tuple(all.map(Value::Class).collect())));
             }
             known::DICT => {
-                let dict = crate::value::Dict::new();
-                for (name, value) in class.own_attrs().iter() {
-                    dict.set_interned(self.core.symbols.value(name), value.clone());
-                }
+                let dict = self.dict_of_attributes(|from, count, out| {
+                    class.own_attrs().some(from, count, out)
+                })?;
                 return Ok(Some(Value::Dict(Rc::new(dict))));
             }
             _ => {}

@@ -10,7 +10,8 @@ use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::generator::{Stepped, ToGenerator};
 use crate::eval::pace::VALUE;
-use crate::value::dict::{SOME, ViewKind};
+use crate::ops::dict::PASSED;
+use crate::value::dict::{SOME, Sought, ViewKind};
 use crate::value::symbol::known;
 use crate::value::{Held, Iter, R, Raised, Value, Values};
 
@@ -232,7 +233,7 @@ impl Evaluator<'_> {
                 position,
                 length,
                 reversed,
-            } => {
+            } => loop {
                 if dict.len() != length.get() {
                     if length.get() == usize::MAX {
                         return Ok(None);
@@ -241,25 +242,29 @@ impl Evaluator<'_> {
                     let message = "dictionary changed size during iteration";
                     return Err(self.raise(ExceptionKind::RuntimeError, message));
                 }
-                let entry = if *reversed {
-                    dict.previous_entry(position.get())
-                } else {
-                    dict.next_entry(position.get())
+                let sought = match *reversed {
+                    true => dict.previous_entry(position.get()),
+                    false => dict.next_entry(position.get()),
                 };
-                entry.map(|(at, key, value)| {
-                    position.set(at);
-                    match kind {
-                        ViewKind::Keys => key,
-                        ViewKind::Values => value,
-                        ViewKind::Items => Value::pair(key, value),
+                match sought {
+                    Sought::Found((at, key, value)) => {
+                        position.set(at);
+                        break Some(match kind {
+                            ViewKind::Keys => key,
+                            ViewKind::Values => value,
+                            ViewKind::Items => Value::pair(key, value),
+                        });
                     }
-                })
-            }
+                    Sought::Further(at) => position.set(at),
+                    Sought::Nowhere => break None,
+                }
+                self.worked(SOME * PASSED)?;
+            },
             Iter::Set {
                 set,
                 position,
                 length,
-            } => {
+            } => loop {
                 if set.len() != length.get() {
                     length.set(usize::MAX);
                     return Err(self.raise(
@@ -267,11 +272,16 @@ impl Evaluator<'_> {
                         "Set changed size during iteration",
                     ));
                 }
-                set.next_element(position.get()).map(|(at, _, key)| {
-                    position.set(at);
-                    key
-                })
-            }
+                match set.next_element(position.get()) {
+                    Sought::Found((at, _, key)) => {
+                        position.set(at);
+                        break Some(key);
+                    }
+                    Sought::Further(at) => position.set(at),
+                    Sought::Nowhere => break None,
+                }
+                self.worked(SOME * PASSED)?;
+            },
             _ => return self.recurse(|| self.next_lazy(iter)),
         })
     }
@@ -315,13 +325,14 @@ impl Evaluator<'_> {
                 position,
                 length,
                 reversed: false,
-            } if dict.len() == length.get() => {
-                let entry = dict.next_entry(position.get());
-                Ok(Some(entry.map(|(at, key, value)| {
+            } if dict.len() == length.get() => Ok(match dict.next_entry(position.get()) {
+                Sought::Found((at, key, value)) => {
                     position.set(at);
-                    (key, value)
-                })))
-            }
+                    Some(Some((key, value)))
+                }
+                Sought::Further(_) => None,
+                Sought::Nowhere => Some(None),
+            }),
             Iter::Enumerate { .. } => self.pair_or_end(iter).map(Some),
             Iter::Zip {
                 sources,

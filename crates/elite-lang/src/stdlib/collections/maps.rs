@@ -9,7 +9,7 @@ use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::pace::VALUE;
 use crate::stdlib::define::{Builder, Entry, native_class};
-use crate::value::{Class, Dict, R, Value, Values};
+use crate::value::{Class, R, Value, Values};
 
 pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
     let dict = &module.core().types.dict.clone();
@@ -42,8 +42,9 @@ const ORDERED: &[Entry] = &[
         let own = Own::of(ev, &args[0])?;
         let last = args[1].given().map_or(Ok(true), |last| ev.truth(last))?;
         let found = match last {
-            true => own.dict.previous_entry(usize::MAX).map(|(at, ..)| at),
-            false => first(&own.dict),
+            true => ev.previous_entry(&own.dict, usize::MAX)?.map(|(at, ..)| at),
+            // Where the oldest entry is.
+            false => ev.next_entry(&own.dict, 0)?.map(|(after, ..)| after - 1),
         };
         let Some(at) = found else {
             let text = vec![Value::str("dictionary is empty")];
@@ -103,11 +104,6 @@ const ORDERED: &[Entry] = &[
         Ok(Value::str(format!("{name}({items})")))
     }),
 ];
-
-/// Where the oldest entry is.
-fn first(dict: &Dict) -> Option<usize> {
-    dict.next_entry(0).map(|(after, ..)| after - 1)
-}
 
 fn ordered_init(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
     take_in(ev, args, |count| {

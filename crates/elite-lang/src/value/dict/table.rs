@@ -78,8 +78,10 @@ pub enum Found {
 }
 
 pub(super) fn spread(hash: u64) -> usize {
-    // The tables are indexed by the low bits; Python hashes of integers need mixing first.
-    (hash.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 32) as usize
+    // The tables are indexed by the low bits; Python hashes of numbers need mixing first, of all their bits: those of `i << 45` or
+    // of `i / 1024` differ in the upper ones only.
+    let product = u128::from(hash) * 0x9E37_79B9_7F4A_7C15;
+    ((product as u64 ^ (product >> 64) as u64) >> 32) as usize
 }
 
 /// Enters an entry's index in a table of slots with room for it.
