@@ -5,7 +5,7 @@
 #
 #     ./test.sh          what a change must pass on the way
 #     ./test.sh --all    with the long ones: how the language's natives grow with their data, the wheel with clusters, type
-#                        checkers and pictures. .ci/run does this
+#                        checkers and pictures; the book; versions that were withdrawn. .ci/run does this
 set -euo pipefail
 cd "$(dirname "$0")"
 all=0
@@ -62,7 +62,9 @@ fi
 export ELITESERVER="$target/debug/eliteserver"
 
 start "campaign: every decoder, the evaluator and its generators, then faults around the controller; bounded, a line each"
-"$target/debug/dev" campaign --seconds 5 --seed 1 --binary "$ELITESERVER"
+seconds=2
+[ "$all" = 0 ] || seconds=5
+"$target/debug/dev" campaign --seconds "$seconds" --seed 1 --binary "$ELITESERVER"
 
 start "field buses, sockets and remote calls against peers from PyPI"
 tests/peers/run.sh
@@ -99,4 +101,11 @@ if [ "$all" = 1 ]; then
     python3 crates/pybind/test.py --debug
 else
     python3 crates/pybind/test.py --debug --quick
+fi
+
+if [ "$all" = 1 ]; then
+    start "the book of docs/, its links"
+    packaging/book.sh
+    start "what registries say of the versions in the lock files"
+    packaging/audit.py
 fi

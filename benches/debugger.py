@@ -3,6 +3,7 @@
     python3 benches/debugger.py target/release/eliteserver debug
     python3 benches/debugger.py python3 -m debugpy.adapter          # pip install debugpy
     python3 benches/debugger.py --both target/release/eliteserver   # one after the other, and the ratios
+    python3 benches/debugger.py --back target/release/eliteserver debug   # stepBack at the end of 60 simulated seconds
 
 Times are those that a client of the Debug Adapter Protocol sees on standard input and output.
 """
@@ -187,12 +188,50 @@ def loop(command, folder):
     return took
 
 
+def moving():
+    """A program whose last line comes after 60 simulated seconds of motions and waits."""
+    poses = ["[0.5, -1.2, 1.4, -1.77, -1.57, 0]", "[-0.5, -1.2, 1.4, -1.77, -1.57, 0]"]
+    lines = ["k = 0"]
+    for n in range(30):
+        lines += [f"movej({poses[n % 2]}, a=2, v=1)", "sleep(0.5)", "k = k + 1"]
+    return "\n".join(lines + ["print(k)"]) + "\n"
+
+
+def backwards(command):
+    """Times of `stepBack` from the end of that program, ms, and the simulated time there, s."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, "moving.script")
+        with open(path, "w") as file:
+            file.write(moving())
+        client = Client(command)
+        client.ask("initialize", {"adapterID": "bench", "linesStartAt1": True, "columnsStartAt1": True, "pathFormat": "path"})
+        launch = client.send("launch", {"program": path})
+        client.event("initialized")
+        client.ask("setBreakpoints", {"source": {"path": path}, "breakpoints": [{"line": len(moving().splitlines())}]})
+        client.ask("configurationDone")
+        client.wait(lambda m: m["type"] == "response" and m["request_seq"] == launch)
+        thread = client.event("stopped")["body"]["threadId"]
+
+        def back():
+            client.ask("stepBack", {"threadId": thread})
+            client.event("stopped")
+
+        times = timed(40, back)
+        frames = client.ask("stackTrace", {"threadId": thread, "levels": 1})["stackFrames"]
+        client.close()
+    return times, frames[0]["line"]
+
+
 def p95(times):
     times = sorted(times)
     return times[min(len(times) - 1, int(0.95 * len(times)))]
 
 
 def main(arguments):
+    if arguments[:1] == ["--back"]:
+        times, line = backwards(arguments[1:])
+        print(f"40 times stepBack, to line {line}: median {statistics.median(times):.0f} ms, p95 {p95(times):.0f}, most {max(times):.0f}")
+        return
     both = arguments[:1] == ["--both"]
     commands = {"ours": [arguments[1], "debug"], "debugpy": [sys.executable, "-m", "debugpy.adapter"]} if both else {"": arguments}
     with tempfile.TemporaryDirectory() as folder:

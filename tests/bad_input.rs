@@ -2,13 +2,11 @@
 
 #![allow(clippy::unwrap_used, reason = "a test helper fails by panicking")]
 
-mod common;
-
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::process::Output;
 
-use common::{PATIENCE, Server, eliteserver, read_recording, run_script};
+use crate::common::{PATIENCE, Server, eliteserver, read_recording, run_script};
 
 fn text(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()

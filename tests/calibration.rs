@@ -6,12 +6,10 @@
     reason = "a test fails by panicking"
 )]
 
-mod common;
-
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use common::{Server, eliteserver, run_script};
+use crate::common::{Server, eliteserver, run_script};
 use kinematics::{Calibration, JointPositions, Pose, RobotModel};
 
 fn file(name: &str) -> PathBuf {

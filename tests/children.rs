@@ -6,12 +6,10 @@
     reason = "a test fails by panicking"
 )]
 
-mod common;
-
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use common::{PATIENCE, Server, run_script};
+use crate::common::{PATIENCE, Server, run_script};
 
 /// Ways in which `sleep 97` may be started by a shell, so that it is nobody's business any more.
 const WAYS: [(&str, &str); 7] = [

@@ -2,13 +2,11 @@
 
 #![allow(clippy::unwrap_used, reason = "a test helper fails by panicking")]
 
-mod common;
-
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
-use common::{PATIENCE, Server};
+use crate::common::{self, PATIENCE, Server};
 
 /// Ports that speak a protocol of their own.
 const OWN: [&str; 5] = ["primary", "interpreter", "rtsi", "dashboard", "modbus"];

@@ -6,9 +6,7 @@
     reason = "helpers fail by panicking"
 )]
 
-mod common;
-
-use common::run_in_cell;
+use crate::common::run_in_cell;
 use kinematics::{Pose, RobotModel};
 
 /// What the script printed, what it said, and the exit status.

@@ -8,8 +8,6 @@
     reason = "tests fail by panicking"
 )]
 
-mod common;
-
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::path::Path;
@@ -17,7 +15,9 @@ use std::process::Stdio;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use common::{FromPrimary, PATIENCE, Primary, Server, eliteserver, read_recording, run_script};
+use crate::common::{
+    FromPrimary, PATIENCE, Primary, Server, alone, eliteserver, read_recording, run_script,
+};
 
 /// A program that moves until it is stopped, about to and fro.
 const WAVE: &str = "def wave():\n while True:\n  movej([0.5, -1.5708, 1.5708, -1.5708, -1.5708, 0], a=3, v=2)\n  movej([-0.5, -1.5708, 1.5708, -1.5708, -1.5708, 0], a=3, v=2)\n end\nend\n";
@@ -62,6 +62,7 @@ fn next_program_runs(server: &Server) {
 
 #[test]
 fn a_panic_in_a_task_ends_the_program_with_an_internal_error_and_the_next_one_runs() {
+    let _machine = alone();
     for options in [&REAL[..], &VIRTUAL[..]] {
         let folder = tempfile::tempdir().unwrap();
         let server = Server::start(folder.path(), options);
@@ -97,6 +98,7 @@ fn a_panic_in_a_task_ends_the_program_with_an_internal_error_and_the_next_one_ru
 
 #[test]
 fn a_program_of_run_that_meets_a_fault_fails() {
+    let _machine = alone();
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("faults"), "task panic\n").unwrap();
     let output = eliteserver()
@@ -119,6 +121,7 @@ fn a_program_of_run_that_meets_a_fault_fails() {
 
 #[test]
 fn a_panic_in_a_session_ends_that_connection_only() {
+    let _machine = alone();
     let folder = tempfile::tempdir().unwrap();
     let server = Server::start(folder.path(), &REAL);
     for port in [
@@ -163,6 +166,7 @@ fn a_panic_in_a_session_ends_that_connection_only() {
 
 #[test]
 fn services_that_panic_are_begun_again() {
+    let _machine = alone();
     for (options, services) in [
         (&REAL[..], &["pump", "log"][..]),
         (&VIRTUAL[..], &["pump", "idle-pace", "log"][..]),
@@ -229,6 +233,7 @@ fn modbus_device() -> u16 {
 
 #[test]
 fn a_panic_of_a_field_bus_costs_one_exchange_and_the_robot_goes_on() {
+    let _machine = alone();
     let folder = tempfile::tempdir().unwrap();
     let port = modbus_device();
     // The line leads to a device that sends back what it gets.
@@ -278,6 +283,7 @@ fn a_panic_of_a_field_bus_costs_one_exchange_and_the_robot_goes_on() {
 
 #[test]
 fn a_panic_in_the_recorder_is_an_alarm_and_the_robot_goes_on() {
+    let _machine = alone();
     for options in [&REAL[..], &VIRTUAL[..]] {
         let folder = tempfile::tempdir().unwrap();
         let server = Server::start(folder.path(), options);
@@ -303,6 +309,7 @@ fn a_panic_in_the_recorder_is_an_alarm_and_the_robot_goes_on() {
 
 #[test]
 fn a_panic_in_the_control_cycle_is_told_to_everybody_and_ends_the_process() {
+    let _machine = alone();
     for (options, runs) in [(&REAL[..], true), (&VIRTUAL[..], true), (&REAL[..], false)] {
         let folder = tempfile::tempdir().unwrap();
         let server = Server::start(folder.path(), options);
@@ -336,6 +343,7 @@ fn a_panic_in_the_control_cycle_is_told_to_everybody_and_ends_the_process() {
 
 #[test]
 fn a_panic_in_the_control_cycle_of_run_is_status_3() {
+    let _machine = alone();
     let folder = tempfile::tempdir().unwrap();
     let script = folder.path().join("a.script");
     std::fs::write(&script, "sleep(1)\nprint('never')\n").unwrap();

@@ -1,7 +1,7 @@
 //! What the program is linked from: every crate comes from the registry, has a licence that may be handed out with ours, and is
 //! there once. What is there twice is listed here with who needs it; a new pair is a decision, not an accident.
 //!
-//! Advisories are not looked up: their list is not in any package registry.
+//! What changes without a change here, yanked versions and advisories, is asked by packaging/audit.py.
 
 #![allow(
     clippy::unwrap_used,

@@ -8,9 +8,7 @@
     reason = "helpers fail by panicking; joints are counted; the numbers are those of the example program"
 )]
 
-mod common;
-
-use common::{Recording, Server, first_light, read_recording, run_script};
+use crate::common::{Recording, Server, alone, first_light, read_recording, run_script};
 use kinematics::{JointPositions, Pose, RobotModel, RpyPose};
 use recorder::cycle::Cycle;
 
@@ -22,6 +20,7 @@ const STEP: f64 = 0.004;
 
 #[test]
 fn a_program_sent_to_30001_moves_the_arm_and_every_cycle_is_recorded() {
+    let _machine = alone();
     let folder = tempfile::tempdir().unwrap();
     let server = Server::start(folder.path(), &["--record", "out.mcap"]);
     let mut client = server.primary();
@@ -77,6 +76,7 @@ fn a_program_sent_to_30001_moves_the_arm_and_every_cycle_is_recorded() {
 
 #[test]
 fn the_virtual_clock_gives_identical_recordings() {
+    let _machine = alone();
     let folder = tempfile::tempdir().unwrap();
     let record = |name: &str| {
         let output = run_script(folder.path(), &first_light(), &["--record", name]);

@@ -7,8 +7,6 @@
     reason = "a test fails by panicking"
 )]
 
-mod common;
-
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::Read;
@@ -17,7 +15,7 @@ use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
-use common::{eliteserver, run_script};
+use crate::common::{eliteserver, run_script};
 
 /// Address space of a reader, KiB. The program itself, its threads and the largest chunk fit; the file does not.
 const MEMORY_KIB: u64 = 1_200_000;

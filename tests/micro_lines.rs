@@ -7,12 +7,10 @@
     reason = "helpers fail by panicking"
 )]
 
-mod common;
-
 use std::fmt::Write as _;
 use std::path::Path;
 
-use common::{eliteserver, run_script};
+use crate::common::{eliteserver, run_script};
 
 /// What the program prints, with the folder as its task folder; fails when the program does.
 fn printed(folder: &Path, text: &str, options: &[&str]) -> String {

@@ -9,11 +9,9 @@
     reason = "helpers fail by panicking"
 )]
 
-mod common;
-
 use std::fmt::Write as _;
 
-use common::{read_recording, run_script};
+use crate::common::{read_recording, run_script};
 
 /// A table to keep off.
 const CELL: &str = "[[safety_plane]]\nname = \"table\"\npoint = [0, 0, 0.2]\nnormal = [0, 0, 1]\n";

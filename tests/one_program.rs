@@ -5,14 +5,12 @@
 
 #![allow(clippy::unwrap_used, reason = "a test helper fails by panicking")]
 
-mod common;
-
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use common::{PATIENCE, Server, read_recording};
+use crate::common::{PATIENCE, Server, read_recording};
 
 const CLOCKS: [&str; 2] = ["virtual", "realtime"];
 

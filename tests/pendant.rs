@@ -8,13 +8,11 @@
     reason = "helpers fail by panicking"
 )]
 
-mod common;
-
 use std::io::{BufRead, BufReader, Write};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 
-use common::{PATIENCE, Recording, Server, eliteserver, read_recording};
+use crate::common::{PATIENCE, Recording, Server, eliteserver, read_recording};
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/pendant")

@@ -7,9 +7,7 @@
     reason = "helpers fail by panicking"
 )]
 
-mod common;
-
-use common::{Recording, eliteserver, read_recording};
+use crate::common::{Recording, eliteserver, read_recording};
 use kinematics::RobotModel;
 
 /// Runs a program and reads its recording.

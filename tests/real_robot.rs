@@ -6,18 +6,11 @@
     reason = "helpers fail by panicking"
 )]
 
-mod common;
-#[path = "real_robot/faults.rs"]
 mod faults;
-#[path = "real_robot/peers.rs"]
 mod peers;
-#[path = "real_robot/recorded.rs"]
 mod recorded;
-#[path = "real_robot/run_here.rs"]
 mod run_here;
-#[path = "real_robot/shell.rs"]
 mod shell;
-#[path = "real_robot/terminal.rs"]
 mod terminal;
 
 use std::io::{Read, Write};
@@ -26,7 +19,7 @@ use std::path::Path;
 use std::process::{Output, Stdio};
 use std::time::{Duration, Instant};
 
-use common::{Server, eliteserver, send_signal};
+use crate::common::{Server, eliteserver, send_signal};
 
 /// A command that speaks to the server.
 fn command(server: &Server, name: &str) -> std::process::Command {

@@ -6,8 +6,6 @@
     reason = "a test fails by panicking"
 )]
 
-mod common;
-
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::path::Path;
@@ -15,7 +13,7 @@ use std::process::{Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use common::{FromPrimary, PATIENCE, Server, eliteserver};
+use crate::common::{FromPrimary, PATIENCE, Server, eliteserver};
 use recorder::{Ending, Entry, Recording, Topic};
 
 /// What is on disk after a kill ends so long before it at the latest, s.

@@ -9,11 +9,9 @@
     reason = "a test fails by panicking"
 )]
 
-mod common;
-
 use std::path::{Path, PathBuf};
 
-use common::eliteserver;
+use crate::common::eliteserver;
 
 /// Functions that move the arm; a call of one of them makes a program one that moves.
 const MOVING: [&str; 9] = [

@@ -7,8 +7,6 @@
     reason = "test helpers fail by panicking"
 )]
 
-mod common;
-#[path = "served_programs/peers.rs"]
 mod peers;
 
 use std::io::{BufReader, Read, Write};
@@ -17,7 +15,7 @@ use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::time::Duration;
 
-use common::{Server, eliteserver};
+use crate::common::{self, Server, eliteserver};
 use editor::dap::stream::{self, Incoming};
 use serde_json::{Value as Json, json};
 

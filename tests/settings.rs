@@ -4,9 +4,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test helper fails by panicking")]
 
-mod common;
-
-use common::{read_recording, run_script};
+use crate::common::{self, read_recording, run_script};
 
 /// Runs a program that must end well; its recording.
 fn recorded(text: &str, cell: &str) -> common::Recording {

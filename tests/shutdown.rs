@@ -7,8 +7,6 @@
     reason = "tests fail by panicking"
 )]
 
-mod common;
-
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::path::Path;
@@ -16,7 +14,7 @@ use std::process::{Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use common::{PATIENCE, Server, eliteserver, read_recording, send_signal};
+use crate::common::{self, PATIENCE, Server, alone, eliteserver, read_recording, send_signal};
 
 /// What the contract allows, and some for a machine that does other things as well.
 const ALLOWED: Duration = Duration::from_millis(2300);
@@ -220,11 +218,13 @@ fn ends_in(state: &State, signal: &str) {
 
 #[test]
 fn sigterm_ends_a_server_within_two_seconds_in_every_state() {
+    let _machine = alone();
     STATES.iter().for_each(|state| ends_in(state, "TERM"));
 }
 
 #[test]
 fn sigterm_ends_a_recording_that_is_served() {
+    let _machine = alone();
     let folder = tempfile::tempdir().unwrap();
     let output = common::run_script(folder.path(), "sleep(20)\n", &["--record", "a.mcap"]);
     assert!(output.status.success());
@@ -247,6 +247,7 @@ fn sigterm_ends_a_recording_that_is_served() {
 
 #[test]
 fn sigterm_ends_a_server_whose_program_waits_for_a_child_that_is_held() {
+    let _machine = alone();
     let folder = tempfile::tempdir().unwrap();
     let options = ["--plant", "ideal", "--record", "off", "--allow", "process"];
     let server = Server::start(folder.path(), &options);
@@ -278,6 +279,7 @@ fn sigterm_ends_a_server_whose_program_waits_for_a_child_that_is_held() {
 
 #[test]
 fn a_signal_ends_a_wait_as_any_other_command() {
+    let _machine = alone();
     use std::os::unix::process::ExitStatusExt as _;
     for (name, number) in [("TERM", 15), ("INT", 2)] {
         let mut child = eliteserver()
@@ -294,6 +296,7 @@ fn a_signal_ends_a_wait_as_any_other_command() {
 
 #[test]
 fn a_file_that_may_not_grow_ends_the_recording_and_nothing_else() {
+    let _machine = alone();
     for clock in ["realtime", "virtual"] {
         let folder = tempfile::tempdir().unwrap();
         let log = std::fs::File::create(folder.path().join("stderr.log")).unwrap();
@@ -346,11 +349,13 @@ fn a_file_that_may_not_grow_ends_the_recording_and_nothing_else() {
 
 #[test]
 fn sigint_ends_a_server_as_sigterm_does() {
+    let _machine = alone();
     STATES[..2].iter().for_each(|state| ends_in(state, "INT"));
 }
 
 #[test]
 fn stop_task_ends_a_wait_for_a_name_at_once() {
+    let _machine = alone();
     for call in [
         "socket_open('slow.invalid', 80)",
         "rpc_factory('xmlrpc', 'http://slow.invalid:8080').m()",
@@ -375,6 +380,7 @@ fn stop_task_ends_a_wait_for_a_name_at_once() {
 
 #[test]
 fn standard_error_that_is_closed_or_unread_costs_lines_only() {
+    let _machine = alone();
     for is_closed in [true, false] {
         let folder = tempfile::tempdir().unwrap();
         let (reader, writer) = std::io::pipe().unwrap();
@@ -417,6 +423,7 @@ fn standard_error_that_is_closed_or_unread_costs_lines_only() {
 
 #[test]
 fn a_run_whose_output_nobody_reads_ends_by_a_signal_and_one_whose_reader_is_gone_goes_on() {
+    let _machine = alone();
     let folder = tempfile::tempdir().unwrap();
     let script = folder.path().join("a.script");
     let mut loud = eliteserver();
@@ -452,6 +459,7 @@ fn a_run_whose_output_nobody_reads_ends_by_a_signal_and_one_whose_reader_is_gone
 
 #[test]
 fn a_signal_during_the_start_ends_the_process() {
+    let _machine = alone();
     let folder = tempfile::tempdir().unwrap();
     // A model that never comes.
     let fifo = folder.path().join("arm.urdf");
@@ -478,6 +486,7 @@ fn a_signal_during_the_start_ends_the_process() {
 
 #[test]
 fn answers_whose_reader_has_seen_enough_are_no_fault() {
+    let _machine = alone();
     for arguments in [
         &["builtins"][..],
         &["builtins", "--format", "json"],
@@ -502,6 +511,7 @@ fn answers_whose_reader_has_seen_enough_are_no_fault() {
 
 #[test]
 fn a_ready_file_of_an_earlier_server_is_gone_before_the_ports_open_and_after_the_end() {
+    let _machine = alone();
     let folder = tempfile::tempdir().unwrap();
     let ready = folder.path().join("ready.json");
     std::fs::write(&ready, "{\"pid\": 1}").unwrap();

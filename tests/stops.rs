@@ -8,8 +8,6 @@
     reason = "tests fail by panicking"
 )]
 
-mod common;
-
 use std::collections::BTreeMap;
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
@@ -19,7 +17,7 @@ use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use common::{FromPrimary, PATIENCE, Server, read_recording};
+use crate::common::{self, FromPrimary, PATIENCE, Server, alone, read_recording};
 
 /// What the contract allows (INTERFACES 7).
 const PROMISED: Duration = Duration::from_millis(100);
@@ -228,6 +226,7 @@ impl Flood {
 
 #[test]
 fn a_stop_is_there_in_time_while_every_port_is_flooded() {
+    let _machine = alone();
     for (port, text) in [("primary", "stop task\n"), ("dashboard", "stop\n")] {
         let folder = tempfile::tempdir().unwrap();
         let server = Server::start(folder.path(), &REAL);
@@ -256,6 +255,7 @@ fn a_stop_is_there_in_time_while_every_port_is_flooded() {
 
 #[test]
 fn a_stop_is_there_in_time_behind_whatever_its_client_sent_before() {
+    let _machine = alone();
     let programs = "def p():\n sleep(100)\nend\n".repeat(2000);
     let mixed = "set speed 0.9\nsec s():\n y = 1\nend\nz = 1\n".repeat(2000);
     let log = "log -a hello\n".repeat(3000);
@@ -291,6 +291,7 @@ fn a_stop_is_there_in_time_behind_whatever_its_client_sent_before() {
 
 #[test]
 fn a_pause_is_there_in_time_behind_slow_lines() {
+    let _machine = alone();
     let folder = tempfile::tempdir().unwrap();
     let server = Server::start(folder.path(), &REAL);
     let watch = Watch::begin();
@@ -315,6 +316,7 @@ fn a_pause_is_there_in_time_behind_slow_lines() {
 
 #[test]
 fn an_abort_is_there_in_time_behind_any_backlog_of_statements() {
+    let _machine = alone();
     let folder = tempfile::tempdir().unwrap();
     let server = Server::start(folder.path(), &REAL);
     let watch = Watch::begin();
@@ -359,6 +361,7 @@ fn an_abort_is_there_in_time_behind_any_backlog_of_statements() {
 
 #[test]
 fn a_text_that_takes_long_to_compile_holds_up_neither_a_stop_nor_what_runs() {
+    let _machine = alone();
     let folder = tempfile::tempdir().unwrap();
     let server = Server::start(folder.path(), &REAL);
     let mut primary = server.primary();
@@ -402,6 +405,7 @@ fn order_before(folder: &tempfile::TempDir, fault: &str) {
 
 #[test]
 fn a_disk_that_hangs_holds_up_neither_a_stop_nor_for_long_the_robot() {
+    let _machine = alone();
     for clock in ["virtual", "realtime"] {
         for does in ["sync()", "print('x' * 1000)\nsync()", "print('x' * 60000)"] {
             let folder = tempfile::tempdir().unwrap();
@@ -459,6 +463,7 @@ fn robot_error(primary: &mut common::Primary) -> i32 {
 
 #[test]
 fn a_recording_into_a_pipe_that_nobody_reads_for_a_while_is_whole() {
+    let _machine = alone();
     let folder = tempfile::tempdir().unwrap();
     let pipe = folder.path().join("out.pipe");
     let made = std::process::Command::new("mkfifo").arg(&pipe).status();

@@ -18,8 +18,6 @@
 
 #![allow(clippy::unwrap_used, reason = "a test helper fails by panicking")]
 
-mod common;
-
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs;
@@ -29,7 +27,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-use common::{FromPrimary, Primary, Server};
+use crate::common::{self, FromPrimary, Primary, Server, alone};
 use serde_json::Value;
 
 /// How long something that must come may take.
@@ -43,6 +41,7 @@ const WORKERS: usize = 3;
 
 #[test]
 fn every_transcript_is_what_the_server_does() {
+    let _machine = alone();
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/transcripts");
     let only = std::env::var("TRANSCRIPT").unwrap_or_default();
     let mut files: Vec<PathBuf> = fs::read_dir(folder)
@@ -79,6 +78,7 @@ fn every_transcript_is_what_the_server_does() {
 
 #[test]
 fn global_variables_are_recorded_when_they_change_ten_times_a_second_at_most() {
+    let _machine = alone();
     let folder = tempfile::tempdir().unwrap();
     let program = "def main():\n  global n, name\n  name = 'part'\n  n = 0\n  while n < 250:\n    n = n + 1\n    sync()\nend\n";
     let options = ["--plant", "ideal", "--record", "out.mcap"];

@@ -1,7 +1,6 @@
 //! What the system tests share: a running server on free ports, a reader of the state stream that knows only the
 //! protocol page, and a recording read back with the public mcap reader.
 
-#![allow(dead_code, reason = "each test binary uses a part of this")]
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,
@@ -13,12 +12,21 @@ use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Output, Stdio};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use recorder::cycle::Cycle;
 
 /// Longest time any step of a test may take.
 pub const PATIENCE: Duration = Duration::from_secs(60);
+
+/// The machine, for tests that talk in real time or look at how long something takes: one of them at a time. Where each test is a
+/// process of its own (nextest), `.config/nextest.toml` sees to the same.
+pub fn alone() -> MutexGuard<'static, ()> {
+    static MACHINE: Mutex<()> = Mutex::new(());
+    // One that failed has left nothing behind that the next could trip over.
+    MACHINE.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 /// The binary under test.
 pub fn eliteserver() -> Command {

@@ -9,8 +9,8 @@ use kinematics::RobotModel;
 use wire::primary::State;
 use wire::primary::state::{Configuration, ModeData};
 
-use super::common::{Server, eliteserver, read_recording};
 use super::peers::{Fault, Framing, peer, proxy};
+use crate::common::{Server, eliteserver, read_recording};
 
 /// Faults that a command gets over, and faults that end it with a sentence.
 const SURVIVED: [Fault; 3] = [Fault::Slow, Fault::Twice, Fault::Swapped(1)];

@@ -3,8 +3,8 @@
 use std::process::Stdio;
 use std::time::Duration;
 
-use super::common::{self, Server, eliteserver, send_signal};
 use super::{command, said, send};
+use crate::common::{self, Server, eliteserver, send_signal};
 
 #[test]
 fn a_robot_is_recorded_with_its_errors_and_its_recording_reads_like_our_own() {

@@ -4,8 +4,8 @@ use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, Stdio};
 use std::time::Duration;
 
-use super::common::{Server, eliteserver, send_signal};
 use super::{command, send};
+use crate::common::{Server, eliteserver, send_signal};
 
 /// What a shell said to a pipe: standard output, standard error, status.
 fn piped(server: &Server, text: &str, options: &[&str]) -> (String, String, Option<i32>) {

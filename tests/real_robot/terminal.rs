@@ -8,7 +8,7 @@ use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
 use super::command;
-use super::common::{PATIENCE, Server, eliteserver};
+use crate::common::{PATIENCE, Server, eliteserver};
 
 /// A command at a terminal.
 struct Terminal {

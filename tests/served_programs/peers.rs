@@ -13,8 +13,8 @@ use io_bus::xmlrpc::RpcValue;
 use io_bus::xmlrpc::codec::{Fault, decode_call, encode_response};
 use serde_json::{Value as Json, json};
 
-use super::common::{self, Server};
 use super::{Debugger, order, program_state, rerun, wait_for};
+use crate::common::{self, Server};
 
 /// How often somebody spoke to a peer.
 type Contacts = Arc<AtomicUsize>;

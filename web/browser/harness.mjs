@@ -1,4 +1,5 @@
 // Servers, browsers and waiting for the tests in a real browser.
+import { AsyncLocalStorage } from "node:async_hooks";
 import { spawn } from "node:child_process";
 import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -46,6 +47,19 @@ export const attribute = (page, id, name) => page.id(id).first().getAttribute(na
 export const mode = (page, id, value) => until(async () => (await attribute(page, id, "data-value")) === value, `${id} ${value}`);
 export const stands = async (server) => until(async () => moved((await server.state()).actual_qd, [0, 0, 0, 0, 0, 0]) < 1e-3, "the arm to stand");
 
+const owner = new AsyncLocalStorage();
+/** What `act` starts and opens ends with it. */
+export async function belonging(act) {
+  const own = { servers: [], contexts: [], pages: [] };
+  try {
+    return await owner.run(own, () => act(own));
+  } finally {
+    await Promise.all(own.contexts.map((context) => context.close()));
+    await Promise.all(own.servers.map((server) => server.end()));
+    for (const { folder } of own.servers) rmSync(folder, { recursive: true, force: true });
+  }
+}
+
 /** A server on free ports. */
 export class Server {
   constructor(command, options, folder) {
@@ -53,6 +67,7 @@ export class Server {
     this.options = options;
     this.folder = folder ?? mkdtempSync(path.join(tmpdir(), "page-"));
     mkdirSync(path.join(this.folder, "tasks"), { recursive: true });
+    owner.getStore()?.servers.push(this);
   }
 
   static async start(options = [], folder) {
@@ -93,28 +108,9 @@ export class Server {
     return { status: answer.status, ...(await answer.json()) };
   }
 
-  /** As at the start, but where the arm stands: nothing runs, power on, brakes released. */
-  async reset() {
-    await this.order({ do: "stop" });
-    await until(async () => (await this.state()).program_state === "stopped", "the end of the program");
-    await until(async () => (await this.state()).control === null, "the desk to be free");
-    await this.order({ do: "speed", fraction: 1 });
-    await this.order({ do: "emergency_stop", pressed: false });
-    for (const [order, is] of [["unlock", (s) => s.safety_mode === "NORMAL"], ["power_on", (s) => s.robot_mode !== "POWER_OFF" && s.robot_mode !== "POWER_ON"], ["brake_release", (s) => s.robot_mode === "RUNNING"]]) {
-      await until(async () => is(await this.state()) || ((await this.order({ do: order })), false), order);
-    }
-  }
-
   async run(text, name = "t.script") {
     const answer = await this.order({ do: "run", name, text });
     check(answer.ok, `run: ${answer.error}`);
-  }
-
-  /** Brings the arm to where it stood at the start; the desk must be free. */
-  async home() {
-    const joints = [0, -1.5708, 1.5708, -1.5708, -1.5708, 0];
-    await this.run(`def home():\n  movej(${JSON.stringify(joints)}, a=5, v=3)\nend\n`, "home.script");
-    await until(async () => moved((await this.state()).actual_q, joints) < 1e-3 && (await this.state()).program_state === "stopped", "home");
   }
 
   async end(signal = "SIGTERM") {
@@ -127,9 +123,14 @@ export class Server {
 
 /** A page that a test hands out comes from nowhere, for Chromium, and may not connect to this machine. */
 const ROUTED = process.env.PAGE_BUNDLE ? ["--disable-features=LocalNetworkAccessChecks"] : [];
+/** Draws in software, as a machine without a graphics card does: all that it shows costs much of a small one. */
+const DRAWING = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
+/** Shows pages without any of that, so there is no 3D view. */
+const FLAT = ["--disable-gpu", "--disable-3d-apis"];
 
-export async function launch(extra = []) {
-  return chromium.launch({ executablePath: CHROMIUM, args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", ...ROUTED, ...extra] });
+/** A browser with the 3D view, or a flat one, which needs a tenth of the time. */
+export async function launch({ flat = false } = {}) {
+  return chromium.launch({ executablePath: CHROMIUM, args: ["--no-sandbox", ...(flat ? FLAT : DRAWING), ...ROUTED] });
 }
 
 /** A page that is connected; what it complains of is kept. */
@@ -139,6 +140,8 @@ export async function open(browser, server, options = {}) {
   const context = (isPlain && server.contexts?.get(browser)) || (await browser.newContext({ viewport: { width: 1280, height: 720 }, locale: "en-US", ...options }));
   if (isPlain) (server.contexts ??= new Map()).set(browser, context);
   const page = await context.newPage();
+  owner.getStore()?.contexts.push(context);
+  owner.getStore()?.pages.push(page);
   page.setDefaultTimeout(PATIENCE);
   page.complaints = [];
   page.requests = [];
@@ -178,14 +181,16 @@ export async function take(page) {
   await until(async () => (await page.id("take-control").getAttribute("aria-pressed")) === "true", "control");
 }
 
-/** Holds a button for some time. */
-export async function hold(page, name, ms) {
+/** Holds a button until something is so. */
+export async function hold(page, name, look) {
   await until(() => page.id(name).isEnabled(), `${name} to be enabled`);
-  await page.id(name).scrollIntoViewIfNeeded();
   await page.id(name).hover();
   await page.mouse.down();
-  await sleep(ms);
-  await page.mouse.up();
+  try {
+    await until(look, `what ${name} does`);
+  } finally {
+    await page.mouse.up();
+  }
 }
 
 export async function edit(page, text) {

@@ -1,6 +1,7 @@
 // Makes the pictures of docs/pendant.md: `node browser/pictures.mjs FOLDER [NAME]`.
 import { execFileSync } from "node:child_process";
-import { mkdirSync, writeFileSync } from "node:fs";
+import { mkdirSync, mkdtempSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
 import path from "node:path";
 import { BINARY, Server, edit, launch, open, sleep, take, until } from "./harness.mjs";
 
@@ -122,7 +123,7 @@ const views = {
     await page.id("run").click();
     await page.locator("[data-held]").waitFor();
     await until(async () => (await page.text("scopes")).includes("at"), "the variables");
-    await panel(page, "debugger");
+    await panel(page, "code");
     await shot(page, "debugger");
     await page.id("stop").click();
     return page;
@@ -172,18 +173,18 @@ const views = {
     return page;
   },
   async recording() {
-    const folder = out;
-    const script = path.join(folder, "palletise.script");
-    writeFileSync(script, PICK.replace("while True:", "while placed < 3:"));
+    // A recording names the files as they were given.
+    const folder = mkdtempSync(path.join(tmpdir(), "page-"));
+    writeFileSync(path.join(folder, "palletise.script"), PICK.replace("while True:", "while placed < 3:"));
     const recording = path.join(folder, "palletise.mcap");
-    execFileSync(BINARY, ["run", script, "--record", recording], { stdio: "ignore" });
+    execFileSync(BINARY, ["run", "palletise.script", "--cell", path.join(here, "table.toml"), "--record", recording], { cwd: folder, stdio: "ignore" });
     const server = await Server.replay(recording);
     const page = await open(browser, server, { colorScheme: "light", locale: "zh-CN" });
     await until(async () => Number(await page.id("timeline").getAttribute("max")) > 10, "the time line");
     await sleep(2500);
     await page.id("find").fill("norm(actual_tcp_speed[0:3]) > 0.3");
     await page.id("find").press("Enter");
-    await sleep(1500);
+    await until(async () => /^\d/.test(await page.text("find-result")), "the places where it held");
     await page.id("plot-qd").click();
     await page.id("timeline").fill("9.3");
     await panel(page, "code");
@@ -191,6 +192,7 @@ const views = {
     await shot(page, "recording");
     await page.context().close();
     await server.end();
+    rmSync(folder, { recursive: true, force: true });
     return null;
   },
 };

@@ -140,6 +140,25 @@ export const scenarios = {
     await page.id("stop").click();
     await mode(page, "program-state", "stopped");
   },
+  async "what would end a program is asked about first"({ page, server }) {
+    await take(page);
+    await edit(page, MOVES);
+    await page.id("run").click();
+    await mode(page, "program-state", "running");
+    await page.id("power-off").click();
+    await until(async () => (await page.locator("dialog").innerText()).includes("Power off ends it"), "the question");
+    await page.locator("dialog [data-choice='']").click();
+    check((await server.state()).program_state === "running", "it was ended");
+    const newest = async () => (await server.get("/api/v1/program")).number;
+    const first = await newest();
+    await page.id("run").click();
+    await page.locator("dialog [data-choice=ok]").click();
+    await until(async () => (await newest()) !== first, "the other program");
+    await page.id("power-off").click();
+    await page.locator("dialog [data-choice=ok]").click();
+    await mode(page, "robot-mode", "POWER_OFF");
+    await mode(page, "program-state", "stopped");
+  },
   async "a program is stepped line by line"({ page }) {
     await take(page);
     await edit(page, "def p():\n  sleep(0.05)\n  sleep(0.06)\n  sleep(0.07)\n  sleep(0.08)\nend\n");

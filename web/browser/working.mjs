@@ -11,8 +11,7 @@ export const scenarios = {
     const other = await open(browser, server);
     check(await other.id("jog-j1-plus").isDisabled(), "it may jog");
     const before = await other.value("q-1");
-    await hold(page, "jog-j1-plus", 400);
-    await until(async () => Math.abs((await other.value("q-1")) - before) > 0.01, "the motion");
+    await hold(page, "jog-j1-plus", async () => Math.abs((await other.value("q-1")) - before) > 0.01);
     await other.close();
   },
   async "another page takes control"({ page, server, browser }) {
@@ -158,7 +157,7 @@ export const scenarios = {
   async "nodes of a task are an outline, and the node is marked"({ page }) {
     await take(page);
     await edit(page, "def p():\n  $ LINE: (1, \"Approach\")\n  sleep(3)\n  $ LINE: (2, \"Grip <b>\")\n  sleep(3)\nend\n");
-    await page.locator("#nodes-box summary").click();
+    await until(async () => (await page.text("nodes")).length > 0, "the outline");
     check((await page.text("nodes")).includes("Grip <b>"), await page.text("nodes"));
     await page.id("run").click();
     await until(async () => (await page.locator("#nodes .here").innerText()).includes("Approach"), "the node");
@@ -188,9 +187,9 @@ export const scenarios = {
   },
   async "back in time, and live again"({ page, server }) {
     await take(page);
-    await server.order({ do: "stop" });
     const before = (await server.state()).time;
-    await hold(page, "jog-j1-plus", 600);
+    const first = (await server.state()).actual_q[0];
+    await hold(page, "jog-j1-plus", async () => (await server.state()).actual_q[0] > first + 0.05);
     await stands(server);
     const now = (await server.state()).actual_q[0];
     await until(async () => Math.abs((await page.value("q-1")) - now) < 1e-3, "the page to have seen the end of the jog");
@@ -260,12 +259,16 @@ export const scenarios = {
     }
   },
   async "nothing is cut off on a tablet"({ browser, server }) {
-    for (const viewport of [{ width: 820, height: 1180 }, { width: 1024, height: 768 }]) {
+    for (const viewport of [{ width: 820, height: 1180 }, { width: 1024, height: 768 }, { width: 820, height: 600 }]) {
       const page = await open(browser, server, { viewport });
       const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
       check(wide <= 0, `${wide} px too wide at ${viewport.width}`);
       const box = await page.id("stop").boundingBox();
       check(box.height >= 40 && box.width >= 80, "the stop button is small");
+      // Also where the panels are scrolled to their end.
+      await page.id("log").scrollIntoViewIfNeeded();
+      const still = await page.id("stop").boundingBox();
+      check(still.y >= 0 && still.y + still.height <= viewport.height, "the stop button is scrolled away");
       await page.context().close();
     }
   },

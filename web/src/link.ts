@@ -39,6 +39,8 @@ export class Link {
   private holding = 0;
   private alive: ReturnType<typeof setInterval> | null = null;
   private asking = false;
+  /** The token was shown: what is clicked in the first moments of a connection waits for it instead of being refused. */
+  private introduced: Promise<void> = Promise.resolve();
   private signedAt = 0;
 
   start(): void {
@@ -54,11 +56,13 @@ export class Link {
   }
 
   /** Gives an order; the promise ends with the server's answer. */
-  order(order: Record<string, unknown>): Promise<unknown> {
+  async order(order: Record<string, unknown>): Promise<unknown> {
+    await this.introduced;
     return this.ask({ order });
   }
 
-  takeControl(take: boolean): Promise<unknown> {
+  async takeControl(take: boolean): Promise<unknown> {
+    await this.introduced;
     return this.ask({ control: take });
   }
 
@@ -165,8 +169,8 @@ export class Link {
       this.control = message["control"] as number | null;
       this.readOnly = message["read_only"] as string | null;
       this.pause = 250;
+      this.introduced = finding.then(() => this.introduce(), () => this.socket?.close());
       this.change("connected");
-      void finding.then(() => this.introduce(), () => this.socket?.close());
     } else if (message.event === "control") {
       this.control = message["page"] as number | null;
       if (!this.hasControl) this.endSigns();

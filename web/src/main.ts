@@ -160,11 +160,11 @@ function show(frame: Frame, jumped: boolean): void {
   setChip("chip-robot", label("r_", robot), robot === "RUNNING" ? "good" : robot === "IDLE" || robot === "POWER_ON" ? "warn" : "bad", robot);
   setChip("chip-safety", label("s_", safety), safety === "NORMAL" ? "good" : safety === "REDUCED" ? "warn" : "bad", safety);
   setChip("chip-program", t(task), task === "running" ? "good" : task === "paused" ? "warn" : "", task);
-  const [x, y, z] = frame.actualPose.map((value) => fixed(value, 3));
+  const place = (pose: number[]): string => `${pose.slice(0, 3).map((value) => fixed(value, 3)).join("  ")} m`;
   const speed = Math.hypot(frame.tcpSpeed[0] ?? 0, frame.tcpSpeed[1] ?? 0, frame.tcpSpeed[2] ?? 0);
   const force = Math.hypot(frame.tcpForce[0] ?? 0, frame.tcpForce[1] ?? 0, frame.tcpForce[2] ?? 0);
   const motion = t(MOTION[frame.motionMode] ?? "m_unknown");
-  facts([[t("doing"), motion], ["X Y Z", `${x}  ${y}  ${z} m`], [t("tcp_speed"), `${fixed(speed, 3)} m/s`], [t("force"), `${fixed(force, 1)} N`]]);
+  facts([[t("doing"), motion], ["X Y Z", place(frame.actualPose)], [t("target"), place(frame.targetPose)], [t("tcp_speed"), `${fixed(speed, 3)} m/s`], [t("force"), `${fixed(force, 1)} N`]]);
 }
 
 const factCells: [HTMLElement, HTMLElement][] = [];
@@ -320,7 +320,8 @@ async function welcome(): Promise<void> {
     const [about, data] = await Promise.all([api<{ robot: string; replay?: string }>("/api/v1"), api<SceneData>("/api/v1/scene")]);
     scene = data;
     void findDebugger();
-    setText(byId("robot-name"), about.replay ? `${about.robot} · ${about.replay}` : about.robot);
+    setText(byId("robot-name"), about.replay ? `${about.robot} · ${about.replay.split(/[\\/]/).pop() ?? ""}` : about.robot);
+    byId("robot-name").title = about.replay ?? "";
     document.title = `${about.robot} – eliteserver`;
     view?.setScene(scene);
     await timeline.begin(link.readOnly !== null);
@@ -363,11 +364,17 @@ byId("control").addEventListener("click", () => {
   link.takeControl(!link.hasControl).catch((error: Error) => toast(error.message, "error"));
 });
 for (const button of document.querySelectorAll<HTMLButtonElement>("[data-order]")) {
-  button.addEventListener("click", () => {
+  button.addEventListener("click", async () => {
     const name = button.dataset["order"] ?? "";
+    if (name === "power_off" && !(await endsProgram("power_off_ends", "power_off"))) return;
     const isFault = name === "power_on" && latest && SAFETY[latest.safetyMode] === "FAULT";
     order({ do: isFault ? "restart_safety" : name });
   });
+}
+/** Whether a program may be ended that is under way; nothing is asked while none is. */
+async function endsProgram(question: Word, answer: Word): Promise<boolean> {
+  if (!latest || latest.task === 0) return true;
+  return (await ask([make("p", {}, t(question))], [{ text: t("cancel"), value: "" }, { text: t(answer), value: "ok", primary: true }], t(question))) === "ok";
 }
 const led = (what: Promise<void>): void => void what.catch((error: Error) => toast(error.message, "error"));
 byId("play").addEventListener("click", () => {
@@ -384,6 +391,7 @@ byId("run").addEventListener("click", () => void run(false));
 
 /** Runs what is in the editor, with its breakpoints. */
 async function run(step: boolean): Promise<void> {
+  if (!(await endsProgram("run_ends", "run"))) return;
   if (breakpointsTimer !== null) clearTimeout(breakpointsTimer);
   wantDebugger();
   await debug.settled();
@@ -432,16 +440,25 @@ for (const anchor of byId("tabs").querySelectorAll<HTMLAnchorElement>("a")) {
   anchor.addEventListener("click", (event) => {
     event.preventDefault();
     const section = byId(anchor.hash.slice(1));
-    byId("panels").scrollTo({ top: section.offsetTop - byId("panels").offsetTop });
+    section.scrollIntoView({ block: "start" });
     section.querySelector<HTMLElement>("button:not([disabled]), input:not([disabled]), [tabindex]")?.focus({ preventScroll: true });
   });
 }
-byId("panels").addEventListener("scroll", () => {
-  const top = byId("panels").scrollTop + byId("panels").offsetTop + 60;
-  let current = "";
-  for (const section of byId("panels").querySelectorAll<HTMLElement>("section")) if (section.offsetTop <= top) current = section.id;
-  for (const anchor of byId("tabs").querySelectorAll("a")) anchor.classList.toggle("here", anchor.hash === `#${current}`);
-});
+/** The panel that is looked at is marked among the tabs. */
+function markTab(): void {
+  const top = Math.max(byId("panels").getBoundingClientRect().top, 0) + 90;
+  const sections = [...byId("panels").querySelectorAll<HTMLElement>(":scope > section")];
+  const current = sections.findLast((section) => section.getBoundingClientRect().top <= top) ?? sections[0];
+  for (const anchor of byId("tabs").querySelectorAll("a")) {
+    const isHere = anchor.hash === `#${current?.id}`;
+    anchor.classList.toggle("here", isHere);
+    if (isHere) anchor.setAttribute("aria-current", "true");
+    else anchor.removeAttribute("aria-current");
+  }
+}
+// The page itself is what is scrolled on a low and narrow screen.
+document.addEventListener("scroll", markTab, { capture: true, passive: true });
+new ResizeObserver(markTab).observe(byId("panels"));
 
 setInterval(() => {
   if (!shown) return;

@@ -39,11 +39,11 @@ export class Points {
     for (const isInput of [true, false]) {
       const box = make("div", { class: "bank" }, make("h3", { "data-t": isInput ? "inputs" : "outputs" }));
       for (const { group, word, first, count } of DIGITAL) {
-        const row = make("div", { class: "bits" }, make("span", { "data-t": word }));
+        const row = make("div", { class: count > 8 ? "bits long" : "bits" }, make("span", { "data-t": word }));
         for (let n = 0; n < count; n++) row.append(this.bit(`${group}_${isInput ? "in" : "out"}[${n}]`, n, first + n, isInput));
         box.append(row);
       }
-      const row = make("div", { class: "bits" }, make("span", { "data-t": "analog" }));
+      const row = make("div", { class: "bits analogs" }, make("span", { "data-t": "analog" }));
       ANALOG.forEach((port, index) => row.append(this.analog(isInput ? port.input : port.output, port.short, index, isInput)));
       box.append(row);
       host.append(box);

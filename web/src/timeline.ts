@@ -105,6 +105,7 @@ export class TimeLine {
     // Whatever there is is news, also if it was asked for before it was known to be a recording.
     this.last = -1;
     await this.refresh();
+    if (!isRecording) await this.fetchRecent();
     // Somebody may have gone to a moment while the plot was fetched; otherwise it begins at the beginning.
     if (isRecording && this.isLive) this.goTo(this.first);
   }
@@ -135,6 +136,15 @@ export class TimeLine {
     } catch {
       // The connection says so itself.
     }
+  }
+
+  /** What was before the page was opened: a plot that begins in the middle looks as if nothing had been. */
+  private async fetchRecent(): Promise<void> {
+    const answer = await fetch(`/api/v1/history?from=${Math.max(this.first, this.last - RECENT_SECS)}&to=${this.last}&points=${POINTS}`, { cache: "no-store" });
+    const before = readFrames(await answer.arrayBuffer());
+    const since = this.recent[0]?.time ?? Infinity;
+    this.recent.unshift(...before.filter((frame) => frame.time < since));
+    this.drawnAt = 0;
   }
 
   private windowSecs(): number {

@@ -5,6 +5,7 @@
 //! Symbols as in Featherstone, *Rigid Body Dynamics Algorithms*, 2008, chapters 5 to 7.
 
 use crate::chain::{Chain, Posture};
+use crate::composite::Composite;
 use crate::joint::{DOF, JointAccelerations, JointPositions, JointSpeeds, JointTorques};
 use crate::matrix3::{product, times, transposed_times};
 use crate::payload::{Payload, RigidBody};
@@ -21,6 +22,8 @@ pub const GRAVITY_UPRIGHT: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 pub struct Dynamics {
     chain: Chain,
     bodies: [RigidBody; DOF],
+    /// The same bodies about the joints' origins.
+    about_origin: [Composite; DOF],
     gravity: Vector3<f64>,
 }
 
@@ -95,9 +98,11 @@ impl Dynamics {
     ) -> Self {
         let on_joint6 = payload.body().expressed_in(&chain.joint6_from_flange);
         bodies[DOF - 1] = bodies[DOF - 1].joined_with(&on_joint6);
+        let about_origin = core::array::from_fn(|joint| Composite::from(&bodies[joint]));
         Self {
             chain,
             bodies,
+            about_origin,
             gravity,
         }
     }
@@ -214,12 +219,10 @@ impl Dynamics {
     pub fn mass_matrix_at(&self, Posture(transforms): &Posture) -> Matrix6<f64> {
         let mut matrix = Matrix6::zeros();
         // Everything from this joint outwards, held rigid.
-        let mut composite = RigidBody::default();
+        let mut composite = Composite::default();
         for joint in (0..DOF).rev() {
-            composite = self.bodies[joint].joined_with(&composite);
-            // The wrench that accelerates it by one about the joint axis.
-            let linear = Vector3::z().cross(&composite.com) * composite.mass;
-            let angular = composite.inertia.column(2) + composite.com.cross(&linear);
+            composite = self.about_origin[joint].joined_with(&composite);
+            let (linear, angular) = composite.turned_about_z();
             let mut wrench = Spatial { linear, angular };
             matrix[(joint, joint)] = wrench.angular.z;
             for inner in (0..joint).rev() {
@@ -228,7 +231,7 @@ impl Dynamics {
                 matrix[(joint, inner)] = wrench.angular.z;
             }
             if joint > 0 {
-                composite = composite.expressed_in(&transforms[joint]);
+                composite = composite.in_parent(&transforms[joint]);
             }
         }
         matrix

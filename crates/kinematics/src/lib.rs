@@ -27,6 +27,7 @@ pub mod calibration;
 pub mod catalogue;
 pub mod chain;
 pub mod collision;
+mod composite;
 pub mod dh;
 pub mod dynamics;
 pub mod elementary;

@@ -6,7 +6,6 @@
 //! the difference is left and reads like a force from outside.
 //! Noise is normal, independent from cycle to cycle, and the same in every run with the same seed.
 
-use kinematics::payload::RigidBody;
 use kinematics::{Frames, JointSpeeds, Payload, Pose, Twist, Wrench};
 use nalgebra::Vector3;
 
@@ -159,12 +158,13 @@ fn carried(
     let (spin, turn) = (twist.angular, acceleration.angular);
     let cog = acceleration.linear + turn.cross(&arm) + spin.cross(&spin.cross(&arm));
     let force = (gravity - cog) * payload.mass;
-    let RigidBody { inertia, .. } = RigidBody {
-        inertia: payload.tensor(),
-        ..RigidBody::default()
-    }
-    .expressed_in(base_from_flange);
-    let moment = -(inertia * turn + spin.cross(&(inertia * spin)));
+    // In the flange's axes, where the inertia stays the same.
+    let inertia = payload.tensor();
+    let (spin, turn) = (
+        base_from_flange.rotate_back(spin),
+        base_from_flange.rotate_back(turn),
+    );
+    let moment = -base_from_flange.rotate(inertia * turn + spin.cross(&(inertia * spin)));
     Wrench {
         force,
         moment: moment + arm.cross(&force),

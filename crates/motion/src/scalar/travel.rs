@@ -386,19 +386,30 @@ impl Travel {
 
     /// The accelerations of the first motion within the window, smallest and largest, 0 included.
     fn accelerations(&self) -> (f64, f64) {
-        let (mut slower, mut faster) = (0.0_f64, 0.0_f64);
-        let mut slowest = f64::INFINITY;
-        // Speeds are numbers, so plain comparisons do.
-        for pair in self.knots.windows(2) {
-            let change = pair[1].speed - pair[0].speed;
-            slower = if change < slower { change } else { slower };
-            faster = if change > faster { change } else { faster };
-            slowest = if pair[1].speed < slowest {
-                pair[1].speed
-            } else {
-                slowest
-            };
+        // Four pairs side by side: one after the other each would wait for the one before. Speeds are numbers, so plain
+        // comparisons do.
+        let (mut least, mut most, mut slowest) = ([0.0_f64; 4], [0.0_f64; 4], [f64::INFINITY; 4]);
+        let smaller = |a: f64, b: f64| if b < a { b } else { a };
+        let larger = |a: f64, b: f64| if b > a { b } else { a };
+        let mut take = |lane: usize, from: &Knot, to: &Knot| {
+            let change = to.speed - from.speed;
+            least[lane] = smaller(least[lane], change);
+            most[lane] = larger(most[lane], change);
+            slowest[lane] = smaller(slowest[lane], to.speed);
+        };
+        for first in (0..STEPS).step_by(4) {
+            for lane in 0..4 {
+                take(
+                    lane,
+                    &self.knots[first + lane],
+                    &self.knots[first + lane + 1],
+                );
+            }
         }
+        take(0, &self.knots[STEPS], &self.knots[STEPS + 1]);
+        let slower = least.into_iter().fold(0.0, smaller);
+        let faster = most.into_iter().fold(0.0, larger);
+        let slowest = slowest.into_iter().fold(f64::INFINITY, smaller);
         let mut halting = 0.0_f64;
         if slowest <= 0.0 {
             for pair in self.knots.windows(2) {

@@ -85,14 +85,14 @@ fn check(name: &str, text: &str) {
     let found = std::fs::read_to_string(&path).unwrap_or_default();
     assert!(
         found == text,
-        "docs/{name} is not what the code says; run `UPDATE_DOCS=1 cargo test -p server --test io_docs`"
+        "docs/{name} is not what the code says; run `UPDATE_DOCS=1 cargo test -p server --test all io_docs::`"
     );
 }
 
 #[test]
 fn io_page_is_current() {
     let mut page = String::from(
-        "# Inputs, outputs, field buses\n\nMade from the declarations in the code (`UPDATE_DOCS=1 cargo test -p server --test io_docs`).\n\
+        "# Inputs, outputs, field buses\n\nMade from the declarations in the code (`UPDATE_DOCS=1 cargo test -p server --test all io_docs::`).\n\
          Every function here is implemented and acts on a real image, socket or line. An argument outside its range raises\n\
          an exception that names it, what was given and what is allowed. The tests against peers are in `tests/peers`.\n",
     );
