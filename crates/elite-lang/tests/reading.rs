@@ -123,7 +123,7 @@ fn changed(text: &str, (place, gone, written): Change) -> String {
 fn hint(site: &CallSite<'_>) -> Vec<CallHint> {
     let many = site.args.len() != 1;
     let hint = CallHint {
-        argument: 0,
+        argument: Some(0),
         code: "many",
         message: format!("{} takes one", site.function),
         help: None,

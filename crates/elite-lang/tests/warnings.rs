@@ -10,12 +10,16 @@ fn hook(site: &CallSite<'_>) -> Vec<CallHint> {
     let mut hints = Vec::new();
     for (argument, arg) in site.args.iter().enumerate() {
         let hint = |message: String| CallHint {
-            argument,
+            argument: Some(argument),
             code: "too-far",
             message,
             help: Some("move less".to_owned()),
         };
         match &arg.value {
+            Literal::Integer(number) if number.abs() > 10 => {
+                let name = arg.name.unwrap_or("distance");
+                hints.push(hint(format!("{name} of {number} in {}()", site.function)));
+            }
             Literal::Number(number) if number.abs() > 10.0 => {
                 let name = arg.name.unwrap_or("distance");
                 hints.push(hint(format!("{name} of {number} in {}()", site.function)));

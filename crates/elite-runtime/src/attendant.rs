@@ -16,6 +16,9 @@ use crate::task::{TaskContext, Wait};
 /// Makes the methods of the object, on the thread of the task.
 pub type MakeMethods = dyn Fn(&Attendance) -> Vec<NativeFunction> + Send + Sync;
 
+/// Does what others wait for while the program itself waits; false where nobody ever waits for it.
+pub type Answering = dyn Fn(&mut NativeCall<'_>) -> Result<bool, Raised>;
+
 /// What such a program gets.
 #[derive(Clone)]
 pub struct Attendant {
@@ -32,6 +35,12 @@ pub struct Attendant {
 pub struct Attendance(pub(crate) Rc<TaskContext>);
 
 impl Attendance {
+    /// Lets `answering` be called in every cycle in which a builtin of the program waits for time or for somebody else: that may
+    /// be somebody whom the program plays itself.
+    pub fn while_waiting(&self, answering: Rc<Answering>) {
+        self.0.set_answering(answering);
+    }
+
     /// Suspends the calling thread until the cycle with this number has begun.
     ///
     /// # Errors

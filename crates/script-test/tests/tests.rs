@@ -345,6 +345,33 @@ for name in ("fail", "missing"):
     assert calls == [(2, 3)]
     assert server.received == [("add", [2, 3]), ("version", []), ("fail", []), ("missing", [])]
 
+def test_calls_its_own_server():
+    server = test.rpc_server(9121, {"double": lambda n: 2 * n, "name": "own"})
+    own = rpc_factory("xmlrpc", "127.0.0.1:9121")
+    begin = controller_timestamp()
+    assert own.double(4) == 8 and own.name() == "own"
+    assert controller_timestamp() - begin < 0.1, controller_timestamp() - begin
+    test.raises("RuntimeError", lambda: own.missing())
+    def ask(text):
+        return to_str(own.double(int(text))) + chr(10)
+    test.socket_server(9122, [ask])
+    socket_open("127.0.0.1", 9122, "chain")
+    socket_send_line("21", 0, "chain")
+    assert socket_read_string("chain", "", chr(10), 2) == "42"
+    assert server.received[0] == ("double", [4])
+
+def test_answers_while_it_sleeps():
+    server = test.rpc_server(9123, {"double": lambda n: 2 * n})
+    test.start("""
+far = rpc_factory("xmlrpc", "10.1.1.1:9123")
+print(far.double(5), get_actual_tcp_pose()[0] > -9)
+""")
+    begin = controller_timestamp()
+    sleep(1)
+    assert abs(controller_timestamp() - begin - 1) < 0.01
+    assert server.received == [("double", [5])]
+    assert test.result().prints[0] == "10 True"
+
 def test_modbus():
     device = test.modbus_device(5502, registers={100: 7}, coils=[False, True])
     r = test.run("""

@@ -1,10 +1,14 @@
 //! Calls of the embedder's functions, shown to the embedder as far as they can be read from the text: it knows what
 //! an argument means and says what looks wrong. The language itself does not know what a joint is.
+//!
+//! A name that the program binds itself, anywhere, may stand for something else: nothing is said of its calls then.
+
+use std::collections::HashMap;
 
 use super::visit::{blocks, own_expressions, parts};
 use crate::ast::{Arg, Constant, Expr, ExprKind, Stmt, UnaryOp};
 use crate::diagnostic::Diagnostic;
-use crate::findings::Findings;
+use crate::findings::FINDINGS_MAX;
 use crate::resolve::KnownNames;
 use crate::source::Span;
 
@@ -15,6 +19,8 @@ pub struct CallSite<'t> {
     pub function: &'t str,
     /// The arguments up to the first starred one.
     pub args: Vec<CallArgument<'t>>,
+    /// Whether these are all arguments: none is starred.
+    pub is_whole: bool,
 }
 
 /// An argument of a call.
@@ -30,8 +36,12 @@ pub struct CallArgument<'t> {
 /// A value as far as the text tells it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Literal<'t> {
-    /// A number, with its sign.
+    /// A whole number, with its sign.
+    Integer(i64),
+    /// Another number, with its sign.
     Number(f64),
+    /// `True` or `False`.
+    Boolean(bool),
     /// A string.
     Text(&'t str),
     /// A list or tuple.
@@ -42,11 +52,11 @@ pub enum Literal<'t> {
     Other,
 }
 
-/// What the embedder has to say about an argument.
+/// What the embedder has to say about a call.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CallHint {
-    /// Index of the argument in `CallSite::args`.
-    pub argument: usize,
+    /// Index of the argument in `CallSite::args` that it is about; none: about the call.
+    pub argument: Option<usize>,
     /// Stable short name, for example `degrees`.
     pub code: &'static str,
     /// A sentence for people.
@@ -58,14 +68,38 @@ pub struct CallHint {
 /// The embedder's view on a call.
 pub type CallHook = fn(&CallSite<'_>) -> Vec<CallHint>;
 
-pub(super) fn check(body: &[Stmt], known: &KnownNames, found: &mut Findings) {
+/// What was found about calls, with the name that each finding stands or falls with. Of each name the first ones are kept.
+#[derive(Debug, Default)]
+pub(crate) struct CallFindings {
+    kept: Vec<(Box<str>, Diagnostic)>,
+    counts: HashMap<Box<str>, usize>,
+}
+
+impl CallFindings {
+    fn push(&mut self, name: &str, finding: Diagnostic) {
+        let count = self.counts.entry(name.into()).or_default();
+        if *count < FINDINGS_MAX {
+            *count += 1;
+            self.kept.push((name.into(), finding));
+        }
+    }
+
+    /// Those about names that the program does not bind.
+    pub(crate) fn without<'s>(
+        &'s self,
+        is_bound: impl Fn(&str) -> bool + 's,
+    ) -> impl Iterator<Item = &'s Diagnostic> {
+        let kept = self.kept.iter();
+        kept.filter(move |(name, _)| !is_bound(name))
+            .map(|(_, finding)| finding)
+    }
+}
+
+pub(super) fn check(body: &[Stmt], known: &KnownNames, found: &mut CallFindings) {
     let Some(hook) = known.call_hook() else {
         return;
     };
     for statement in body {
-        if found.is_full() {
-            return;
-        }
         own_expressions(statement, &mut |expr| expression(expr, known, hook, found));
         for block in blocks(statement) {
             check(block, known, found);
@@ -73,7 +107,10 @@ pub(super) fn check(body: &[Stmt], known: &KnownNames, found: &mut Findings) {
     }
 }
 
-fn expression(expr: &Expr, known: &KnownNames, hook: CallHook, found: &mut Findings) {
+fn expression(expr: &Expr, known: &KnownNames, hook: CallHook, found: &mut CallFindings) {
+    if is_meant_to_fail(expr, known) {
+        return;
+    }
     if let ExprKind::Attribute { value, name } = &expr.kind
         && let ExprKind::Name(object) = &value.kind
         && let Some(members) = known.members(object)
@@ -84,22 +121,37 @@ fn expression(expr: &Expr, known: &KnownNames, hook: CallHook, found: &mut Findi
         let mut diagnostic = Diagnostic::warning("unknown-attribute", name.span, text);
         let members: Vec<&str> = members.iter().map(String::as_str).collect();
         diagnostic.help = Some(format!("it has {}", members.join(", ")));
-        found.push(diagnostic);
+        found.push(object, diagnostic);
     }
     if let Some(site) = call_site(expr)
         && known.contains(site.function)
     {
         for hint in hook(&site) {
-            let span = site
-                .args
-                .get(hint.argument)
-                .map_or(expr.span, |arg| arg.span);
+            let argument = hint.argument.and_then(|index| site.args.get(index));
+            let span = argument.map_or(expr.span, |arg| arg.span);
             let mut diagnostic = Diagnostic::warning(hint.code, span, hint.message);
             diagnostic.help = hint.help;
-            found.push(diagnostic);
+            found.push(site.function, diagnostic);
         }
     }
     parts(expr, &mut |part| expression(part, known, hook, found));
+}
+
+/// `test.raises(…)`: what is called in it is wrong on purpose.
+fn is_meant_to_fail(expr: &Expr, known: &KnownNames) -> bool {
+    let ExprKind::Call { function, .. } = &expr.kind else {
+        return false;
+    };
+    let ExprKind::Attribute { value, name } = &function.kind else {
+        return false;
+    };
+    let ExprKind::Name(object) = &value.kind else {
+        return false;
+    };
+    &*name.name == "raises"
+        && known
+            .members(object)
+            .is_some_and(|members| members.contains("raises"))
 }
 
 fn call_site(expr: &Expr) -> Option<CallSite<'_>> {
@@ -124,18 +176,23 @@ fn call_site(expr: &Expr) -> Option<CallSite<'_>> {
     }
     Some(CallSite {
         function: name,
+        is_whole: read.len() == args.len(),
         args: read,
     })
 }
 
 fn literal(expr: &Expr) -> Literal<'_> {
     match &expr.kind {
-        ExprKind::Constant(Constant::Int(int)) => Literal::Number(*int as f64),
+        ExprKind::Constant(Constant::Int(int)) => Literal::Integer(*int),
+        ExprKind::Constant(Constant::Bool(level)) => Literal::Boolean(*level),
         ExprKind::Constant(Constant::Float(float)) => Literal::Number(*float),
         ExprKind::Constant(Constant::Str(text)) => Literal::Text(text),
         ExprKind::Unary { op, operand } => match (op, literal(operand)) {
+            (UnaryOp::Neg, Literal::Integer(int)) => {
+                int.checked_neg().map_or(Literal::Other, Literal::Integer)
+            }
             (UnaryOp::Neg, Literal::Number(number)) => Literal::Number(-number),
-            (UnaryOp::Pos, Literal::Number(number)) => Literal::Number(number),
+            (UnaryOp::Pos, number @ (Literal::Integer(_) | Literal::Number(_))) => number,
             _ => Literal::Other,
         },
         ExprKind::List(items) | ExprKind::Tuple(items) => {

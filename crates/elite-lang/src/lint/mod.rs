@@ -8,18 +8,27 @@ pub mod visit;
 use crate::ast::{Module, Stmt};
 use crate::diagnostic::Diagnostic;
 use crate::findings::Findings;
-use crate::resolve::{KnownNames, unused_names};
+use crate::limits::memory::Budget;
+use crate::resolve::{KnownNames, bound_natives, unused_names};
 use crate::source::SourceFile;
 
+pub(crate) use calls::CallFindings;
 pub use calls::{CallArgument, CallHint, CallHook, CallSite, Literal};
 pub(crate) use flow::unreachable;
 
 /// All warnings, in no particular order.
 pub fn lint(module: &Module, file: &SourceFile, known: &KnownNames) -> Vec<Diagnostic> {
-    let (mut unused, mut flow, mut calls) = Default::default();
+    let [mut unused, mut flow, mut calls]: [Findings; 3] = Default::default();
     unused_names(module, &mut unused);
     flow::check(&module.body, file, known, &mut flow);
-    calls::check(&module.body, known, &mut calls);
+    let mut made = CallFindings::default();
+    calls::check(&module.body, known, &mut made);
+    let bound = bound_natives(module, known, &Budget::of(usize::MAX));
+    if let Some(bound) = bound {
+        for finding in made.without(|name| bound.contains(name)) {
+            calls.push(finding.clone());
+        }
+    }
     [unused, flow, calls]
         .into_iter()
         .flat_map(Findings::into_vec)
@@ -32,7 +41,7 @@ pub(crate) fn lint_part(
     file: &SourceFile,
     known: &KnownNames,
     flow: &mut Findings,
-    calls: &mut Findings,
+    calls: &mut CallFindings,
 ) {
     flow::check_each(body, file, known, flow);
     calls::check(body, known, calls);

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-use super::NAME;
+use super::{KnownNames, NAME};
 use crate::ast::{
     Arg, ClassDef, Comprehension, ComprehensionKind, DictItem, Expr, ExprKind, FStringPart,
     FunctionDef, Ident, Module, Parameters, ScopeId, Stmt, StmtKind,
@@ -110,6 +110,18 @@ pub(super) struct Scopes<'p> {
     globals: Vec<Box<str>>,
     /// The same, to look one up.
     global_set: BTreeSet<Box<str>>,
+}
+
+impl Scopes<'_> {
+    /// The embedder's names that are bound in any of the scopes.
+    pub(super) fn bound_natives<'s>(
+        &'s self,
+        known: &'s KnownNames,
+    ) -> impl Iterator<Item = &'s str> {
+        let names = self.scopes.iter().flatten().flat_map(|scope| &scope.names);
+        let bound = names.filter(|info| info.bound && known.contains(&info.name));
+        bound.map(|info| &*info.name)
+    }
 }
 
 pub(super) fn collect<'p>(module: &Module, budget: &'p Budget<'p>) -> Scopes<'p> {

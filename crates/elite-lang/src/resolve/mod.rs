@@ -11,7 +11,7 @@ mod parts;
 mod places;
 mod unused;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::ast::Module;
 use crate::diagnostic::Diagnostic;
@@ -21,6 +21,16 @@ use crate::limits::memory::{Budget, DROP};
 pub use names::KnownNames;
 pub(crate) use parts::{Part, Placed, together};
 pub use unused::unused_names;
+
+/// The embedder's names that a program binds somewhere; none where `import *` may bind any.
+pub(crate) fn bound_natives(
+    module: &Module,
+    known: &KnownNames,
+    budget: &Budget<'_>,
+) -> Option<BTreeSet<Box<str>>> {
+    let scopes = collect::collect(module, budget);
+    (!scopes.star_import).then(|| scopes.bound_natives(known).map(Into::into).collect())
+}
 
 /// Where a name lives, seen from one scope.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -15,6 +15,7 @@ use crate::ast::Stmt;
 use crate::diagnostic::Diagnostic;
 use crate::findings::Findings;
 use crate::limits::memory::Budget;
+use crate::lint::CallFindings;
 use crate::source::{SourceFile, Span};
 
 /// What is known of some statements of the top level without the others. Places count from `start`.
@@ -39,7 +40,9 @@ pub(crate) struct Part {
     /// Names of inner scopes that are not.
     unused: Vec<Diagnostic>,
     flow: Vec<Diagnostic>,
-    calls: Vec<Diagnostic>,
+    calls: CallFindings,
+    /// The embedder's names that it binds somewhere.
+    bound_natives: Vec<Box<str>>,
 }
 
 #[derive(Debug)]
@@ -87,7 +90,8 @@ impl Part {
             used: Vec::new(),
             unused: Vec::new(),
             flow: flow.into_vec(),
-            calls: calls.into_vec(),
+            calls,
+            bound_natives: scopes.bound_natives(known).map(Into::into).collect(),
         };
         part.take_names(&scopes, known);
         part.take_unused(&scopes);
@@ -221,12 +225,23 @@ pub(crate) fn together(parts: &[Placed<'_>], known: &KnownNames) -> Together {
     }
     for placed in parts {
         push_all(placed, &placed.part.flow, &mut found.flow);
-        push_all(placed, &placed.part.calls, &mut found.calls);
+    }
+    if !parts.iter().any(|placed| placed.part.star_import) {
+        let bound = parts.iter().flat_map(|placed| &placed.part.bound_natives);
+        let bound: HashSet<&str> = bound.map(|name| &**name).collect();
+        for placed in parts {
+            let calls = placed.part.calls.without(|name| bound.contains(name));
+            push_all(placed, calls, &mut found.calls);
+        }
     }
     found
 }
 
-fn push_all(placed: &Placed<'_>, own: &[Diagnostic], found: &mut Findings) {
+fn push_all<'d>(
+    placed: &Placed<'_>,
+    own: impl IntoIterator<Item = &'d Diagnostic>,
+    found: &mut Findings,
+) {
     for finding in own {
         if found.is_full() {
             return;

@@ -14,19 +14,18 @@ use motion_api::{CommandId, CommandKind, Origin, Outcome, PointList, Refusal, Ro
 
 use super::declare::{Body, Builtin, Parameter};
 use crate::message::{Message, SCRIPT_ALARM_CODE, Severity};
-use crate::task::{NetworkAccess, TaskContext, TaskEnd, Wait};
+use crate::task::{JobId, NetworkAccess, TaskContext, TaskEnd, Wait};
 
 /// Suspends the script thread that `native` belongs to until `future` has its result; other threads go on meanwhile.
 pub(super) fn wait_outside<T: 'static>(
     context: &TaskContext,
-    native: &NativeCall<'_>,
+    native: &mut NativeCall<'_>,
     function: &str,
     future: impl Future<Output = T> + 'static,
 ) -> Result<T, Raised> {
     let outside = context.outside();
     let job = outside.start(future);
-    let token = context.register_wait(Wait::Outside(job));
-    if let Err(stopping) = native.wait(token) {
+    if let Err(stopping) = wait_for_job(context, native, job) {
         outside.cancel(job);
         return Err(stopping);
     }
@@ -34,6 +33,22 @@ pub(super) fn wait_outside<T: 'static>(
         let text = format!("{function}(): the wait ended without a result");
         native.raise(ExceptionKind::RuntimeError, text)
     })
+}
+
+/// Waits for a job; a program that plays others answers them meanwhile, since it may be one of them that it asks.
+fn wait_for_job(
+    context: &TaskContext,
+    native: &mut NativeCall<'_>,
+    job: JobId,
+) -> Result<(), Raised> {
+    while !context.outside().is_done(job) {
+        let wait = match context.answer_others(native)? {
+            true => Wait::Cycle(context.robot().moment().cycle + 1),
+            false => Wait::Outside(job),
+        };
+        native.wait(context.register_wait(wait))?;
+    }
+    Ok(())
 }
 
 /// A call in progress.
@@ -169,6 +184,13 @@ impl<'a, 'n> Call<'a, 'n> {
 
     /// Suspends the script thread until `wait` is over.
     pub(crate) fn wait(&mut self, wait: Wait) -> Result<(), Raised> {
+        if let Wait::Cycle(wanted) = wait {
+            let now = || self.context.robot().moment().cycle;
+            while now() + 1 < wanted && self.context.answer_others(self.native)? {
+                let token = self.context.register_wait(Wait::Cycle(now() + 1));
+                self.native.wait(token)?;
+            }
+        }
         let token = self.context.register_wait(wait);
         self.native.wait(token)
     }

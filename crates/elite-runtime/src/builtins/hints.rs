@@ -4,6 +4,8 @@
 //!
 //! Reads the declarations, so a new builtin that takes joints or a pose is covered without a word here.
 
+mod declared;
+
 use std::rc::Rc;
 
 use elite_lang::{CallHint, CallSite, KnownNames, Literal, NativeCall, Raised};
@@ -51,8 +53,13 @@ fn hints(site: &CallSite<'_>) -> Vec<CallHint> {
     let Some(builtin) = all().find(|builtin| builtin.name == site.function) else {
         return Vec::new();
     };
+    // What the language itself provides is listed here and not bound by its declaration.
+    let misfits = match builtin.run {
+        Some(_) => declared::misfits(builtin, site),
+        None => Vec::new(),
+    };
     let args = site.args.iter().enumerate();
-    args.filter_map(|(index, arg)| {
+    let slips = args.filter_map(|(index, arg)| {
         let parameter = parameter(builtin, index, arg.name)?;
         let (code, message, help) = match parameter.kind {
             Kind::Joints => about_joints(builtin, parameter, &arg.value)?,
@@ -60,13 +67,13 @@ fn hints(site: &CallSite<'_>) -> Vec<CallHint> {
             _ => return None,
         };
         Some(CallHint {
-            argument: index,
+            argument: Some(index),
             code,
             message,
             help: Some(help.to_owned()),
         })
-    })
-    .collect()
+    });
+    misfits.into_iter().chain(slips).collect()
 }
 
 fn parameter(builtin: &Builtin, index: usize, name: Option<&str>) -> Option<&'static Parameter> {
@@ -204,6 +211,7 @@ pub(super) fn before(
 
 fn numbers(items: &[Literal<'_>]) -> Option<Vec<f64>> {
     let number = |item: &Literal<'_>| match item {
+        Literal::Integer(number) => Some(*number as f64),
         Literal::Number(number) => Some(*number),
         _ => None,
     };
@@ -238,6 +246,68 @@ mod tests {
             codes("while get_actual_tcp_pose()[2] > 0.1: pass"),
             ["busy-loop"]
         );
+    }
+
+    fn said(text: &str) -> Vec<String> {
+        let found = check(SourceFile::new("test.script", text), &known_names());
+        found.into_iter().map(|finding| finding.message).collect()
+    }
+
+    #[test]
+    fn what_the_declaration_refuses_is_found_in_the_text() {
+        for (text, message) in [
+            (
+                "movej([0,0,0,0,0,0], speed=1)",
+                "movej() has no parameter 'speed'",
+            ),
+            ("sleep()", "sleep() needs 't'"),
+            ("sync(1)", "sync() takes at most 0 arguments, got 1"),
+            ("sleep(1, t=2)", "sleep(): 't' is given twice"),
+            (
+                "set_payload(-1)",
+                "set_payload(): m must be a number >= 0, got -1",
+            ),
+            (
+                "movej([0,0,0,0,0,0], v=-0.5)",
+                "movej(): v must be a number > 0, got -0.5",
+            ),
+            (
+                "movej([0, 1.5, 0, 0, 0])",
+                "movej(): q must be six joint positions in rad, got 5 numbers",
+            ),
+            (
+                "set_standard_digital_out(16, True)",
+                "set_standard_digital_out(): n must be -1 to 15, got 16",
+            ),
+            (
+                "rpc_factory('soap', '127.0.0.1:1')",
+                "rpc_factory(): type must be \"xmlrpc\", got \"soap\"",
+            ),
+        ] {
+            assert_eq!(said(text), [message], "{text}");
+        }
+        let wrong_name = check(
+            SourceFile::new("test.script", "sleep(seconds=1)"),
+            &known_names(),
+        );
+        assert_eq!(wrong_name.len(), 1, "{wrong_name:?}");
+        assert_eq!(wrong_name[0].help.as_deref(), Some("its parameters are t"));
+        let chinese = crate::chinese::finding(&wrong_name[0]);
+        assert_eq!(chinese.message, "sleep() 没有参数 'seconds'");
+        assert_eq!(chinese.help.as_deref(), Some("它的参数有 t"));
+    }
+
+    #[test]
+    fn names_that_the_program_binds_are_not_the_robots() {
+        for text in [
+            "def sleep(): pass\nsleep()\n",
+            "def f(sync):\n  sync(1)\nf(print)\n",
+            "from math import *\nsleep()\n",
+            "for sync in [print]:\n  sync(1)\n",
+            "a = (1,)\nsleep(*a)\nb = {'t': 1}\nsleep(**b)\n",
+        ] {
+            assert_eq!(said(text), [""; 0], "{text}");
+        }
     }
 
     #[test]

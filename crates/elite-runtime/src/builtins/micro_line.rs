@@ -14,6 +14,7 @@ use motion_api::{CommandKind, PointList};
 
 use super::call::Call;
 use super::declare::{Builtin, Category, Default, Kind, Parameter};
+use crate::external::from_outside;
 use crate::micro_line::{MicroLine, MicroLineError, Space, Units};
 
 /// An arm this near to the first point, rad, stands at it.
@@ -23,6 +24,9 @@ const APPROACH: (f64, f64) = (1.396263, 1.047197);
 
 /// Longest time between two points, ms.
 const INTERVAL_MAX: i64 = 60_000;
+
+/// So much of a file is noted at once, bytes: marked ends of lines included, an answer that a recording takes.
+const PIECE_BYTES: usize = 24 * 1024;
 
 /// The builtins of these sections.
 pub const BUILTINS: &[Builtin] = &[
@@ -165,14 +169,41 @@ fn load_micro_line_file(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     } else {
         Units::Si
     };
-    let text = call.context().task_folder().points(&name);
-    let text = text.map_err(|error| failed(call, &error))?;
+    let text = text_of(call, &name)?;
     let line = MicroLine::parse(&text, space, units, interval)
         .map_err(|error| in_file(call, &name, &error))?;
     let added = call.context().micro_lines().borrow_mut().add(line);
     match added {
         Ok(index) => Ok(Value::Int(index as i64)),
         Err(error) => Err(in_file(call, &name, &error)),
+    }
+}
+
+/// The text of a file, in pieces that are noted one by one: where a run is repeated, the recording has it.
+fn text_of(call: &mut Call<'_, '_>, name: &str) -> Result<String, Raised> {
+    let (context, mut file) = (call.shared_context(), None);
+    let mut text = String::new();
+    loop {
+        let key = [Value::str(name), Value::Int(text.len() as i64)];
+        let function = call.name();
+        let piece = from_outside(&context, call.native(), function, &key, |native| {
+            let whole = match file.take() {
+                Some(whole) => whole,
+                None => context.task_folder().points(name).map_err(|error| {
+                    native.raise(ExceptionKind::ValueError, format!("{function}(): {error}"))
+                })?,
+            };
+            let rest = whole.get(text.len()..).unwrap_or_default();
+            let piece = Value::str(&rest[..rest.floor_char_boundary(PIECE_BYTES)]);
+            file = Some(whole);
+            Ok(piece)
+        })?;
+        let piece = piece.as_str().unwrap_or_default();
+        text.push_str(piece);
+        // A character has at most four bytes.
+        if piece.len() + 4 <= PIECE_BYTES {
+            return Ok(text);
+        }
     }
 }
 
@@ -286,11 +317,6 @@ fn unknown(call: &mut Call<'_, '_>, index: i64) -> Raised {
         count => format!("0 to {}, the files loaded", count - 1),
     };
     call.not_allowed(0, &loaded, index)
-}
-
-fn failed(call: &mut Call<'_, '_>, error: &crate::task_folder::FolderError) -> Raised {
-    let text = format!("load_micro_line_file(): {error}");
-    call.error(ExceptionKind::ValueError, text)
 }
 
 fn in_file(call: &mut Call<'_, '_>, name: &str, error: &MicroLineError) -> Raised {

@@ -122,7 +122,8 @@ fn asks_outside(builtin: &Builtin) -> bool {
         Category::Socket | Category::Modbus | Category::Serial | Category::ModbusRtu => true,
         Category::Register => builtin.name.starts_with("read_"),
         Category::Io => builtin.name.contains("_port_"),
-        _ => builtin.name == "popup",
+        // Where tasks lie is up to the machine.
+        _ => matches!(builtin.name, "popup" | "get_task_path"),
     }
 }
 

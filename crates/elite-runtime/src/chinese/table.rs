@@ -87,6 +87,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "is_within_safety_limits(): either p or q must be given, {}",
         "is_within_safety_limits()：必须给出 p 或 q，{0}",
     ),
+    ("its parameters are {}", "它的参数有 {0}"),
     (
         "join_thread(): thread {} cannot wait for its own end",
         "join_thread()：线程 {0} 不能等待自身结束",
@@ -301,14 +302,21 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "{} takes joint positions, {}() returns a pose",
         "{0~}需要关节位置，{1}() 返回的是位姿",
     ),
+    ("{}() has no parameter '{}'", "{0}() 没有参数 '{1}'"),
     (
         "{}() moves the arm and cannot be used in a secondary program (sec)",
         "{0}() 会使手臂运动，不能用在次要程序（sec）中",
+    ),
+    ("{}() needs '{}'", "{0}() 需要 '{1}'"),
+    (
+        "{}() takes at most {} arguments, got {}",
+        "{0}() 最多接受 {1} 个参数，给出了 {2} 个",
     ),
     (
         "{}() waits and cannot be used in a secondary program (sec)",
         "{0}() 会等待，不能用在次要程序（sec）中",
     ),
+    ("{}(): '{}' is given twice", "{0}()：'{1}' 给出了两次"),
     (
         "{}(): '{}' takes {}, but is {}; {}",
         "{0}()：'{1}' 需要{2~}，却是{3~}；{4~}",

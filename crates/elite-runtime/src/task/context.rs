@@ -13,7 +13,7 @@ use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use elite_lang::debug::Aside;
-use elite_lang::{NodeState, Value, WaitToken, memory};
+use elite_lang::{NativeCall, NodeState, Raised, Value, WaitToken, memory};
 use io_bus::{Fieldbus, ScriptSocket};
 use motion_api::{CommandId, Origin, ProgramId, ThreadNumber};
 use thiserror::Error;
@@ -25,6 +25,7 @@ use super::outside::Outside;
 use super::scheduler::{TaskEnd, TaskSettings};
 use super::view::View;
 use super::wait::{Wait, WaitTable};
+use crate::attendant::Answering;
 use crate::external::{Course, External, Memo, Repeat, What, Witness};
 use crate::interpreter::Interpreter;
 use crate::message::Observer;
@@ -96,6 +97,8 @@ pub(crate) struct TaskContext {
     clock: Cell<Option<(u64, f64)>>,
     /// A debugger asks something, which is no part of the run.
     is_aside: Cell<bool>,
+    /// What a program beside another does while it waits.
+    answering: RefCell<Option<Rc<Answering>>>,
 }
 
 /// The thread that is being resumed right now.
@@ -176,6 +179,7 @@ impl TaskContext {
             waits_of_calls: RefCell::default(),
             clock: Cell::default(),
             is_aside: Cell::default(),
+            answering: RefCell::default(),
         })
     }
 
@@ -339,6 +343,16 @@ impl TaskContext {
         let done = work();
         self.is_aside.set(before);
         done
+    }
+
+    pub fn set_answering(&self, answering: Rc<Answering>) {
+        self.answering.replace(Some(answering));
+    }
+
+    /// Answers whoever waits for this program, which waits itself; false where nobody ever does.
+    pub fn answer_others(&self, native: &mut NativeCall<'_>) -> Result<bool, Raised> {
+        let answering = self.answering.borrow().clone();
+        answering.map_or(Ok(false), |answer| answer(native))
     }
 
     pub fn observer(&self) -> &dyn Observer {

@@ -43,6 +43,7 @@ pub(crate) use controls::{Controller, Controls, controls};
 pub use extras::{Extras, LineCountsOfTexts};
 pub use family::all_children_are_tasks;
 pub use host::{FileAccess, NetworkAccess, Permissions};
+pub(crate) use outside::JobId;
 pub(crate) use report::message_of;
 pub(crate) use scheduler::{Ended, Source, Task};
 pub use scheduler::{ProgramText, TaskEnd, TaskSettings};
