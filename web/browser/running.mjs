@@ -159,6 +159,19 @@ export const scenarios = {
     await mode(page, "robot-mode", "POWER_OFF");
     await mode(page, "program-state", "stopped");
   },
+  async "a program is stopped while a question is open"({ page, server }) {
+    await take(page);
+    await edit(page, MOVES);
+    await page.id("run").click();
+    await mode(page, "program-state", "running");
+    await page.id("power-off").click();
+    await until(async () => (await page.locator("dialog").innerText()).includes("Power off ends it"), "the question");
+    await page.id("dialog-stop").click();
+    await mode(page, "program-state", "stopped");
+    await stands(server);
+    check(await page.locator("dialog").evaluate((dialog) => dialog.open), "the question was answered by the stop");
+    check((await attribute(page, "robot-mode", "data-value")) !== "POWER_OFF", "the stop has switched the power off");
+  },
   async "a program is stepped line by line"({ page }) {
     await take(page);
     await edit(page, "def p():\n  sleep(0.05)\n  sleep(0.06)\n  sleep(0.07)\n  sleep(0.08)\nend\n");

@@ -54,7 +54,8 @@ export function ask(content: (Node | string)[], choices: Choice[], label: string
     button.addEventListener("click", () => dialog.close(choice.value));
     return button;
   });
-  dialog.replaceChildren(make("div", { class: "body" }, ...content), make("div", { class: "row end" }, ...buttons));
+  // The dialog has a stop of its own beneath: everything behind a question is out of reach of pointer and touch.
+  byId("question").replaceChildren(make("div", { class: "body" }, ...content), make("div", { class: "row end" }, ...buttons));
   dialog.setAttribute("aria-label", label);
   dialog.returnValue = "";
   dialog.addEventListener("close", () => resolve(dialog.returnValue), { once: true });

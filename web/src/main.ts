@@ -220,6 +220,7 @@ function enable(): void {
   set("pause", isConnected && link.readOnly === null && frame?.task === 1);
   // Never taken away while there is somebody to hear it.
   set("stop", isConnected && link.readOnly === null);
+  set("dialog-stop", isConnected && link.readOnly === null);
   if (slider.disabled === may) slider.disabled = !may;
   jog.enable(may && isStopped);
   points.enable(may);
@@ -398,7 +399,7 @@ async function run(step: boolean): Promise<void> {
   await programs.run(step);
 }
 byId("pause").addEventListener("click", () => order({ do: "pause" }));
-byId("stop").addEventListener("click", () => order({ do: "stop" }));
+for (const id of ["stop", "dialog-stop"]) byId(id).addEventListener("click", () => order({ do: "stop" }));
 byId("reset-view").addEventListener("click", () => view?.resetCamera());
 
 /** Shift+Escape stops from anywhere, also while a text is edited. */
