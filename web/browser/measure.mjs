@@ -7,6 +7,8 @@ import { BINARY, MOVES, Server, launch, open, stands, take, until } from "./harn
 const PAGES = 8;
 const WATCHED_MS = 8000;
 const STOPS = 12;
+/** Bytes of a frame. */
+const FRAME = 392;
 
 const quantile = (values, q) => [...values].sort((a, b) => a - b)[Math.min(values.length - 1, Math.floor(values.length * q))];
 const ms = (value) => `${value.toFixed(1)} ms`;
@@ -54,11 +56,19 @@ function cycleQuantile(before, after, q) {
   const all = counts.at(-1)?.[1] ?? 0;
   return counts.find(([, count]) => count >= all * q)?.[0];
 }
+/** Durations of cycles, ms, of the frames that the server keeps of a span of time: 20 a second, and 60 while a page looks. */
+async function sampledCycles(from, to) {
+  const frames = new DataView(await (await fetch(`${server.base}/api/v1/history?from=${from}&to=${to}&points=4000`)).arrayBuffer());
+  return Array.from({ length: Math.floor(frames.byteLength / FRAME) }, (_, k) => frames.getFloat32(k * FRAME + 388, true) / 1000);
+}
 /** The cycles while something is done. */
 async function cyclesWhile(what, act) {
-  const before = await metrics();
+  const [before, from] = [await metrics(), (await server.state()).time];
   const value = await act();
-  const after = await metrics();
+  const [after, to] = [await metrics(), (await server.state()).time];
+  const sampled = await sampledCycles(from, to);
+  const fine = (q) => `${quantile(sampled, q).toFixed(3)} ms`;
+  say(`cycles ${what}: p50; p90; p99`, `${fine(0.5)}; ${fine(0.9)}; ${fine(0.99)}   of ${sampled.length} sampled`);
   say(`99 % of the cycles ${what} within`, ms(1000 * cycleQuantile(before, after, 0.99)));
   const grown = (name) => figure(after, name) - figure(before, name);
   say(`overruns; missed cycles ${what}`, `${grown("elite_cycle_overruns_total")}; ${grown("elite_cycles_missed_total")}`, "0; 0");
