@@ -14,7 +14,7 @@ use io_bus::xmlrpc::codec::{Fault, decode_call, encode_response};
 use serde_json::{Value as Json, json};
 
 use super::{Debugger, order, program_state, rerun, wait_for};
-use crate::common::{self, Server};
+use crate::common::{Dashboard, Server};
 
 /// How often somebody spoke to a peer.
 type Contacts = Arc<AtomicUsize>;
@@ -135,33 +135,6 @@ fn scale(contacts: &Contacts) -> (String, OwnedFd) {
     (name.to_str().unwrap().to_owned(), pty.slave)
 }
 
-/// The session of a client of the dashboard.
-struct Dashboard(BufReader<TcpStream>);
-
-impl Dashboard {
-    fn new(server: &Server) -> Self {
-        let stream = TcpStream::connect(("127.0.0.1", server.ports["dashboard"])).unwrap();
-        stream.set_read_timeout(Some(common::PATIENCE)).unwrap();
-        let mut own = Self(BufReader::new(stream));
-        own.line();
-        own
-    }
-
-    fn line(&mut self) -> String {
-        let mut line = String::new();
-        self.0.read_line(&mut line).unwrap();
-        line
-    }
-
-    fn ask(&mut self, line: &str) -> String {
-        self.0
-            .get_mut()
-            .write_all(format!("{line}\n").as_bytes())
-            .unwrap();
-        self.line()
-    }
-}
-
 fn panel(server: &Server) -> Json {
     serde_json::from_str(&server.page("/panel").1).unwrap()
 }
@@ -247,7 +220,7 @@ fn served(folder: &Path, clock: &str) -> (Contacts, OwnedFd) {
         "served.mcap",
     ];
     let server = Server::start(folder, &options);
-    let mut dashboard = Dashboard::new(&server);
+    let mut dashboard = Dashboard::connect(&server);
     let mut primary = server.primary();
     primary.send(&program(rpc, modbus));
     let is_running = || program_state(&server) == "running";
@@ -291,17 +264,7 @@ fn is_repeated(folder: &Path, contacts: &Contacts) {
     let said = rerun(folder);
     assert!(said.contains("identical: 1 program"), "{said}");
 
-    let mut debugger = Debugger::new();
-    debugger.ask("initialize", json!({})).unwrap();
-    debugger.ask("configurationDone", json!({})).unwrap();
-    let arguments = json!({"recording": folder.join("served.mcap"), "stopAtEnd": true});
-    debugger.ask("launch", arguments).unwrap();
-    let end = debugger.event("stopped");
-    assert_eq!(
-        end["description"], "the end of the program",
-        "{:?}",
-        debugger.events
-    );
+    let mut debugger = Debugger::at_the_end(&folder.join("served.mcap"));
     let moves = program(0, 0)
         .lines()
         .position(|line| line.contains("moveml("))
