@@ -223,6 +223,83 @@ impl Foreseen {
     }
 }
 
+/// What was foreseen last, so that a program that asks after each of its settings pays for the new ones only: where a
+/// cycle is long in coming, hundreds wait.
+#[derive(Debug, Default)]
+pub(crate) struct Foresight {
+    last: Option<Box<Kept>>,
+}
+
+/// What was foreseen, and of what.
+#[derive(Debug)]
+struct Kept {
+    of: Basis,
+    /// The youngest command in it.
+    newest: CommandId,
+    foreseen: Foreseen,
+}
+
+/// What commands are laid over. As long as it is the same, only younger commands are to be added.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Basis {
+    /// Of the state.
+    pub cycle: u64,
+    /// Commands that had ended by this cycle are in the state.
+    pub ended_by: u64,
+    /// How often a command has ended, been closed, or entered behind a younger one.
+    pub changes: u64,
+}
+
+impl Foresight {
+    /// The youngest command in what was foreseen last.
+    pub fn newest(&self) -> CommandId {
+        self.last
+            .as_ref()
+            .map_or(CommandId::NONE, |kept| kept.newest)
+    }
+
+    /// The robot with the commands that are under way over the state. `commands` shows those younger than the given one,
+    /// in their order.
+    pub fn of<'a, I: Iterator<Item = &'a Command>>(
+        &mut self,
+        of: Basis,
+        state: &RobotState,
+        lasting: Lasting,
+        commands: impl FnOnce(CommandId) -> I,
+    ) -> Foreseen {
+        let last_of = |lasting: &Lasting| (lasting.force, lasting.hand);
+        let kept = self.last.as_mut().filter(|kept| {
+            // Older commands about force and freedrive count no more once there is a younger one.
+            kept.of == of && last_of(&kept.foreseen.lasting) == last_of(&lasting)
+        });
+        let kept = match kept {
+            Some(kept) => {
+                kept.foreseen.lasting = lasting;
+                kept
+            }
+            None => {
+                let fresh = Kept {
+                    of,
+                    newest: CommandId::NONE,
+                    foreseen: Foreseen::new(*state, lasting),
+                };
+                match &mut self.last {
+                    Some(kept) => {
+                        **kept = fresh;
+                        kept
+                    }
+                    empty => empty.insert(Box::new(fresh)),
+                }
+            }
+        };
+        for command in commands(kept.newest) {
+            kept.foreseen.add(command);
+            kept.newest = command.id;
+        }
+        kept.foreseen
+    }
+}
+
 fn set_counter(state: &mut RobotState, encoder: u8, range: EncoderRange, count: f64) {
     let encoder = usize::from(encoder);
     if let (Some(number), Some(shown)) = (
@@ -265,4 +342,54 @@ fn set_tcp(state: &mut RobotState, tcp: RpyPose) {
         *wrench = about_after.to_array();
     }
     state.tcp_offset = tcp;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kinematics::JointPositions;
+    use motion_api::Origin;
+    use std::cell::Cell;
+
+    #[test]
+    fn each_setting_that_waits_is_laid_over_the_state_once() {
+        let state = RobotState::at_start(JointPositions::ZERO, 0.004);
+        let basis = Basis {
+            cycle: 7,
+            ended_by: u64::MAX,
+            changes: 3,
+        };
+        let laid = Cell::new(0);
+        let mut waiting = Vec::new();
+        let mut foresight = Foresight::default();
+        let mut ask = |basis: Basis, waiting: &[Command]| {
+            let foreseen = foresight.of(basis, &state, Lasting::default(), |after| {
+                let younger = waiting.iter().filter(move |command| command.id > after);
+                younger.inspect(|_| laid.set(laid.get() + 1))
+            });
+            foreseen.state.target_speed_fraction
+        };
+        for id in 1..=512_u32 {
+            let fraction = 1.0 / f64::from(id);
+            waiting.push(Command {
+                id: CommandId(u64::from(id)),
+                origin: Origin::default(),
+                kind: CommandKind::SetSpeedFraction(fraction),
+            });
+            assert_eq!(ask(basis, &waiting), fraction);
+        }
+        assert_eq!(laid.get(), 512);
+        // A cycle later, and when one has ended, they are laid over another state.
+        for changed in [
+            Basis { cycle: 8, ..basis },
+            Basis {
+                changes: 4,
+                ..basis
+            },
+        ] {
+            laid.set(0);
+            ask(changed, &waiting);
+            assert_eq!(laid.get(), 512);
+        }
+    }
 }

@@ -4,6 +4,7 @@
 //! script value. Shared by the task's thread, the ports and the pump.
 
 use std::collections::{BTreeMap, VecDeque};
+use std::ops::Bound;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
@@ -17,7 +18,7 @@ use motion_api::{
 use tokio::sync::Notify;
 
 use crate::external::Repeat;
-use crate::foresight::{Foreseen, Lasting};
+use crate::foresight::{Basis, Foreseen, Foresight, Lasting};
 use crate::message::{Message, Observer, Severity};
 
 /// A robot to give commands to. Cheap to share behind an `Arc`.
@@ -62,6 +63,9 @@ struct Awaited {
     /// The latest ones, with their cycles.
     recent_stops: VecDeque<(u64, StopReason)>,
     lasting: Lasting,
+    foresight: Foresight,
+    /// See [`Basis::changes`].
+    changes: u64,
     /// Commands that have ended and whose outcome nobody asks for, in the order of their ends: programs may still see a cycle
     /// before. Few of them are looked at, those behind that cycle.
     ended: VecDeque<Ended>,
@@ -78,6 +82,10 @@ impl Awaited {
     /// A command is about to enter the ring.
     fn announce(&mut self, command: Command, keep_outcome: bool) {
         self.lasting.note(&command);
+        if command.id < self.foresight.newest() {
+            // A repeated program's, whose numbers are the recording's.
+            self.changes += 1;
+        }
         let entry = Entry {
             command,
             keep_outcome,
@@ -86,6 +94,12 @@ impl Awaited {
             queued_in: u64::MAX,
         };
         self.open.insert(command.id, entry);
+    }
+
+    /// Nobody will ask for the end of this command.
+    fn close(&mut self, id: CommandId) {
+        memory::outside(|| self.open.remove(&id));
+        self.changes += 1;
     }
 
     /// Forgets commands that ended long ago.
@@ -104,21 +118,35 @@ impl Awaited {
         self.ended.range(from..)
     }
 
-    /// Shows the commands that had not ended by this cycle, in the order in which they were given.
-    fn under_way(&self, cycle: u64, mut see: impl FnMut(&Command)) {
+    /// The commands behind `after` that had not ended by this cycle, in the order in which they were given.
+    fn under_way(&self, cycle: u64, after: CommandId) -> impl Iterator<Item = &Command> {
         let since = self.ended_since(cycle).map(|ended| &ended.command);
-        let mut since: Vec<&Command> = since.collect();
+        let mut since: Vec<&Command> = since.filter(|command| command.id > after).collect();
         since.sort_by_key(|command| command.id);
+        let open = self.open.range((Bound::Excluded(after), Bound::Unbounded));
+        let open = open.filter(move |(_, entry)| !entry.has_ended(cycle));
+        let mut open = open.map(|(_, entry)| &entry.command).peekable();
         let mut since = since.into_iter().peekable();
-        for (id, entry) in &self.open {
-            while let Some(earlier) = since.next_if(|command| command.id < *id) {
-                see(earlier);
-            }
-            if !entry.has_ended(cycle) {
-                see(&entry.command);
-            }
-        }
-        since.for_each(see);
+        std::iter::from_fn(move || match (since.peek(), open.peek()) {
+            (Some(earlier), Some(later)) if earlier.id < later.id => since.next(),
+            (Some(_), None) => since.next(),
+            _ => open.next(),
+        })
+    }
+
+    /// The state with what the commands that had not ended by `cycle` set.
+    fn foreseen(&mut self, state: &RobotState, cycle: u64) -> Foreseen {
+        let mut foresight = std::mem::take(&mut self.foresight);
+        let basis = Basis {
+            cycle: state.cycle,
+            ended_by: cycle,
+            changes: self.changes,
+        };
+        let under_way = |after| self.under_way(cycle, after);
+        // What is kept belongs to no task.
+        let foreseen = memory::outside(|| foresight.of(basis, state, self.lasting, under_way));
+        self.foresight = foresight;
+        foreseen
     }
 }
 
@@ -328,14 +356,14 @@ impl Robot {
     /// The state as the next cycle will have it, as far as commands that wait set something: what a program is shown, whose
     /// settings take no time.
     pub(crate) fn foreseen(&self) -> Foreseen {
-        let awaited = self.awaited();
+        let mut awaited = self.awaited();
         // Under the lock: what is no longer open was published before.
-        foreseen_after(&awaited, self.state(), u64::MAX)
+        awaited.foreseen(&self.state(), u64::MAX)
     }
 
     /// The same as of an earlier cycle.
     pub(crate) fn foreseen_after(&self, state: &RobotState) -> Foreseen {
-        foreseen_after(&self.awaited(), *state, state.cycle)
+        self.awaited().foreseen(state, state.cycle)
     }
 
     /// The general purpose registers.
@@ -365,7 +393,7 @@ impl Robot {
     pub fn take_outcome(&self, id: CommandId) -> Option<Outcome> {
         let mut awaited = self.awaited();
         let outcome = awaited.open.get(&id)?.outcome?;
-        memory::outside(|| awaited.open.remove(&id));
+        awaited.close(id);
         Some(outcome)
     }
 
@@ -415,7 +443,7 @@ impl Robot {
         if let Some(entry) = awaited.open.get_mut(&id) {
             entry.keep_outcome = false;
             if entry.outcome.is_some() {
-                memory::outside(|| awaited.open.remove(&id));
+                awaited.close(id);
             }
         }
     }
@@ -482,10 +510,11 @@ impl Robot {
                 entry.ended_in = cycle;
                 if keeps {
                     entry.outcome = Some(outcome);
+                    awaited.changes += 1;
                     return;
                 }
                 let queued_in = entry.queued_in;
-                awaited.open.remove(&id);
+                awaited.close(id);
                 if !is_virtual && command.origin.program != ProgramId(0) {
                     awaited.ended.push_back(Ended {
                         command,
@@ -536,20 +565,16 @@ impl Robot {
 
 fn io_after(awaited: &Awaited, state: &RobotState, cycle: u64) -> IoImage {
     let mut image = state.io();
-    awaited.under_way(cycle, |command| match command.kind {
-        CommandKind::SetStandardDigitalOut { index, level } if index < 16 => {
-            image.apply(&IoChange::digital_out(DigitalBank::Standard, index, level));
+    for command in awaited.under_way(cycle, CommandId::NONE) {
+        match command.kind {
+            CommandKind::SetStandardDigitalOut { index, level } if index < 16 => {
+                image.apply(&IoChange::digital_out(DigitalBank::Standard, index, level));
+            }
+            CommandKind::SetIo(change) => image.apply(&change),
+            _ => {}
         }
-        CommandKind::SetIo(change) => image.apply(&change),
-        _ => {}
-    });
+    }
     image
-}
-
-fn foreseen_after(awaited: &Awaited, state: RobotState, cycle: u64) -> Foreseen {
-    let mut foreseen = Foreseen::new(state, awaited.lasting);
-    awaited.under_way(cycle, |command| foreseen.add(command));
-    foreseen
 }
 
 /// The script side's end of the border, without the records (those go to the recorder).
@@ -584,7 +609,9 @@ mod tests {
     use crate::message::InterpreterEvent;
     use crate::panel::VariableValue;
     use kinematics::JointPositions;
+    use kinematics::RpyPose;
     use motion_api::{BorderSizes, Frame, MotionEnd, ProgramId, ThreadNumber, border};
+    use proptest::prelude::*;
 
     /// Notes which cycles it was shown.
     #[derive(Default)]
@@ -673,5 +700,45 @@ mod tests {
         robot.pump();
         assert_eq!(*watcher.0.lock().unwrap(), [1, 2, 3, 4, 11]);
         assert_eq!(robot.state().cycle, 11);
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_foreseen_does_not_depend_on_what_was_asked_before(
+            steps in prop::collection::vec((0..8_u8, 0..4_u8), 1..60)
+        ) {
+            let mut awaited = Awaited::default();
+            let mut state = RobotState::at_start(JointPositions::ZERO, 0.004);
+            for (id, (what, which)) in (1..).zip(steps) {
+                let number = f64::from(which);
+                let kind = match what {
+                    0 => CommandKind::SetTcp(RpyPose::from_array([0.1 * number, 0.0, 0.1, 0.2, 0.0, number])),
+                    1 => CommandKind::SetSpeedFraction(0.25 * number),
+                    2 => CommandKind::EndForceMode,
+                    3 => CommandKind::EndFreedrive,
+                    4 => CommandKind::SetCollisionDetection(which > 1),
+                    5 => CommandKind::Stop { only: CommandId::NONE },
+                    6 => {
+                        // Ends the one of that place.
+                        if let Some(id) = awaited.open.keys().nth(which.into()).copied() {
+                            awaited.close(id);
+                        }
+                        continue;
+                    }
+                    _ => {
+                        state.cycle += 1;
+                        continue;
+                    }
+                };
+                let id = CommandId(if which == 3 { 1_000 - id } else { id });
+                let origin = Origin::default();
+                awaited.announce(Command { id, origin, kind }, true);
+                let at_once = awaited.foreseen(&state, u64::MAX);
+                let kept = std::mem::take(&mut awaited.foresight);
+                let afresh = awaited.foreseen(&state, u64::MAX);
+                awaited.foresight = kept;
+                prop_assert_eq!(format!("{at_once:?}"), format!("{afresh:?}"));
+            }
+        }
     }
 }

@@ -39,8 +39,7 @@ pub(crate) const THREADS_MAX: usize = 64;
 /// Calls of builtins in the `finally` and `with` blocks of a task that is being stopped. The language bounds what its own
 /// work costs there; a call may cost far more than one step of that.
 const CALLS_OF_UNWINDING: u32 = 20 * CALLS_OF_A_LOOK - 1;
-/// So many of them see the robot of one cycle, as a turn of a thread does. One call more is slow behind many others, as all
-/// settings since that cycle are laid over what it is shown.
+/// So many of them see the robot of one cycle, as a turn of a thread does.
 const CALLS_OF_A_LOOK: u32 = 256;
 
 /// 2026-01-01T00:00:00Z, where simulated time begins.
