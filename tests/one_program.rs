@@ -5,12 +5,12 @@
 
 #![allow(clippy::unwrap_used, reason = "a test helper fails by panicking")]
 
-use std::io::{BufRead, BufReader, Read, Write};
-use std::net::{TcpListener, TcpStream};
+use std::io::{Read, Write};
+use std::net::TcpListener;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use crate::common::{PATIENCE, Server, read_recording};
+use crate::common::{Dashboard, PATIENCE, Server, read_recording};
 
 const CLOCKS: [&str; 2] = ["virtual", "realtime"];
 
@@ -37,30 +37,6 @@ fn wait_for_log(folder: &Path, text: &str) -> Duration {
         std::thread::sleep(Duration::from_millis(1));
     }
     started.elapsed()
-}
-
-/// Asks the dashboard.
-struct Dashboard(BufReader<TcpStream>);
-
-impl Dashboard {
-    fn connect(server: &Server) -> Self {
-        let stream = TcpStream::connect(("127.0.0.1", server.ports["dashboard"])).unwrap();
-        stream.set_read_timeout(Some(PATIENCE)).unwrap();
-        let mut dashboard = Self(BufReader::new(stream));
-        dashboard.line();
-        dashboard
-    }
-
-    fn line(&mut self) -> String {
-        let mut line = String::new();
-        self.0.read_line(&mut line).unwrap();
-        line.trim_end().to_owned()
-    }
-
-    fn ask(&mut self, command: &str) -> String {
-        writeln!(self.0.get_mut(), "{command}").unwrap();
-        self.line()
-    }
 }
 
 /// How many threads and open files a process has.

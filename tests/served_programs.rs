@@ -46,6 +46,22 @@ impl Debugger {
         }
     }
 
+    /// Opens the program of a recording at its end.
+    fn at_the_end(recording: &Path) -> Self {
+        let mut own = Self::new();
+        own.ask("initialize", json!({})).unwrap();
+        own.ask("configurationDone", json!({})).unwrap();
+        let arguments = json!({"recording": recording, "stopAtEnd": true});
+        own.ask("launch", arguments).unwrap();
+        let end = own.event("stopped");
+        assert_eq!(
+            end["description"], "the end of the program",
+            "{:?}",
+            own.events
+        );
+        own
+    }
+
     fn next(&mut self) -> Json {
         match stream::read(&mut self.from).unwrap() {
             Some(Incoming::Message(message)) => message,
@@ -232,18 +248,8 @@ fn what_a_server_recorded_under_the_real_clock_runs_again_script_and_all_and_is_
     served(folder.path(), "realtime");
     assert!(rerun(folder.path()).contains("identical: 3 programs"));
 
-    let mut debugger = Debugger::new();
-    debugger.ask("initialize", json!({})).unwrap();
-    debugger.ask("configurationDone", json!({})).unwrap();
     let recording = folder.path().join("served.mcap");
-    let arguments = json!({"recording": recording, "stopAtEnd": true});
-    debugger.ask("launch", arguments).unwrap();
-    let end = debugger.event("stopped");
-    assert_eq!(
-        end["description"], "the end of the program",
-        "{:?}",
-        debugger.events
-    );
+    let mut debugger = Debugger::at_the_end(&recording);
     debugger
         .ask("reverseContinue", json!({"threadId": 1}))
         .unwrap();

@@ -1,5 +1,5 @@
-//! What the system tests share: a running server on free ports, a reader of the state stream that knows only the
-//! protocol page, and a recording read back with the public mcap reader.
+//! What the system tests share: a running server on free ports, a client of its dashboard, a reader of the state stream that
+//! knows only the protocol page, and a recording read back with the public mcap reader.
 
 #![allow(
     clippy::unwrap_used,
@@ -8,7 +8,7 @@
 )]
 
 use std::collections::BTreeMap;
-use std::io::{Read, Write};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Output, Stdio};
@@ -404,4 +404,28 @@ pub fn first_light() -> String {
 /// Where it is.
 pub fn example_path() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/first_light.script")
+}
+
+/// A client of the dashboard, which asks a line at a time.
+pub struct Dashboard(BufReader<TcpStream>);
+
+impl Dashboard {
+    pub fn connect(server: &Server) -> Self {
+        let stream = TcpStream::connect(("127.0.0.1", server.ports["dashboard"])).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        let mut dashboard = Self(BufReader::new(stream));
+        dashboard.line();
+        dashboard
+    }
+
+    pub fn line(&mut self) -> String {
+        let mut line = String::new();
+        self.0.read_line(&mut line).unwrap();
+        line.trim_end().to_owned()
+    }
+
+    pub fn ask(&mut self, command: &str) -> String {
+        writeln!(self.0.get_mut(), "{command}").unwrap();
+        self.line()
+    }
 }

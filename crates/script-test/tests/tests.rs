@@ -350,7 +350,7 @@ def test_calls_its_own_server():
     own = rpc_factory("xmlrpc", "127.0.0.1:9121")
     begin = controller_timestamp()
     assert own.double(4) == 8 and own.name() == "own"
-    assert controller_timestamp() - begin < 0.1, controller_timestamp() - begin
+    assert controller_timestamp() - begin < 2, controller_timestamp() - begin
     test.raises("RuntimeError", lambda: own.missing())
     def ask(text):
         return to_str(own.double(int(text))) + chr(10)

@@ -264,7 +264,7 @@ mod tests {
             ("sync(1)", "sync() takes at most 0 arguments, got 1"),
             ("sleep(1, t=2)", "sleep(): 't' is given twice"),
             (
-                "set_payload(-1)",
+                "set_payload(-1, [0, 0, 0])",
                 "set_payload(): m must be a number >= 0, got -1",
             ),
             (

@@ -77,10 +77,10 @@ fn outside(builtin: &Builtin, parameter: &Parameter, value: &Literal<'_>) -> Opt
             (range.to_string(), n.to_string())
         }
         (Kind::Number(range), Literal::Number(x)) if !range.contains(*x) => {
-            (range.to_string(), shown(*x))
+            (range.to_string(), format!("{x:?}"))
         }
         (Kind::Number(range @ Range::Any), Literal::Number(x)) if !x.is_finite() => {
-            (range.to_string(), shown(*x))
+            (range.to_string(), format!("{x:?}"))
         }
         (Kind::Integer(min, max), Literal::Integer(n)) if !(min..=max).contains(n) => {
             let allowed = match max {
@@ -116,11 +116,6 @@ fn outside(builtin: &Builtin, parameter: &Parameter, value: &Literal<'_>) -> Opt
 fn count(place: &str, words: &str, wanted: usize, items: &[Literal<'_>]) -> Option<String> {
     let given = numbers(items)?.len();
     (given != wanted).then(|| format!("{place} must be {words}, got {given} numbers"))
-}
-
-/// A number as Python writes it, as far as it matters here.
-fn shown(x: f64) -> String {
-    format!("{x:?}")
 }
 
 fn hint(
