@@ -18,6 +18,8 @@ use kinematics::elementary::cbrt;
 const STEPS: usize = 32;
 /// Room for rounding where speeds are compared.
 const SLACK: f64 = 1e-12;
+/// From rest the way left is nothing where it is less, of the place and by itself: steps of it would be lost in rounding.
+const NO_WAY: f64 = 1e-13;
 /// By this part a motion is faster than the track only if that was lowered.
 const OVER: f64 = 1e-6;
 /// Steps of a foreseen motion before it counts as endless.
@@ -205,13 +207,16 @@ impl Travel {
                 speed: v + a * t,
             }
         };
-        if at(STEPS + 1).place > self.committed() {
-            return;
+        let hastened = Self {
+            knots: core::array::from_fn(at),
+            rate: 1.0,
+            phase: 0.0,
+            known: None,
+            ..*self
+        };
+        if hastened.committed() <= self.committed() && hastened.fits(track) {
+            *self = hastened;
         }
-        self.knots = core::array::from_fn(at);
-        self.rate = 1.0;
-        self.phase = 0.0;
-        self.known = None;
     }
 
     /// From rest at a fraction of the pace.
@@ -364,7 +369,8 @@ impl Travel {
             };
         }
         let gear = match self.wanted {
-            Drive::Go(fraction) => fraction / self.rate,
+            // A slow clock goes no faster than it is before it is hastened.
+            Drive::Go(fraction) => (fraction / self.rate).min(1.0),
             Drive::Halt | Drive::HaltHard => 0.0,
         };
         let here = track.index(now.place);
@@ -376,10 +382,16 @@ impl Travel {
                 ..now
             };
             let next = self.onward(slowed, gear, (track, here));
-            return Knot {
+            let next = Knot {
                 speed: next.speed * gear,
                 ..next
             };
+            // One whose pace was lowered on the way may have to slow down while the mean still speeds up: that comes first. It is
+            // faster than the pace for a moment then, not than the track.
+            if next.speed >= now.speed || self.accelerations().1 <= 0.0 {
+                return next;
+            }
+            return self.braked(now, next.speed, track);
         }
         self.braked(now, gear * allowed, track)
     }
@@ -471,6 +483,12 @@ impl Travel {
     /// One step as fast as the track allows; the step and the window are longer by the gear.
     fn onward(&self, now: Knot, gear: f64, (track, here): (&Track, usize)) -> Knot {
         let (place, speed) = (now.place, now.speed);
+        if speed <= 0.0 && track.end() - place <= NO_WAY * (1.0 + place) {
+            return Knot {
+                place: track.end(),
+                speed: 0.0,
+            };
+        }
         let (h, window) = (self.step * gear, track.window() * gear);
         let asked = track.speeding(here, speed);
         // What slowed down within the window must have gone from the mean before it may speed up fully.
@@ -510,7 +528,7 @@ impl Travel {
             return now;
         }
         if speed <= 0.0 {
-            // Too short a way to speed up on: the end is a rounding away.
+            // Too short a way to speed up on.
             return Knot {
                 place: track.end(),
                 speed: 0.0,
