@@ -372,3 +372,30 @@ fn a_recording_of_a_run_can_be_read_and_run_again() {
         "{stdout}"
     );
 }
+
+/// A name may lead to a device that never ends; each of these files is read no further than it may be long.
+#[test]
+fn a_file_that_never_ends_is_refused_wherever_one_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("endless.urdf");
+    std::os::unix::fs::symlink("/dev/zero", &path).unwrap();
+    let endless = path.to_str().unwrap();
+    let program = folder.path().join("p.script");
+    std::fs::write(&program, "sync()\n").unwrap();
+    let program = program.to_str().unwrap();
+    let asked: [&[&str]; 7] = [
+        &["run", "--cell", endless, program],
+        &["run", "--model", endless, program],
+        &["run", "--calibration", endless, program],
+        &["run", endless],
+        &["check", endless],
+        &["serve", "--config", endless],
+        &["fleet", endless],
+    ];
+    for arguments in asked {
+        let output = eliteserver().args(arguments).output().unwrap();
+        let told = text(&output);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {told}");
+        assert!(told.contains("MiB"), "{arguments:?}: {told}");
+    }
+}

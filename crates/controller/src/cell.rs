@@ -132,9 +132,11 @@ impl Cell {
     /// # Errors
     /// [`CellError`] names the file, the key and what is allowed, or what is not available yet.
     pub fn load(path: &Path) -> Result<Self, CellError> {
-        let text = std::fs::read_to_string(path).map_err(|source| CellError::Unreadable {
-            path: path.to_owned(),
-            source,
+        let text = kinematics::text_file::read_text_file(path).map_err(|source| {
+            CellError::Unreadable {
+                path: path.to_owned(),
+                source,
+            }
         })?;
         Self::from_text(text, path)
     }

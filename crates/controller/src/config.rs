@@ -82,7 +82,7 @@ impl RobotConfig {
     pub(crate) fn read_text(&self, path: &Path) -> io::Result<String> {
         match &self.within {
             Some(folders) => folders.read_text(path),
-            None => std::fs::read_to_string(path),
+            None => kinematics::text_file::read_text_file(path),
         }
     }
 }

@@ -72,10 +72,11 @@ impl RobotModel {
         if !is_path {
             return Self::built_in(name_or_path);
         }
-        let text = std::fs::read_to_string(path).map_err(|source| ModelError::Unreadable {
-            path: name_or_path.to_owned(),
-            source,
-        })?;
+        let text =
+            crate::text_file::read_text_file(path).map_err(|source| ModelError::Unreadable {
+                path: name_or_path.to_owned(),
+                source,
+            })?;
         Self::from_urdf(&text)
     }
 }

@@ -40,6 +40,7 @@ pub mod pose;
 pub mod rotation;
 pub mod safety;
 pub mod script_math;
+pub mod text_file;
 pub mod trig;
 pub mod urdf;
 pub mod wrench;

@@ -166,7 +166,7 @@ pub fn save(
             return Err(SaveError::Name(name.to_owned()));
         }
     }
-    let now = match fs::read(&path) {
+    let now = match kinematics::text_file::read_small_file(&path) {
         Ok(bytes) => {
             if elite_runtime::task_folder::is_xml(&bytes) {
                 return Err(SaveError::Xml(name.to_owned()));

@@ -446,7 +446,7 @@ fn with_file(mut args: ServeArgs, within: Option<&Folders>) -> Result<ServeArgs,
     };
     let read = match within {
         Some(folders) => folders.read_text(&path),
-        None => std::fs::read_to_string(&path),
+        None => kinematics::text_file::read_text_file(&path),
     };
     let text = match read {
         Ok(text) => text,

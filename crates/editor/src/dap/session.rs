@@ -3,7 +3,7 @@
 //! Owns what the client was told and what it asked for. Everything about a held program is answered on the program's own
 //! thread (`inspect`); here is what goes on between runs: launching, breakpoints, going back.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::SyncSender;
 use std::time::Duration;
@@ -305,7 +305,7 @@ impl<'s> Session<'s> {
         let what = (self.launch)(arguments)?;
         let flag = |key: &str| arguments.get(key).and_then(Json::as_bool) == Some(true);
         let file = SourceFile::new(what.program.name.clone(), what.program.text.clone());
-        let on_disk = std::fs::read_to_string(&what.program.name);
+        let on_disk = kinematics::text_file::read_text_file(Path::new(&what.program.name));
         self.launched = Some(Launched {
             is_on_disk: on_disk.is_ok_and(|text| text == what.program.text),
             path: same_path(what.program.name.as_ref()),

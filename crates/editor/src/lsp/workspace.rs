@@ -52,7 +52,10 @@ pub(super) fn symbols(
 }
 
 fn in_file(path: &Path, query: &str, encoding: Encoding, found: &mut Vec<Value>) {
-    let (Ok(text), Some(uri)) = (std::fs::read_to_string(path), Uri::from_file_path(path)) else {
+    let (Ok(text), Some(uri)) = (
+        kinematics::text_file::read_text_file(path),
+        Uri::from_file_path(path),
+    ) else {
         // What cannot be read has no names; nobody asked for this very file.
         return;
     };

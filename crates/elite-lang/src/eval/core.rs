@@ -14,6 +14,7 @@ use super::types::Types;
 use crate::debug::Debugger;
 use crate::host::{Host, ThreadId};
 use crate::limits::{Limits, memory};
+use crate::ops::repr::Shown;
 use crate::statement::Injected;
 use crate::stdlib::Kept;
 use crate::value::module::Namespace;
@@ -63,6 +64,8 @@ pub struct Core {
     pub depth: Cell<u32>,
     /// Nesting of native operations on data.
     pub native_depth: Cell<u32>,
+    /// The containers whose texts are being made.
+    pub shown: Shown,
     /// The line being executed.
     pub line: Cell<u32>,
     /// The node of the pendant's task that is being executed.
@@ -137,6 +140,7 @@ impl Core {
             work: Cell::new(0),
             depth: Cell::new(0),
             native_depth: Cell::new(0),
+            shown: Shown::default(),
             line: Cell::new(0),
             nodes: Nodes::default(),
             thread: Cell::new(0),

@@ -1,5 +1,6 @@
 //! `repr` of values.
 
+use std::cell::RefCell;
 use std::fmt::Write as _;
 
 use crate::eval::Evaluator;
@@ -8,17 +9,49 @@ use crate::format::float;
 use crate::value::symbol::known;
 use crate::value::{Dict, Instance, Iter, R, Value, Values};
 
+/// The containers whose texts are being made, by thread, to stop at circles: also at those through a `__repr__` of the script, which
+/// asks for a text of its own.
+#[derive(Default)]
+pub struct Shown(RefCell<Vec<(u64, usize)>>);
+
+impl Shown {
+    /// From now on until the answer is dropped this thread is at this container; nothing if it is already.
+    fn begin(&self, thread: u64, container: &Value) -> Option<BeingShown<'_>> {
+        let entry = (thread, container.address().unwrap_or(0));
+        let mut all = self.0.borrow_mut();
+        if all.contains(&entry) {
+            return None;
+        }
+        all.push(entry);
+        Some(BeingShown { all: self, entry })
+    }
+}
+
+struct BeingShown<'s> {
+    all: &'s Shown,
+    entry: (u64, usize),
+}
+
+impl Drop for BeingShown<'_> {
+    fn drop(&mut self) {
+        let mut all = self.all.0.borrow_mut();
+        // Other threads may have begun since.
+        if let Some(at) = all.iter().rposition(|entry| *entry == self.entry) {
+            all.remove(at);
+        }
+    }
+}
+
 impl Evaluator<'_> {
     /// Python's `repr(value)`.
     pub fn repr(&self, value: &Value) -> R<String> {
         let mut out = String::new();
-        let mut inside = Vec::new();
-        self.repr_into(value, &mut out, &mut inside)?;
+        self.repr_into(value, &mut out)?;
         Ok(out)
     }
 
-    /// Appends the `repr`. `inside` holds the addresses of the containers around, to stop at circles.
-    fn repr_into(&self, value: &Value, out: &mut String, inside: &mut Vec<usize>) -> R<()> {
+    /// Appends the `repr`.
+    fn repr_into(&self, value: &Value, out: &mut String) -> R<()> {
         match value {
             Value::Unbound => out.push_str("<unbound>"),
             Value::None => out.push_str("None"),
@@ -63,8 +96,9 @@ impl Evaluator<'_> {
             | Value::Dict(_)
             | Value::DictView(_)
             | Value::Set(_)
-            | Value::FrozenSet(_)
-            | Value::Slice(_) => return self.recurse(|| self.container_repr(value, out, inside)),
+            | Value::FrozenSet(_) => return self.recurse(|| self.container_repr(value, out)),
+            // Python looks for no circles through these.
+            Value::Slice(_) => return self.recurse(|| self.container_repr_inside(value, out)),
             Value::Instance(instance) => {
                 let text = self.recurse(|| self.instance_repr(value, instance))?;
                 self.push_text(out, &text)?;
@@ -82,29 +116,22 @@ impl Evaluator<'_> {
         self.check_allocation(out.len())
     }
 
-    fn container_repr(&self, value: &Value, out: &mut String, inside: &mut Vec<usize>) -> R<()> {
-        let address = value.address().unwrap_or(0);
-        if inside.contains(&address) {
+    fn container_repr(&self, value: &Value, out: &mut String) -> R<()> {
+        let Some(_shown) = self.core.shown.begin(self.core.thread.get(), value) else {
             out.push_str(match value {
                 Value::List(_) => "[...]",
                 Value::Tuple(_) => "(...)",
                 Value::Dict(_) => "{...}",
+                Value::DictView(_) => "...",
+                Value::FrozenSet(_) => "frozenset(...)",
                 _ => "set(...)",
             });
             return Ok(());
-        }
-        inside.push(address);
-        let result = self.container_repr_inside(value, out, inside);
-        inside.pop();
-        result
+        };
+        self.container_repr_inside(value, out)
     }
 
-    fn container_repr_inside(
-        &self,
-        value: &Value,
-        out: &mut String,
-        inside: &mut Vec<usize>,
-    ) -> R<()> {
+    fn container_repr_inside(&self, value: &Value, out: &mut String) -> R<()> {
         match value {
             Value::List(list) => {
                 out.push('[');
@@ -112,22 +139,22 @@ impl Evaluator<'_> {
                 // Item by item: a `__repr__` of the script may change the list.
                 while let Some(item) = list.get(index) {
                     out.push_str(if index > 0 { ", " } else { "" });
-                    self.repr_into(&item, out, inside)?;
+                    self.repr_into(&item, out)?;
                     index += 1;
                 }
                 out.push(']');
             }
             Value::Tuple(tuple) => {
                 out.push('(');
-                self.repr_items(tuple.items(), out, inside)?;
+                self.repr_items(tuple.items(), out)?;
                 out.push_str(if tuple.items().len() == 1 { ",)" } else { ")" });
             }
-            Value::Dict(dict) => self.dict_repr(dict, out, inside)?,
+            Value::Dict(dict) => self.dict_repr(dict, out)?,
             Value::DictView(view) => {
                 let name = self.core.types.name_of(value);
                 let _ = write!(out, "{name}([");
                 let items = self.collect(&Value::DictView(view.clone()))?;
-                self.repr_items(&items, out, inside)?;
+                self.repr_items(&items, out)?;
                 out.push_str("])");
             }
             Value::Set(set) | Value::FrozenSet(set) => {
@@ -142,7 +169,7 @@ impl Evaluator<'_> {
                     (true, true) => out.push_str("frozenset()"),
                     (false, frozen) => {
                         out.push_str(if frozen { "frozenset({" } else { "{" });
-                        self.repr_items(&items, out, inside)?;
+                        self.repr_items(&items, out)?;
                         out.push_str(if frozen { "})" } else { "}" });
                     }
                 }
@@ -152,7 +179,6 @@ impl Evaluator<'_> {
                 self.repr_items(
                     &[slice.start.clone(), slice.stop.clone(), slice.step.clone()],
                     out,
-                    inside,
                 )?;
                 out.push(')');
             }
@@ -161,24 +187,24 @@ impl Evaluator<'_> {
         Ok(())
     }
 
-    fn repr_items(&self, items: &[Value], out: &mut String, inside: &mut Vec<usize>) -> R<()> {
+    fn repr_items(&self, items: &[Value], out: &mut String) -> R<()> {
         for (index, item) in items.iter().enumerate() {
             out.push_str(if index > 0 { ", " } else { "" });
-            self.repr_into(item, out, inside)?;
+            self.repr_into(item, out)?;
         }
         Ok(())
     }
 
-    fn dict_repr(&self, dict: &Dict, out: &mut String, inside: &mut Vec<usize>) -> R<()> {
+    fn dict_repr(&self, dict: &Dict, out: &mut String) -> R<()> {
         out.push('{');
         let mut position = 0;
         // Entry by entry: a `__repr__` of the script may change the dictionary.
         while let Some((after, key, value)) = self.next_entry(dict, position)? {
             out.push_str(if position > 0 { ", " } else { "" });
             position = after;
-            self.repr_into(&key, out, inside)?;
+            self.repr_into(&key, out)?;
             out.push_str(": ");
-            self.repr_into(&value, out, inside)?;
+            self.repr_into(&value, out)?;
         }
         out.push('}');
         Ok(())

@@ -5,6 +5,7 @@
 #![allow(clippy::unwrap_used)] // tests: a broken program should stop them
 
 mod chains;
+mod circles;
 mod likeness;
 mod mutation;
 mod shape;

@@ -140,7 +140,7 @@ impl Folders {
     pub fn read_text(&self, path: &Path) -> io::Result<String> {
         let place = self.find(path)?;
         match std::fs::metadata(&place)?.is_file() {
-            true => std::fs::read_to_string(&place),
+            true => kinematics::text_file::read_text_file(place.as_ref()),
             false => Err(io::Error::new(
                 io::ErrorKind::Unsupported,
                 "it is no regular file",

@@ -54,11 +54,12 @@ impl Calibration {
     /// # Errors
     /// [`CalibrationError`] names the file, the table, the key and what is allowed.
     pub fn load(path: &Path) -> Result<Self, CalibrationError> {
-        let text =
-            std::fs::read_to_string(path).map_err(|source| CalibrationError::Unreadable {
+        let text = crate::text_file::read_text_file(path).map_err(|source| {
+            CalibrationError::Unreadable {
                 path: path.to_owned(),
                 source,
-            })?;
+            }
+        })?;
         Self::from_text(&text, path)
     }
 

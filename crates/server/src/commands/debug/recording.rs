@@ -4,7 +4,6 @@
 //! Otherwise, or where the user says what is different now, the first program of a recording of `run` is run anew on the robot
 //! that the recording describes; permissions, globals that were set and the cell file are then said again.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -149,7 +148,7 @@ fn robot(setup: &Setup, given: &RobotConfig) -> Result<RobotConfig, String> {
 
 fn same_text(what: &str, path: &Path, recorded: &str) -> Result<(), String> {
     let shown = path.display();
-    let text = fs::read_to_string(path)
+    let text = kinematics::text_file::read_text_file(path)
         .map_err(|error| format!("its {what} {shown} cannot be read: {error}"))?;
     match text == recorded {
         true => Ok(()),

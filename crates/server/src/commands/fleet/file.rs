@@ -92,9 +92,11 @@ impl Fleet {
     /// # Errors
     /// [`FleetFileError`]
     pub fn load(path: &Path) -> Result<Self, FleetFileError> {
-        let text = std::fs::read_to_string(path).map_err(|source| FleetFileError::Unreadable {
-            path: path.to_owned(),
-            source,
+        let text = kinematics::text_file::read_text_file(path).map_err(|source| {
+            FleetFileError::Unreadable {
+                path: path.to_owned(),
+                source,
+            }
         })?;
         Self::of_text(path, &text)
     }
