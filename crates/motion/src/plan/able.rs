@@ -39,6 +39,23 @@ pub struct Bounds {
     pub turning: [f64; 6],
 }
 
+/// The largest absolute second derivative of a joint between two places. It may lie between them: the parabola through both
+/// whose mean takes the first derivative from one to the other has its vertex there.
+pub(super) fn largest_bend(left: &PathPoint, right: &PathPoint, joint: usize) -> f64 {
+    let (a, b) = (left.second[joint], right.second[joint]);
+    let ends = a.abs().max(b.abs());
+    let mean = (right.first[joint] - left.first[joint]) / (right.s - left.s);
+    // a + change t + 6 excess t (1 - t), t from 0 to 1.
+    let (change, excess) = (b - a, mean - (a + b) / 2.0);
+    let vertex = 0.5 + change / (12.0 * excess);
+    if vertex > 0.0 && vertex < 1.0 {
+        let there = a + 6.0 * excess * vertex * vertex;
+        ends.max(there.abs())
+    } else {
+        ends
+    }
+}
+
 impl Bounds {
     /// No place looked at yet.
     pub const NONE: Self = Self {
@@ -56,7 +73,7 @@ impl Bounds {
         let way = right.s - left.s;
         for joint in 0..6 {
             let third = (right.second[joint] - left.second[joint]).abs() / way;
-            let second = left.second[joint].abs().max(right.second[joint].abs());
+            let second = largest_bend(left, right, joint);
             // In between, the first derivative can exceed both ends by a parabola's height.
             let first =
                 left.first[joint].abs().max(right.first[joint].abs()) + third * way * way / 8.0;
@@ -170,5 +187,36 @@ impl Bounds {
                 - 3.0 * d2 * speed * most;
             jerk.min(left / d1)
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kinematics::JointPositions;
+
+    /// A joint whose way bends like a hill, 1 / (1 + s²) high.
+    fn hill(s: f64) -> PathPoint {
+        PathPoint {
+            s,
+            q: JointPositions([s * s.atan() - 0.5 * (1.0 + s * s).ln(); 6]),
+            first: [s.atan(); 6],
+            second: [1.0 / (1.0 + s * s); 6],
+            branch: 0.0,
+        }
+    }
+
+    #[test]
+    fn a_bend_that_is_largest_between_two_places_is_seen() {
+        for (from, to) in [(-0.3, 0.3), (-0.5, 0.2), (-0.1, 0.6), (-0.4, 0.4)] {
+            let (left, right) = (hill(from), hill(to));
+            let seen = largest_bend(&left, &right, 0);
+            assert!((0.98..1.02).contains(&seen), "{seen} from {from} to {to}");
+        }
+        // Where it only grows it is that of the end.
+        assert_eq!(
+            largest_bend(&hill(-1.0), &hill(-0.6), 0),
+            hill(-0.6).second[0]
+        );
     }
 }

@@ -6,7 +6,7 @@
 use kinematics::{JointPositions, JointSpeeds, RobotModel};
 use motion_api::{PathFault, Refusal};
 
-use super::able::Bounds;
+use super::able::{Bounds, largest_bend};
 use super::{Arm, Cells, Wish};
 use crate::config::MotionLimits;
 use crate::constants::{
@@ -298,9 +298,11 @@ fn is_even(left: &PathPoint, right: &PathPoint, wish: &Wish, arm: &Arm) -> bool 
     wish.duration > 0.0
         || (0..6).all(|joint| {
             let (a, b) = (left.second[joint], right.second[joint]);
-            let bend = a.abs().max(b.abs());
+            let bend = largest_bend(left, right, joint);
+            let least = a.abs().min(b.abs());
             let most = arm.limits.acceleration[joint];
-            bend * square <= EVEN_BENDS.least * most || (b - a).abs() <= EVEN_BENDS.change * bend
+            bend * square <= EVEN_BENDS.least * most
+                || a * b > 0.0 && bend - least <= EVEN_BENDS.change * bend
         })
 }
 
