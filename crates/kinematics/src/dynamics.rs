@@ -51,6 +51,13 @@ impl Spatial {
         }
     }
 
+    /// What of [`Self::to_parent`] turns about the parent's z axis.
+    #[inline]
+    fn about_parent_z(self, parent_from_child: &Pose) -> f64 {
+        let linear = parent_from_child.rotate(self.linear);
+        parent_from_child.rotate(self.angular).z + parent_from_child.translation.cross(&linear).z
+    }
+
     /// An acceleration of the parent, of the point under the child's origin and in the child's axes.
     #[inline]
     fn to_child(self, parent_from_child: &Pose) -> Self {
@@ -217,24 +224,29 @@ impl Dynamics {
 
     /// [`Self::mass_matrix`] of a posture.
     pub fn mass_matrix_at(&self, Posture(transforms): &Posture) -> Matrix6<f64> {
-        let mut matrix = Matrix6::zeros();
+        let mut columns = [[0.0; DOF]; DOF];
         // Everything from this joint outwards, held rigid.
         let mut composite = Composite::default();
         for joint in (0..DOF).rev() {
             composite = self.about_origin[joint].joined_with(&composite);
             let (linear, angular) = composite.turned_about_z();
             let mut wrench = Spatial { linear, angular };
-            matrix[(joint, joint)] = wrench.angular.z;
-            for inner in (0..joint).rev() {
+            columns[joint][joint] = wrench.angular.z;
+            for inner in (1..joint).rev() {
                 wrench = wrench.to_parent(&transforms[inner + 1]);
-                matrix[(inner, joint)] = wrench.angular.z;
-                matrix[(joint, inner)] = wrench.angular.z;
+                columns[joint][inner] = wrench.angular.z;
+                columns[inner][joint] = wrench.angular.z;
+            }
+            if joint > 0 {
+                let about_base = wrench.about_parent_z(&transforms[1]);
+                columns[joint][0] = about_base;
+                columns[0][joint] = about_base;
             }
             if joint > 0 {
                 composite = composite.in_parent(&transforms[joint]);
             }
         }
-        matrix
+        Matrix6::from(columns)
     }
 
     /// Joint accelerations that the torques `tau` cause, rad/s². Articulated bodies (Featherstone 7.3).

@@ -31,15 +31,15 @@ impl Sink for Storing<'_> {
 
     #[inline]
     fn put_numbers(&mut self, numbers: &[f64]) {
-        let mut cells = self.0;
-        for number in numbers {
-            let Some((cell, rest)) = cells.split_first() else {
-                break;
-            };
+        // Cut off as one: numbers that are known to be so many are then stored without looking again at each.
+        let Some((cells, rest)) = self.0.split_at_checked(numbers.len()) else {
+            numbers.iter().for_each(|number| self.put(number.to_bits()));
+            return;
+        };
+        for (cell, number) in cells.iter().zip(numbers) {
             cell.store(number.to_bits(), Ordering::Relaxed);
-            cells = rest;
         }
-        self.0 = cells;
+        self.0 = rest;
     }
 }
 

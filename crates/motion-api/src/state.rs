@@ -13,6 +13,7 @@ macro_rules! state {
 
         impl Words for $name {
             const COUNT: usize = 0 $(+ <$type as Words>::COUNT)+;
+            #[inline]
             fn put(&self, sink: &mut impl Sink) {
                 $(self.$field.put(sink);)+
             }

@@ -29,6 +29,7 @@ pub trait Words: Sized {
     /// Reads exactly `COUNT` words.
     fn take(source: &mut impl Source) -> Self;
     /// Writes several, one after the other.
+    #[inline]
     fn put_all(values: &[Self], sink: &mut impl Sink) {
         values.iter().for_each(|x| x.put(sink));
     }
@@ -36,6 +37,7 @@ pub trait Words: Sized {
 
 impl Words for u64 {
     const COUNT: usize = 1;
+    #[inline]
     fn put(&self, sink: &mut impl Sink) {
         sink.put(*self);
     }
@@ -46,6 +48,7 @@ impl Words for u64 {
 
 impl Words for f64 {
     const COUNT: usize = 1;
+    #[inline]
     fn put(&self, sink: &mut impl Sink) {
         sink.put(self.to_bits());
     }
@@ -60,6 +63,7 @@ impl Words for f64 {
 
 impl<T: Words + Copy + Default, const N: usize> Words for [T; N] {
     const COUNT: usize = N * T::COUNT;
+    #[inline]
     fn put(&self, sink: &mut impl Sink) {
         T::put_all(self, sink);
     }
@@ -74,6 +78,7 @@ macro_rules! words_through {
     ($($type:ty as $repr:ty: $into:expr, $from:expr;)+) => {$(
         impl Words for $type {
             const COUNT: usize = <$repr as Words>::COUNT;
+            #[inline]
             fn put(&self, sink: &mut impl Sink) {
                 let into: fn(&$type) -> $repr = $into;
                 into(self).put(sink);

@@ -160,9 +160,10 @@ impl CollisionDetection {
             self.accepted
         };
         let residual = self.residual - expected;
-        let over = |joint: usize| residual[joint].abs() / (effort[joint] * threshold);
-        let hit = (0..6).max_by(|a, b| over(*a).total_cmp(&over(*b)))?;
-        if over(hit) <= 1.0 {
+        let over: [f64; 6] =
+            core::array::from_fn(|joint| residual[joint].abs() / (effort[joint] * threshold));
+        let hit = (0..6).max_by(|a, b| over[*a].total_cmp(&over[*b]))?;
+        if over[hit] <= 1.0 {
             return None;
         }
         Some(StopReason::Collision {

@@ -129,7 +129,7 @@ pub const LINE_INTERVALS: usize = 64;
 /// See [`INTERVAL_LENGTH`].
 pub const LINE_REFINEMENTS: usize = 10;
 /// See [`INTERVAL_LENGTH`].
-pub const LINE_PLACES_MAX: u32 = 2000;
+pub const LINE_PLACES_MAX: u32 = 2100;
 /// See [`INTERVAL_LENGTH`]; of ways through many points at most so many for each interval.
 pub const PLACES_PER_INTERVAL: u32 = 4;
 /// See [`INTERVAL_LENGTH`]. Twice the places of a line without refinements.
@@ -139,7 +139,8 @@ pub const LINE_PLACES_PER_CYCLE: usize = 128;
 /// interval may be halved for that; a bend counts where it takes more than a share of the acceleration at the wanted speed.
 pub const EVEN_BENDS: EvenBends = EvenBends {
     change: 0.05,
-    halvings: 3,
+    halvings: 4,
+    last_length: 0.4e-3,
     least: 0.9,
 };
 
@@ -150,6 +151,8 @@ pub struct EvenBends {
     pub change: f64,
     /// How often an interval is halved for it.
     pub halvings: usize,
+    /// The last time only if it is longer than this, m.
+    pub last_length: f64,
     /// Share of the acceleration.
     pub least: f64,
 }

@@ -249,8 +249,7 @@ impl Cycle {
         self.check_arm();
         self.settle();
         let state = report(self, timing);
-        let registers = || *self.io.registers();
-        self.out.publish(&state, registers);
+        self.out.publish(&state, &mut self.io);
     }
 
     /// After a fault of ours, when nothing of the cycle can be relied on any more: the plant is held where it is (no tick

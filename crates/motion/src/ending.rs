@@ -8,7 +8,6 @@ use crate::constants::RESTING_SPEED;
 use crate::cycle::{Cycle, Generator};
 use crate::modes::conveyor::Tracking;
 use crate::modes::stands;
-use crate::queue::Motion;
 use crate::waiting::WaitingFor;
 
 impl Cycle {
@@ -26,8 +25,7 @@ impl Cycle {
             Generator::Path(motion)
                 if motion.is_stopping || self.holding.is_none() && !self.is_behind() =>
             {
-                let motion = *motion;
-                self.settle_path(&motion);
+                self.settle_path();
             }
             Generator::Brake(brake)
                 if brake.has_settled(&self.queue, self.actual.qd.max_abs() < RESTING_SPEED) =>
@@ -52,7 +50,10 @@ impl Cycle {
     }
 
     /// Ends the commands whose ends, or zones, the arm has reached on its path, and tells who may send the next one.
-    fn settle_path(&mut self, motion: &Motion) {
+    fn settle_path(&mut self) {
+        let Generator::Path(motion) = &self.generator else {
+            return;
+        };
         if motion.is_stopping && self.queue.is_standing(motion) {
             self.end_legs(Outcome::Aborted);
             self.generator = Generator::Hold;

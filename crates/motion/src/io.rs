@@ -50,6 +50,8 @@ pub(crate) struct Io {
     /// What the registers held when this cycle began; older than the view's images where these changed since.
     sampled: RegisterImages,
     is_older: bool,
+    /// The frames show what the view's images hold.
+    is_shown: bool,
     digital_out: [RunStateChoice; DIGITAL_POINTS as usize],
     analog_out: [RunStateChoice; 3],
     boolean_registers: [RunStateChoice; 128],
@@ -91,6 +93,7 @@ impl Io {
             view: RegisterView::default(),
             sampled: RegisterImages::default(),
             is_older: false,
+            is_shown: false,
             has_run_state_outputs: false,
             digital_out: [RunStateChoice::Keep; DIGITAL_POINTS as usize],
             analog_out: [RunStateChoice::Keep; 3],
@@ -107,7 +110,7 @@ impl Io {
 
     /// Reads the registers for this cycle.
     pub(crate) fn sample_registers(&mut self) -> &RegisterImages {
-        self.is_older |= self.view.look(&self.registers);
+        self.look_at_registers();
         if self.is_older {
             self.sampled = *self.view.images();
             self.is_older = false;
@@ -115,10 +118,20 @@ impl Io {
         &self.sampled
     }
 
-    /// The registers as they are now.
-    pub(crate) fn registers(&mut self) -> &RegisterImages {
-        self.is_older |= self.view.look(&self.registers);
-        self.view.images()
+    /// Puts the registers as they are now where those lie that it was shown last.
+    pub(crate) fn show_registers(&mut self, shown: &mut RegisterImages) {
+        self.look_at_registers();
+        if !self.is_shown {
+            *shown = *self.view.images();
+            self.is_shown = true;
+        }
+    }
+
+    fn look_at_registers(&mut self) {
+        if self.view.look(&self.registers) {
+            self.is_older = true;
+            self.is_shown = false;
+        }
     }
 
     /// Applies a change.

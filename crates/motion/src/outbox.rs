@@ -9,10 +9,12 @@ use motion_api::{
     RecordFlow, RegisterImages, RobotState, SafetyMode, SnapshotCell, StopReason, Warning,
 };
 use rtrb::{Consumer, Producer};
+use std::slice;
 use std::sync::Arc;
 
 use crate::config::ConfigError;
 use crate::constants::{EVENT_RESERVE, EVENT_RING_MIN, EVENTS_PER_COMMAND};
+use crate::io::Io;
 
 /// The ways in: commands, and the points of some.
 pub(crate) type Incoming = (Consumer<Command>, Consumer<HandedPoints>);
@@ -23,6 +25,8 @@ pub(crate) struct Outbox {
     records: Option<Producer<Record>>,
     record_flow: Arc<RecordFlow>,
     frames: Producer<Frame>,
+    /// The latest one.
+    frame: Frame,
     snapshot: Arc<SnapshotCell>,
     /// Events of this cycle, kept back until the snapshot is published: who hears that a motion has ended must find the
     /// arm at its end. Allocated once; never grows.
@@ -50,6 +54,10 @@ impl Outbox {
             records: end.records,
             record_flow: end.record_flow,
             frames: end.frames,
+            frame: Frame {
+                state: end.snapshot.read(),
+                registers: RegisterImages::default(),
+            },
             snapshot: end.snapshot,
             pending: Vec::with_capacity(given),
             records_lost: 0,
@@ -98,7 +106,7 @@ impl Outbox {
     /// A command was taken from the ring.
     pub(crate) fn taken(&mut self, command: &Command) {
         let cycle = self.cycle;
-        self.record(Record::Command {
+        self.record(|| Record::Command {
             cycle,
             command: *command,
         });
@@ -107,8 +115,10 @@ impl Outbox {
     /// The points of the command that is taken next.
     pub(crate) fn points(&mut self, handed: &HandedPoints) {
         let (cycle, id) = (self.cycle, handed.id);
-        let points = Arc::clone(&handed.points);
-        self.record(Record::Points { cycle, id, points });
+        self.record(|| {
+            let points = Arc::clone(&handed.points);
+            Record::Points { cycle, id, points }
+        });
     }
 
     /// What the registers hold at the beginning of this cycle, for the recording.
@@ -118,7 +128,7 @@ impl Outbox {
         }
         let cycle = self.cycle;
         let images = *images;
-        if self.record(Record::Registers { cycle, images }) {
+        if self.record(|| Record::Registers { cycle, images }) {
             self.recorded_registers = images;
         }
     }
@@ -151,13 +161,9 @@ impl Outbox {
     }
 
     /// The end of the cycle: the state to the snapshot and to the recording, the events, then the frame.
-    pub(crate) fn publish(
-        &mut self,
-        state: &RobotState,
-        registers: impl FnOnce() -> RegisterImages,
-    ) {
+    pub(crate) fn publish(&mut self, state: &RobotState, io: &mut Io) {
         self.snapshot.publish(state);
-        self.record(Record::Cycle(*state));
+        self.record(|| Record::Cycle(*state));
         let room = self.events.slots();
         for event in self.pending.drain(..room.min(self.pending.len())) {
             // There is room, and only this side fills the ring.
@@ -165,14 +171,15 @@ impl Outbox {
         }
         // Last: whoever finds the frame finds the events of its cycle, too.
         if !self.frames.is_full() {
-            let (state, registers) = (*state, registers());
-            // Only this side fills the ring.
-            let _ = self.frames.push(Frame { state, registers });
+            self.frame.state = *state;
+            io.show_registers(&mut self.frame.registers);
+            // Only this side fills the ring. Copied from where it lies: it is large.
+            let _ = self.frames.push_entire_slice(slice::from_ref(&self.frame));
         }
     }
 
-    /// True when the recording took it.
-    fn record(&mut self, record: Record) -> bool {
+    /// True when the recording took it; one that nobody wants is not even made.
+    fn record(&mut self, record: impl FnOnce() -> Record) -> bool {
         let Some(records) = &mut self.records else {
             return false;
         };
@@ -180,7 +187,7 @@ impl Outbox {
         if records.is_abandoned() || self.record_flow.is_given_up() {
             return false;
         }
-        let is_taken = records.push(record).is_ok();
+        let is_taken = records.push(record()).is_ok();
         self.record_flow.set_full(!is_taken);
         self.records_lost += u64::from(!is_taken);
         is_taken

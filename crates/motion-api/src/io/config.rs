@@ -61,15 +61,11 @@ impl IoConfig {
     /// Everything in one number, for the snapshot and the recording.
     pub fn to_bits(self) -> u64 {
         let mut bits = 0;
-        for (k, domain) in self
-            .analog_in
-            .into_iter()
-            .chain(self.analog_out)
-            .enumerate()
-        {
-            bits |= (domain as u64) << k;
+        for k in 0..3 {
+            bits |= (self.analog_in[k] as u64) << k;
+            bits |= (self.analog_out[k] as u64) << (k + 3);
         }
-        for (k, pin) in self.tool_pins.into_iter().enumerate() {
+        for (k, pin) in self.tool_pins.iter().enumerate() {
             let pin = u64::from(pin.mode & 3)
                 | u64::from(pin.enabled) << 2
                 | u64::from(pin.is_output) << 3;

@@ -104,7 +104,7 @@ impl TcpSpeed {
         let change = in_axes(
             &rotation,
             &Twist {
-                linear: driven.linear + bias.linear,
+                linear: driven.linear + bias.linear - carried_along(axes, &twist),
                 angular: driven.angular + bias.angular,
             },
         );
@@ -232,8 +232,7 @@ impl TcpSpeed {
         now: [ScalarState; 6],
         step: f64,
     ) -> Result<Candidate, u8> {
-        let before = rotation_of(self.axes, &self.base_from_tcp);
-        let base_from_tcp = moved(&self.base_from_tcp, &before, &now);
+        let base_from_tcp = moved(&self.base_from_tcp, self.axes, &now);
         let q = arm
             .model
             .inverse_nearest(&base_from_tcp, arm.flange_from_tcp, &from.q)
@@ -246,9 +245,7 @@ impl TcpSpeed {
         let qd = lu.solve(&twist.to_vector()).ok_or(SINGULAR)?;
         let qd = JointSpeeds(qd.into());
         let mut change = from_axes(&rotation, &now.map(|s| s.acceleration));
-        if self.axes == Axes::Tool {
-            change.linear += twist.angular.cross(&twist.linear);
-        }
+        change.linear += carried_along(self.axes, &twist);
         let bias = frames.jacobian_rate_times_speeds(&qd, point);
         let driven = change.to_vector() - bias.to_vector();
         let qdd = JointAccelerations(lu.solve(&driven).ok_or(SINGULAR)?.into());
@@ -334,7 +331,6 @@ impl TcpSpeed {
             )
         });
         let duration = ramps.iter().fold(0.0_f64, |most, r| most.max(r.duration));
-        let rotation = rotation_of(self.axes, &next.base_from_tcp);
         let mut near = next.setpoint.q;
         for sample in 1..=BRAKING_SAMPLES {
             let time = duration * f64::from(sample) / f64::from(BRAKING_SAMPLES);
@@ -351,7 +347,8 @@ impl TcpSpeed {
                 }
                 state
             });
-            let pose = moved(&next.base_from_tcp, &rotation, &at);
+            let pose = moved(&next.base_from_tcp, self.axes, &at);
+            let rotation = rotation_of(self.axes, &pose);
             let q = arm
                 .model
                 .inverse_nearest(&pose, arm.flange_from_tcp, &near)
@@ -360,7 +357,8 @@ impl TcpSpeed {
             let twist = from_axes(&rotation, &at.map(|s| s.speed));
             let lu = frames.jacobian(pose.translation).lu();
             let qd = JointSpeeds(lu.solve(&twist.to_vector()).ok_or(SINGULAR)?.into());
-            let change = from_axes(&rotation, &at.map(|s| s.acceleration));
+            let mut change = from_axes(&rotation, &at.map(|s| s.acceleration));
+            change.linear += carried_along(self.axes, &twist);
             let bias = frames.jacobian_rate_times_speeds(&qd, pose.translation);
             let driven = change.to_vector() - bias.to_vector();
             let qdd = lu.solve(&driven).ok_or(SINGULAR)?;
@@ -428,12 +426,25 @@ fn rotation_of(axes: Axes, base_from_tcp: &Pose) -> Rotation3<f64> {
     }
 }
 
-/// The pose after the ways in `at`, along and about axes of `rotation`.
-fn moved(from: &Pose, rotation: &Rotation3<f64>, at: &[ScalarState; 6]) -> Pose {
-    let way = from_axes(rotation, &at.map(|state| state.position));
+/// What the turning of the axes changes the TCP's velocity by, which stays as it is in them: base axes, m/s².
+fn carried_along(axes: Axes, twist: &Twist) -> Vector3<f64> {
+    match axes {
+        Axes::Fixed(_) => Vector3::zeros(),
+        Axes::Tool => twist.angular.cross(&twist.linear),
+    }
+}
+
+/// The pose after the ways in `at`, along and about the axes.
+fn moved(from: &Pose, axes: Axes, at: &[ScalarState; 6]) -> Pose {
+    let way = from_axes(&rotation_of(axes, from), &at.map(|state| state.position));
+    let linear = match axes {
+        Axes::Fixed(_) => way.linear,
+        // On the way the axes turn: they are half turned in the middle of it.
+        Axes::Tool => Rotation3::new(way.angular / 2.0) * way.linear,
+    };
     Pose::new(
         Rotation3::new(way.angular) * from.rotation,
-        from.translation + way.linear,
+        from.translation + linear,
     )
 }
 

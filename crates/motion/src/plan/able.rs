@@ -16,6 +16,8 @@ use kinematics::elementary::cbrt;
 
 /// Share of a joint's jerk that is planned with.
 const PLACES_SHARE: f64 = 0.95;
+/// How often the acceleration is halved that a jerk allows.
+const JERK_BISECTIONS: usize = 12;
 /// Limits of s on a way on which nothing limits them.
 const FASTEST: f64 = 1e4;
 
@@ -37,6 +39,53 @@ pub struct Bounds {
     /// What the bend does to each joint everywhere: it turns faster along the way (1), so that slowing down takes from what
     /// the bend asks of it, or slower (-1); 0 where that changes, or is not known.
     pub turning: [f64; 6],
+    /// The same for the bend itself: it grows along the way (1), so that slowing down takes from the jerk that this asks of the
+    /// joint, or falls (-1).
+    pub curling: [f64; 6],
+}
+
+/// How a joint's second derivative goes from one place to the next: on the parabola through both whose mean takes the first
+/// derivative from one to the other, a + change t + 6 excess t (1 - t) with t from 0 to 1.
+#[derive(Clone, Copy)]
+struct Bend {
+    a: f64,
+    change: f64,
+    excess: f64,
+}
+
+impl Bend {
+    fn between(left: &PathPoint, right: &PathPoint, joint: usize) -> Self {
+        let (a, b) = (left.second[joint], right.second[joint]);
+        let mean = (right.first[joint] - left.first[joint]) / (right.s - left.s);
+        Self {
+            a,
+            change: b - a,
+            excess: mean - (a + b) / 2.0,
+        }
+    }
+}
+
+/// The largest absolute second derivative of a joint between two places, which may lie between them.
+pub(super) fn largest_bend(left: &PathPoint, right: &PathPoint, joint: usize) -> f64 {
+    let Bend { a, change, excess } = Bend::between(left, right, joint);
+    let ends = a.abs().max((a + change).abs());
+    let vertex = 0.5 + change / (12.0 * excess);
+    if vertex > 0.0 && vertex < 1.0 {
+        let there = a + 6.0 * excess * vertex * vertex;
+        ends.max(there.abs())
+    } else {
+        ends
+    }
+}
+
+/// Whether the bend of a joint grows (1) or falls (-1) along the way, at both places.
+fn curls(left: &PathPoint, right: &PathPoint, joint: usize) -> [f64; 2] {
+    let Bend { a, change, excess } = Bend::between(left, right, joint);
+    [
+        a * (change + 6.0 * excess),
+        (a + change) * (change - 6.0 * excess),
+    ]
+    .map(f64::signum)
 }
 
 impl Bounds {
@@ -49,6 +98,7 @@ impl Bounds {
         elbow: 0.0,
         torque: TorqueBounds::NONE,
         turning: [f64::NAN; 6],
+        curling: [f64::NAN; 6],
     };
 
     /// Takes in what happens between two places.
@@ -56,7 +106,7 @@ impl Bounds {
         let way = right.s - left.s;
         for joint in 0..6 {
             let third = (right.second[joint] - left.second[joint]).abs() / way;
-            let second = left.second[joint].abs().max(right.second[joint].abs());
+            let second = largest_bend(left, right, joint);
             // In between, the first derivative can exceed both ends by a parabola's height.
             let first =
                 left.first[joint].abs().max(right.first[joint].abs()) + third * way * way / 8.0;
@@ -64,20 +114,12 @@ impl Bounds {
             self.second[joint] = self.second[joint].max(second);
             self.third[joint] = self.third[joint].max(third);
             let signs = [left, right].map(|at| (at.first[joint] * at.second[joint]).signum());
-            self.turns(joint, if signs[0] == signs[1] { signs[0] } else { 0.0 });
+            note(&mut self.turning[joint], same(signs));
+            note(&mut self.curling[joint], same(curls(left, right, joint)));
         }
         self.elbow = self.elbow.max(elbow);
         self.torque
             .cover(&right.q, &right.first, &right.second, arm);
-    }
-
-    fn turns(&mut self, joint: usize, turning: f64) {
-        let known = &mut self.turning[joint];
-        if known.is_nan() {
-            *known = turning;
-        } else if *known != turning {
-            *known = 0.0;
-        }
     }
 
     /// Takes in another piece.
@@ -89,29 +131,43 @@ impl Bounds {
         self.tcp = self.tcp.max(other.tcp);
         self.elbow = self.elbow.max(other.elbow);
         self.torque.join(&other.torque);
-        (0..6).for_each(|joint| self.turns(joint, other.turning[joint]));
+        for joint in 0..6 {
+            note(&mut self.turning[joint], other.turning[joint]);
+            note(&mut self.curling[joint], other.curling[joint]);
+        }
     }
 
     /// What the piece bears, and no more than is wished for.
     pub fn limits(&self, wish: &Wish, limits: &MotionLimits) -> CellLimits {
         let speed = self.fastest(wish, limits);
         let able = self.accelerations(speed, limits);
-        let most = able.as_flattened().iter().copied().fold(0.0, f64::max);
-        let jerk = self.jerk_left(speed, most, limits);
-        // One that takes longer to be reached than others would have the whole way smoothed over a longer time.
-        let in_time = jerk * ACCELERATION_RISE;
         let wanted = if wish.duration > 0.0 {
-            in_time
+            f64::INFINITY
         } else {
-            wish.acceleration.min(in_time)
+            wish.acceleration
         };
-        let [asked, braking] = able.map(|able| able.map(|a| a.min(wanted)));
+        let in_time = |way: Way| {
+            let able = able[way as usize];
+            let most = self.in_time(way, able, wanted, speed, limits);
+            able.map(|a| a.min(most))
+        };
+        let (asked, braking) = (in_time(Way::Faster), in_time(Way::Slower));
+        let left = self
+            .jerk_left(Way::Faster, asked, speed, limits)
+            .min(self.jerk_left(Way::Slower, braking, speed, limits));
+        // What is asked for is reached in time, either way.
+        let most = [asked, braking]
+            .as_flattened()
+            .iter()
+            .copied()
+            .fold(0.0, f64::max);
+        let hard = HARDEST_SHARE * self.share_of_jerk(speed, limits);
         CellLimits {
             speed,
             asked,
             braking,
-            hardest: able[1].map(|a| HARDEST_SHARE * a),
-            jerk,
+            hardest: able[Way::Slower as usize].map(|a| hard.min(HARDEST_SHARE * a)),
+            jerk: left.max(most / ACCELERATION_RISE),
         }
     }
 
@@ -140,35 +196,163 @@ impl Bounds {
             self.torque.acceleration_limit(0.0).min(FASTEST),
             self.torque.acceleration_limit(speed).min(FASTEST),
         ]; 2];
-        let mut by_jerk = FASTEST;
         for joint in 0..6 {
             let (d1, d2) = (self.first[joint], self.second[joint]);
             let most = limits.acceleration[joint];
-            for (able, eased) in able.iter_mut().zip([-1.0, 1.0]) {
+            for (able, way) in able.iter_mut().zip([Way::Faster, Way::Slower]) {
                 able[0] = able[0].min(most / d1);
                 // Against the bend it has all of the joint's acceleration, and more, which is not used.
-                let left = if self.turning[joint] == eased {
+                let left = if self.turning[joint] == way.eased_by() {
                     most
                 } else {
                     most - d2 * speed * speed
                 };
                 able[1] = able[1].min(left / d1);
             }
-            let left = BEND_SHARES.jerk_of_acceleration * limits.jerk[joint];
-            by_jerk = by_jerk.min(left / (3.0 * d2 * speed));
         }
-        able.map(|able| able.map(|a| a.min(by_jerk)))
+        able
     }
 
-    /// The jerk of s that is left at a speed and with accelerations of at most `most`.
-    fn jerk_left(&self, speed: f64, most: f64, limits: &MotionLimits) -> f64 {
+    /// The acceleration of s for which bends take no more than a share of any joint's jerk.
+    fn share_of_jerk(&self, speed: f64, limits: &MotionLimits) -> f64 {
+        (0..6).fold(FASTEST, |least, joint| {
+            let left = BEND_SHARES.jerk_of_acceleration * limits.jerk[joint];
+            least.min(left / (3.0 * self.second[joint] * speed))
+        })
+    }
+
+    /// The largest acceleration, no more than `wanted`, that the joints' jerks let be reached in time. One that takes longer
+    /// than others would have the whole way smoothed over a longer time.
+    fn in_time(
+        &self,
+        way: Way,
+        able: [f64; 2],
+        wanted: f64,
+        speed: f64,
+        limits: &MotionLimits,
+    ) -> f64 {
+        let fits = |a: f64| {
+            let able = able.map(|able| able.min(a));
+            let most = able[0].max(able[1]);
+            self.jerk_left(way, able, speed, limits) * ACCELERATION_RISE >= most
+        };
+        let most = able[0].max(able[1]).min(wanted);
+        if fits(most) {
+            return most;
+        }
+        // With everything taken at once it fits in any case.
+        let (mut low, mut high) = (self.surely_in_time(speed, limits).min(most), most);
+        for _ in 0..JERK_BISECTIONS {
+            let middle = 0.5 * (low + high);
+            if fits(middle) {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        low
+    }
+
+    /// The acceleration that is reached in time though bends and their changes took from every jerk what they can at most.
+    fn surely_in_time(&self, speed: f64, limits: &MotionLimits) -> f64 {
+        (0..6).fold(FASTEST, |least, joint| {
+            let (d1, d2, d3) = (self.first[joint], self.second[joint], self.third[joint]);
+            let left = PLACES_SHARE * limits.jerk[joint] - d3 * speed * speed * speed;
+            least.min(left / (d1 / ACCELERATION_RISE + 3.0 * d2 * speed))
+        })
+    }
+
+    /// The jerk of s that is left up to a speed, with accelerations at rest and at that speed.
+    fn jerk_left(
+        &self,
+        way: Way,
+        [rest, fast]: [f64; 2],
+        speed: f64,
+        limits: &MotionLimits,
+    ) -> f64 {
         (0..6).fold(FASTEST / ACCELERATION_RISE, |jerk, joint| {
             let (d1, d2, d3) = (self.first[joint], self.second[joint], self.third[joint]);
+            let (bend, curl) = (3.0 * d2 * speed, d3 * speed * speed * speed);
+            let (even, change) = (bend * rest, bend * (fast - rest));
+            let taken = if self.curling[joint] == way.eased_by() {
+                // One takes from the other.
+                curl.max(highest(even, change))
+            } else {
+                highest(even, change + curl)
+            };
             // A little is kept for what lies between the places that were looked at.
-            let left = PLACES_SHARE * limits.jerk[joint]
-                - d3 * speed * speed * speed
-                - 3.0 * d2 * speed * most;
-            jerk.min(left / d1)
+            jerk.min((PLACES_SHARE * limits.jerk[joint] - taken) / d1)
         })
+    }
+}
+
+/// Which way the speed changes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Way {
+    Faster,
+    Slower,
+}
+
+impl Way {
+    /// How joints must turn, or bends grow, so that this takes from what they ask for.
+    const fn eased_by(self) -> f64 {
+        match self {
+            Self::Faster => -1.0,
+            Self::Slower => 1.0,
+        }
+    }
+}
+
+/// The largest value of `a x + b x³` for x from 0 to 1; `a` is not negative.
+fn highest(a: f64, b: f64) -> f64 {
+    if a < -3.0 * b {
+        a * (a / (-3.0 * b)).sqrt() * 2.0 / 3.0
+    } else {
+        a + b
+    }
+}
+
+/// A sign that two places have in common; 0 where they do not.
+fn same([a, b]: [f64; 2]) -> f64 {
+    if a == b { a } else { 0.0 }
+}
+
+/// Takes in the sign of another piece: it is known while all have the same.
+fn note(known: &mut f64, sign: f64) {
+    if known.is_nan() {
+        *known = sign;
+    } else if *known != sign {
+        *known = 0.0;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kinematics::JointPositions;
+
+    /// A joint whose way bends like a hill, 1 / (1 + s²) high.
+    fn hill(s: f64) -> PathPoint {
+        PathPoint {
+            s,
+            q: JointPositions([s * s.atan() - 0.5 * (1.0 + s * s).ln(); 6]),
+            first: [s.atan(); 6],
+            second: [1.0 / (1.0 + s * s); 6],
+            branch: 0.0,
+        }
+    }
+
+    #[test]
+    fn a_bend_that_is_largest_between_two_places_is_seen() {
+        for (from, to) in [(-0.3, 0.3), (-0.5, 0.2), (-0.1, 0.6), (-0.4, 0.4)] {
+            let (left, right) = (hill(from), hill(to));
+            let seen = largest_bend(&left, &right, 0);
+            assert!((0.98..1.02).contains(&seen), "{seen} from {from} to {to}");
+        }
+        // Where it only grows it is that of the end.
+        assert_eq!(
+            largest_bend(&hill(-1.0), &hill(-0.6), 0),
+            hill(-0.6).second[0]
+        );
     }
 }

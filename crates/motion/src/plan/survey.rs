@@ -6,7 +6,7 @@
 use kinematics::{JointPositions, JointSpeeds, RobotModel};
 use motion_api::{PathFault, Refusal};
 
-use super::able::Bounds;
+use super::able::{Bounds, largest_bend};
 use super::{Arm, Cells, Wish};
 use crate::config::MotionLimits;
 use crate::constants::{
@@ -99,7 +99,8 @@ impl Survey {
             match right {
                 Some(right)
                     if is_smooth(&self.left, &right)
-                        && (is_even(&self.left, &right, wish, arm) || !self.looks_closer(step)) =>
+                        && (is_even(&self.left, &right, wish, arm)
+                            || !self.looks_closer(step, right.s - self.left.s)) =>
                 {
                     if let Some(found) = self.watch.look(&right.q, arm.model) {
                         return Err(self.refusal(step, found.into()));
@@ -136,11 +137,15 @@ impl Survey {
         }
     }
 
-    /// Whether an interval that could do is worth halving.
-    fn looks_closer(&self, step: u32) -> bool {
+    /// Whether an interval of a length that could do is worth halving: the last time only where it is long, because places take
+    /// time.
+    fn looks_closer(&self, step: u32, length: f64) -> bool {
         let whole = 1 << LINE_REFINEMENTS;
         let is_short_list = self.steps <= (LINE_INTERVALS as u32) * whole;
-        is_short_list && step - self.left_step > whole >> EVEN_BENDS.halvings
+        let way = step - self.left_step;
+        let is_long = length > EVEN_BENDS.last_length;
+        let least = whole >> (EVEN_BENDS.halvings - usize::from(!is_long));
+        is_short_list && way > least
     }
 
     /// Looks at the middle first; false when the interval is the smallest already.
@@ -291,16 +296,18 @@ fn free_limits(limits: &MotionLimits) -> MotionLimits {
     }
 }
 
-/// True when the joints' ways bend alike at two places, or so little that the wanted speed does not suffer: a cell between them
-/// is worth what the larger bend allows.
+/// True when the joints' ways bend alike between two places, or so little that the wanted speed does not suffer: a cell between
+/// them is worth what the largest bend allows.
 fn is_even(left: &PathPoint, right: &PathPoint, wish: &Wish, arm: &Arm) -> bool {
     let square = wish.speed * wish.speed;
     wish.duration > 0.0
         || (0..6).all(|joint| {
             let (a, b) = (left.second[joint], right.second[joint]);
-            let bend = a.abs().max(b.abs());
+            let bend = largest_bend(left, right, joint);
+            let least = a.abs().min(b.abs());
             let most = arm.limits.acceleration[joint];
-            bend * square <= EVEN_BENDS.least * most || (b - a).abs() <= EVEN_BENDS.change * bend
+            bend * square <= EVEN_BENDS.least * most
+                || a * b > 0.0 && bend - least <= EVEN_BENDS.change * bend
         })
 }
 

@@ -4,12 +4,14 @@
 //! - [`profile`]: such a change, sampled exactly.
 //! - [`cell_limits`]: what a piece of a way bears.
 //! - [`track`]: how fast one may be at each place of a way.
+//! - `extreme`: the hardest changes of speed in a window, kept from step to step.
 //! - [`travel`]: moving along a track cycle by cycle: speed fraction, pause, stop.
 //!
 //! Knows no joints and no poses. The unit of s is the caller's (rad of the leading joint, m along a line); time is in
 //! seconds. Everything is closed form or bisection with a fixed number of steps: no allocation, bounded time.
 
 pub mod cell_limits;
+mod extreme;
 pub mod profile;
 pub mod ramp;
 pub mod track;

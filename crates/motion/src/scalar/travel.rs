@@ -9,6 +9,7 @@
 //! A speed fraction slows its clock, so that the motion is the same, stretched. It is taken over where the motion stands; one
 //! that comes on the way, a pause and a stop change what the first motion aims for, so their accelerations are smoothed too.
 
+use super::extreme::{Extreme, Kind, Knot};
 use super::{ScalarLimits, ScalarState, Track};
 use crate::constants::WINDOW_RANGE;
 use kinematics::bounds::within;
@@ -45,18 +46,15 @@ pub fn window_for(limits: &ScalarLimits, length: f64) -> f64 {
     within(window, WINDOW_RANGE.0, WINDOW_RANGE.1)
 }
 
-/// The first motion at the end of a step.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Knot {
-    place: f64,
-    speed: f64,
-}
-
 /// A motion under way along a track.
 #[derive(Clone, Copy, Debug)]
 pub struct Travel {
     /// The first motion at the ends of the steps of a window, the oldest first, and one step ahead.
     knots: [Knot; STEPS + 2],
+    /// What is known of them: the hardest speeding up and slowing down, and how many but the oldest stand still.
+    faster: Extreme,
+    slower: Extreme,
+    halts: usize,
     step: f64,
     /// Time since the last but one knot.
     phase: f64,
@@ -77,6 +75,9 @@ impl Travel {
     pub fn new(track: &Track) -> Self {
         Self {
             knots: [Knot::default(); STEPS + 2],
+            faster: Extreme::none(STEPS + 2),
+            slower: Extreme::none(STEPS + 2),
+            halts: STEPS + 1,
             step: track.window().max(WINDOW_RANGE.0) / STEPS as f64,
             phase: 0.0,
             time: 0.0,
@@ -132,7 +133,7 @@ impl Travel {
     /// to end that first.
     pub fn fits(&self, track: &Track) -> bool {
         let (place, speed) = (self.committed(), self.committed_speed());
-        let least = if self.accelerations().1 > 0.0 {
+        let least = if self.speeding_up() > 0.0 {
             track.least_square(
                 (track.index(place), place),
                 place + speed * track.window() / self.rate,
@@ -180,8 +181,7 @@ impl Travel {
         self.phase += passed;
         while self.phase >= self.step {
             self.phase -= self.step;
-            self.knots.copy_within(1.., 0);
-            self.knots[STEPS + 1] = self.next_knot(track);
+            self.step_on(track);
         }
         let state = self.state(track);
         self.known = Some((track.end(), state));
@@ -208,12 +208,12 @@ impl Travel {
             }
         };
         let hastened = Self {
-            knots: core::array::from_fn(at),
             rate: 1.0,
             phase: 0.0,
             known: None,
             ..*self
-        };
+        }
+        .with_knots(core::array::from_fn(at));
         if hastened.committed() <= self.committed() && hastened.fits(track) {
             *self = hastened;
         }
@@ -224,7 +224,7 @@ impl Travel {
         self.rate = fraction;
         self.phase = 0.0;
         self.known = None;
-        self.knots[STEPS + 1] = self.next_knot(track);
+        self.end_with(self.next_knot(track));
     }
 
     /// The state now.
@@ -283,8 +283,7 @@ impl Travel {
                     time += skipped;
                 }
             }
-            travel.knots.copy_within(1.., 0);
-            travel.knots[STEPS + 1] = travel.next_knot(track);
+            travel.step_on(track);
             time += travel.step;
         }
         (time, passed.unwrap_or(time))
@@ -304,7 +303,7 @@ impl Travel {
         let rest_of_first = self.integral(&old_left, &knots[1], self.step)
             - self.integral(&old_left, &knots[1], self.phase);
         let mut sum = rest_of_first + self.integral(&new_left, &knots[STEPS + 1], self.phase);
-        if knots.iter().all(|knot| knot.speed > 0.0) {
+        if self.halts == 0 && knots[0].speed > 0.0 {
             // Nowhere at rest: every step lasts to its end, and all of them are worked out side by side.
             let mut whole = [0.0; STEPS - 1];
             for (k, whole) in whole.iter_mut().enumerate() {
@@ -388,7 +387,7 @@ impl Travel {
             };
             // One whose pace was lowered on the way may have to slow down while the mean still speeds up: that comes first. It is
             // faster than the pace for a moment then, not than the track.
-            if next.speed >= now.speed || self.accelerations().1 <= 0.0 {
+            if next.speed >= now.speed || self.speeding_up() <= 0.0 {
                 return next;
             }
             return self.braked(now, next.speed, track);
@@ -396,42 +395,58 @@ impl Travel {
         self.braked(now, gear * allowed, track)
     }
 
-    /// The accelerations of the first motion within the window, smallest and largest, 0 included.
-    fn accelerations(&self) -> (f64, f64) {
-        // Four pairs side by side: one after the other each would wait for the one before. Speeds are numbers, so plain
-        // comparisons do.
-        let (mut least, mut most, mut slowest) = ([0.0_f64; 4], [0.0_f64; 4], [f64::INFINITY; 4]);
-        let smaller = |a: f64, b: f64| if b < a { b } else { a };
-        let larger = |a: f64, b: f64| if b > a { b } else { a };
-        let mut take = |lane: usize, from: &Knot, to: &Knot| {
-            let change = to.speed - from.speed;
-            least[lane] = smaller(least[lane], change);
-            most[lane] = larger(most[lane], change);
-            slowest[lane] = smaller(slowest[lane], to.speed);
-        };
-        for first in (0..STEPS).step_by(4) {
-            for lane in 0..4 {
-                take(
-                    lane,
-                    &self.knots[first + lane],
-                    &self.knots[first + lane + 1],
-                );
-            }
+    /// The largest acceleration of the first motion within the window; 0 at least.
+    fn speeding_up(&self) -> f64 {
+        self.faster.change / self.step
+    }
+
+    /// The smallest acceleration of the first motion within the window; 0 at most.
+    fn slowing_down(&self) -> f64 {
+        let slower = self.slower.change / self.step;
+        if self.halts == 0 {
+            return slower;
         }
-        take(0, &self.knots[STEPS], &self.knots[STEPS + 1]);
-        let slower = least.into_iter().fold(0.0, smaller);
-        let faster = most.into_iter().fold(0.0, larger);
-        let slowest = slowest.into_iter().fold(f64::INFINITY, smaller);
-        let mut halting = 0.0_f64;
-        if slowest <= 0.0 {
-            for pair in self.knots.windows(2) {
-                if pair[1].speed <= 0.0 && pair[0].speed > 0.0 {
-                    // Within the step.
-                    halting = halting.min(self.change(&pair[0], &pair[1]).0);
-                }
+        self.knots.windows(2).fold(slower, |least, pair| {
+            if pair[1].speed <= 0.0 && pair[0].speed > 0.0 {
+                // Within the step.
+                least.min(self.change(&pair[0], &pair[1]).0)
+            } else {
+                least
             }
+        })
+    }
+
+    /// Forgets the oldest knot and adds the next one.
+    fn step_on(&mut self, track: &Track) {
+        self.halts -= usize::from(self.knots[1].speed <= 0.0);
+        self.knots.copy_within(1.., 0);
+        self.halts += usize::from(self.knots[STEPS + 1].speed <= 0.0);
+        self.faster = self.faster.moved(&self.knots, Kind::Faster);
+        self.slower = self.slower.moved(&self.knots, Kind::Slower);
+        self.end_with(self.next_knot(track));
+    }
+
+    /// Puts a knot in the place of the last one, which is the same as the one before.
+    fn end_with(&mut self, knot: Knot) {
+        let last = self.knots[STEPS + 1];
+        self.halts -= usize::from(last.speed <= 0.0);
+        self.halts += usize::from(knot.speed <= 0.0);
+        self.knots[STEPS + 1] = knot;
+        let newest = knot.speed - last.speed;
+        self.faster = self.faster.with(newest, &self.knots, Kind::Faster);
+        self.slower = self.slower.with(newest, &self.knots, Kind::Slower);
+    }
+
+    /// The same with other knots.
+    fn with_knots(self, knots: [Knot; STEPS + 2]) -> Self {
+        let halts = knots[1..].iter().filter(|knot| knot.speed <= 0.0);
+        Self {
+            faster: Extreme::of(&knots, Kind::Faster),
+            slower: Extreme::of(&knots, Kind::Slower),
+            halts: halts.count(),
+            knots,
+            ..self
         }
-        ((slower / self.step).min(halting), faster / self.step)
     }
 
     /// One step towards a lower speed than the present one.
@@ -444,7 +459,7 @@ impl Travel {
         } else {
             (asked, asked)
         };
-        let (_, largest) = self.accelerations();
+        let largest = self.speeding_up();
         let square = rate * rate;
         let a = (-hard / square).max(largest - change / square).min(0.0);
         let next = (now.speed + a * h).max(goal).max(0.0).min(now.speed);
@@ -492,7 +507,7 @@ impl Travel {
         let (h, window) = (self.step * gear, track.window() * gear);
         let asked = track.speeding(here, speed);
         // What slowed down within the window must have gone from the mean before it may speed up fully.
-        let least = self.accelerations().0 / (gear * gear);
+        let least = self.slowing_down() / (gear * gear);
         let up = speed + (asked + least).max(0.0) * h;
         // After speeding up there has to be time for the mean to do so too before it slows down.
         let room = |next: f64| {

@@ -196,7 +196,8 @@ fn random_programs_of_everything_are_right() {
 /// a slow clock that was to go fast again before a slower motion; lines that were planned past a singular position into
 /// another branch of solutions. Among people: joints that braked each for itself led the TCP on a belt faster than it may go in
 /// reduced mode; an arm that slowed down for reduced mode used no more acceleration than is left at full speed; one that counted as slow while its braking joints would lead the TCP on, one that braked later than planned.
-/// Of everything: one that braked for a slider that was lowered while its mean still sped up.
+/// Of everything: one that braked for a slider that was lowered while its mean still sped up; lines whose bend is largest between
+/// two places that were looked at; a hand that leads the arm along axes of a tool that it turns.
 #[test]
 fn programs_that_were_wrong_once_are_right() {
     let among_people = [("cs612", 4), ("cs625", 40), ("cs625", 1022), ("cs63", 1073)];
@@ -215,8 +216,16 @@ fn programs_that_were_wrong_once_are_right() {
         ("cs612", 257),
     ];
     let alone = alone.map(|(model, seed)| (model, seed, Program::draw(model, seed)));
-    let everything = ("cs620", 2084, Program::draw_of_everything("cs620", 2084));
-    for (model, seed, program) in programs.into_iter().chain(alone).chain([everything]) {
+    let everything = [
+        ("cs620", 2084),
+        ("cs625", 185),
+        ("cs620", 283),
+        ("cs63", 713),
+        ("cs63", 720),
+    ];
+    let everything =
+        everything.map(|(model, seed)| (model, seed, Program::draw_of_everything(model, seed)));
+    for (model, seed, program) in programs.into_iter().chain(alone).chain(everything) {
         let verdict = judge::judge(&program, &run::run(&program));
         assert!(
             verdict.faults.is_empty(),
