@@ -450,3 +450,30 @@ fn a_server_that_records_nothing_says_so() {
     let text = refused["error"].as_str().unwrap();
     assert!(text.contains("records nothing"), "{text}");
 }
+
+/// The page and its parts are looked at; whoever wants something else of them is told so.
+#[test]
+fn a_page_is_only_looked_at() {
+    let folder = tempfile::tempdir().unwrap();
+    let server = Server::start(folder.path(), &[]);
+    for method in ["POST", "PUT", "DELETE", "PATCH", "TRACE", "OPTIONS"] {
+        for path in ["/", "/app.js", "/no-such-page"] {
+            let mut stream = TcpStream::connect(("127.0.0.1", server.ports["http"])).unwrap();
+            stream.set_read_timeout(Some(PATIENCE)).unwrap();
+            let request = format!(
+                "{method} {path} HTTP/1.1\r\nHost: localhost\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"
+            );
+            stream.write_all(request.as_bytes()).unwrap();
+            let mut answer = String::new();
+            stream.read_to_string(&mut answer).unwrap();
+            assert!(
+                answer.starts_with("HTTP/1.1 405 "),
+                "{method} {path}: {answer}"
+            );
+            assert!(
+                answer.to_lowercase().contains("allow: get, head"),
+                "{method} {path}: {answer}"
+            );
+        }
+    }
+}

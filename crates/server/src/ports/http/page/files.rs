@@ -1,16 +1,24 @@
 //! The page's own files, as the build has bundled them.
 
 use axum::body::Body;
-use axum::http::{HeaderMap, HeaderValue, Uri, header};
+use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, Uri, header};
 use axum::response::{IntoResponse, Response};
 use pendant::Token;
 use pendant::assets::{INDEX, NONCE_MARK, content_security_policy, find};
 
 use super::super::refuse;
-use axum::http::StatusCode;
 
 /// The file at the path of a request. A browser that has it already, and its compiled form, is told so.
-pub(super) async fn file(uri: Uri, asked: HeaderMap) -> Response {
+pub(super) async fn file(method: Method, uri: Uri, asked: HeaderMap) -> Response {
+    if method != Method::GET && method != Method::HEAD {
+        let mut refused = refuse(
+            StatusCode::METHOD_NOT_ALLOWED,
+            "a page can only be looked at",
+        );
+        let allowed = HeaderValue::from_static("GET, HEAD");
+        refused.headers_mut().insert(header::ALLOW, allowed);
+        return refused;
+    }
     let Some(asset) = find(uri.path()) else {
         return refuse(StatusCode::NOT_FOUND, "there is no such page");
     };
