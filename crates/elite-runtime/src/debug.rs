@@ -84,7 +84,7 @@ impl Debuggee {
 
     /// Runs `look`, in which builtins that move the arm or wait are refused as in a secondary program.
     pub fn without_motion<T>(&self, look: impl FnOnce() -> T) -> T {
-        self.0.aside(|| self.0.as_secondary(look))
+        self.0.aside(|| self.0.as_look(look))
     }
 
     /// Which program it is.

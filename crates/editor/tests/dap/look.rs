@@ -108,7 +108,14 @@ fn only_the_console_moves_the_arm() {
     let movej = "movej([0.1, -1.57, 1.57, -1.57, -1.57, 0])";
     for context in ["watch", "hover", "variables"] {
         let refused = client.evaluate(movej, context);
-        assert!(refused.unwrap_err().contains("movej"), "{context}");
+        let told = refused.unwrap_err();
+        assert!(
+            told.contains("movej() waits; only the debug console"),
+            "{context}: {told}"
+        );
+        let told = client.evaluate("speedj([0.1]*6, 1)", context).unwrap_err();
+        assert!(told.contains("speedj() "), "{context}: {told}");
+        assert!(told.contains("only the debug console"), "{context}: {told}");
     }
     let refused = client.evaluate("x = 5", "watch");
     assert!(refused.is_err());

@@ -14,7 +14,7 @@ use motion_api::{CommandId, CommandKind, Origin, Outcome, PointList, Refusal, Ro
 
 use super::declare::{Body, Builtin, Parameter};
 use crate::message::{Message, SCRIPT_ALARM_CODE, Severity};
-use crate::task::{JobId, NetworkAccess, TaskContext, TaskEnd, Wait};
+use crate::task::{Bounds, JobId, NetworkAccess, TaskContext, TaskEnd, Wait};
 
 /// Suspends the script thread that `native` belongs to until `future` has its result; other threads go on meanwhile.
 pub(super) fn wait_outside<T: 'static>(
@@ -74,10 +74,15 @@ impl<'a, 'n> Call<'a, 'n> {
             call.wait(Wait::Never)?;
         }
         if builtin.waits && context.is_secondary() {
-            let text = format!(
-                "{}() waits and cannot be used in a secondary program (sec)",
-                builtin.name
-            );
+            let name = builtin.name;
+            let text = match context.bounds() {
+                Bounds::Look => {
+                    format!(
+                        "{name}() waits; only the debug console of a program that runs here may wait"
+                    )
+                }
+                _ => format!("{name}() waits and cannot be used in a secondary program (sec)"),
+            };
             return Err(call.error(ExceptionKind::RuntimeError, text));
         }
         Ok(call)
@@ -278,10 +283,17 @@ impl<'a, 'n> Call<'a, 'n> {
     pub fn set(&mut self, kind: CommandKind) -> Result<(), Raised> {
         // Planned motions and streams wait and have been refused already; these return at once and the arm moves later.
         if kind.sets_in_motion() && self.context.is_secondary() {
-            let text = format!(
-                "{}() moves the arm and cannot be used in a secondary program (sec)",
-                self.builtin.name
-            );
+            let name = self.builtin.name;
+            let text = match self.context.bounds() {
+                Bounds::Look => {
+                    format!(
+                        "{name}() moves the arm; only the debug console of a program that runs here may move it"
+                    )
+                }
+                _ => format!(
+                    "{name}() moves the arm and cannot be used in a secondary program (sec)"
+                ),
+            };
             return Err(self.error(ExceptionKind::RuntimeError, text));
         }
         self.wait_for_rest(&kind)?;

@@ -307,6 +307,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "{}() moves the arm and cannot be used in a secondary program (sec)",
         "{0}() 会使手臂运动，不能用在次要程序（sec）中",
     ),
+    (
+        "{}() moves the arm; only the debug console of a program that runs here may move it",
+        "{0}() 会使手臂运动；只有在此处运行的程序的调试控制台才可以使它运动",
+    ),
     ("{}() needs '{}'", "{0}() 需要 '{1}'"),
     (
         "{}() takes at most {} arguments, got {}",
@@ -315,6 +319,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "{}() waits and cannot be used in a secondary program (sec)",
         "{0}() 会等待，不能用在次要程序（sec）中",
+    ),
+    (
+        "{}() waits; only the debug console of a program that runs here may wait",
+        "{0}() 会等待；只有在此处运行的程序的调试控制台才可以等待",
     ),
     ("{}(): '{}' is given twice", "{0}()：'{1}' 给出了两次"),
     (

@@ -104,7 +104,19 @@ pub(crate) struct TaskContext {
 #[derive(Clone, Copy, Default)]
 struct Running {
     number: ThreadNumber,
-    secondary: bool,
+    bounds: Bounds,
+}
+
+/// What the script code that runs may not do.
+#[derive(Clone, Copy, Default, PartialEq, Eq)]
+pub enum Bounds {
+    /// It may wait, and move the arm.
+    #[default]
+    None,
+    /// A secondary program: neither.
+    Secondary,
+    /// A debugger looks at a program that stands: neither.
+    Look,
 }
 
 #[derive(Default)]
@@ -481,14 +493,23 @@ impl TaskContext {
         }
     }
 
-    /// True while a secondary program runs.
+    /// True while a secondary program runs, or what is bounded like one.
     pub fn is_secondary(&self) -> bool {
-        self.running.get().secondary
+        self.bounds() != Bounds::None
+    }
+
+    /// What the code that runs may not do.
+    pub fn bounds(&self) -> Bounds {
+        self.running.get().bounds
     }
 
     /// Said by the scheduler before it resumes a thread.
     pub fn enter(&self, number: ThreadNumber, secondary: bool) {
-        self.running.set(Running { number, secondary });
+        let bounds = match secondary {
+            true => Bounds::Secondary,
+            false => Bounds::None,
+        };
+        self.running.set(Running { number, bounds });
     }
 
     /// The number of the thread that runs.
@@ -496,11 +517,11 @@ impl TaskContext {
         self.running.get().number
     }
 
-    /// Runs `work` under the bounds of a secondary program.
-    pub fn as_secondary<T>(&self, work: impl FnOnce() -> T) -> T {
+    /// Runs `work` under the bounds of a look at a program that stands.
+    pub fn as_look<T>(&self, work: impl FnOnce() -> T) -> T {
         let running = self.running.get();
         self.running.set(Running {
-            secondary: true,
+            bounds: Bounds::Look,
             ..running
         });
         let done = work();

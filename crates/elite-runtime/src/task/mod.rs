@@ -38,7 +38,7 @@ mod wait;
 
 pub use beneath::{FolderAccessError, Folders, Place};
 pub(crate) use braking::Braking;
-pub(crate) use context::{TaskContext, TaskRequest, ThreadLookup};
+pub(crate) use context::{Bounds, TaskContext, TaskRequest, ThreadLookup};
 pub(crate) use controls::{Controller, Controls, controls};
 pub use extras::{Extras, LineCountsOfTexts};
 pub use family::all_children_are_tasks;
