@@ -140,7 +140,10 @@ pub const LINE_PLACES_PER_CYCLE: usize = 128;
 pub const EVEN_BENDS: EvenBends = EvenBends {
     change: 0.05,
     halvings: 4,
-    last_length: 0.4e-3,
+    last: LastHalving {
+        length: 0.4e-3,
+        change: 0.1,
+    },
     least: 0.9,
 };
 
@@ -151,10 +154,19 @@ pub struct EvenBends {
     pub change: f64,
     /// How often an interval is halved for it.
     pub halvings: usize,
-    /// The last time only if it is longer than this, m.
-    pub last_length: f64,
+    /// When it is halved for the last time.
+    pub last: LastHalving,
     /// Share of the acceleration.
     pub least: f64,
+}
+
+/// See [`EVEN_BENDS`].
+#[derive(Clone, Copy, Debug)]
+pub struct LastHalving {
+    /// It is longer than this, m.
+    pub length: f64,
+    /// The bend changes by more than this share of it.
+    pub change: f64,
 }
 
 /// Cells of a joint-space line.

@@ -101,6 +101,29 @@ fn locked_axes_do_not_move_in_base_tool_and_pose_frames() {
 }
 
 #[test]
+fn speeds_belong_to_positions_where_the_axes_turn_with_the_tool() {
+    let mut bench = Bench::new(ideal("cs66"));
+    bench.do_it(freedrive([1, 1, 0, 0, 0, 1], FreedriveFrame::Tool));
+    bench.push([25.0, -15.0, 0.0, 0.0, 0.0, -4.0]);
+    bench.run(250);
+    let step = bench.cycle.step_time();
+    let led = &bench.states[bench.states.len() - 100..];
+    let turning = led[99].target_tcp_speed[5].abs();
+    assert!(turning > 0.3, "{turning}");
+    for around in led.windows(3) {
+        let [before, now, after] = around else {
+            panic!()
+        };
+        for k in 0..3 {
+            let moved = after.target_tcp_pose.xyz[k] - before.target_tcp_pose.xyz[k];
+            let off = moved / (2.0 * step) - now.target_tcp_speed[k];
+            assert!(off.abs() < 5e-5, "{off} in cycle {}", now.cycle);
+        }
+    }
+    bench.check_limits();
+}
+
+#[test]
 fn freedrive_excludes_motion_and_a_stop_ends_it() {
     let mut bench = Bench::new(ideal("cs66"));
     let home = bench.now().target_q;

@@ -204,7 +204,7 @@ fn lines_past_singular_positions_take_little_longer_than_the_joints_make_them() 
     ratios.sort_by(|a, b| a.0.total_cmp(&b.0));
     let at = |share: usize| ratios[ratios.len() * share / 100].0;
     println!(
-        "{} lines: {:.2} {:.2} {:.2} {:.2} times the oracle's time (least, median, 90 of 100, most)",
+        "{} lines: {:.2} {:.2} {:.2} {:.3} times the oracle's time (least, median, 90 of 100, most)",
         ratios.len(),
         ratios[0].0,
         at(50),

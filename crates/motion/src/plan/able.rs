@@ -17,7 +17,7 @@ use kinematics::elementary::cbrt;
 /// Share of a joint's jerk that is planned with.
 const PLACES_SHARE: f64 = 0.95;
 /// How often the acceleration is halved that a jerk allows.
-const JERK_BISECTIONS: usize = 12;
+const JERK_BISECTIONS: usize = 8;
 /// Limits of s on a way on which nothing limits them.
 const FASTEST: f64 = 1e4;
 

@@ -10,7 +10,7 @@ use super::able::{Bounds, largest_bend};
 use super::{Arm, Cells, Wish};
 use crate::config::MotionLimits;
 use crate::constants::{
-    CELLS_OF_LEG, EVEN_BENDS, LINE_INTERVALS, LINE_PLACES_MAX, LINE_REFINEMENTS,
+    CELLS_OF_LEG, EVEN_BENDS, EvenBends, LINE_INTERVALS, LINE_PLACES_MAX, LINE_REFINEMENTS,
     PLACES_PER_INTERVAL, SINGULAR_TURN_PER_M,
 };
 use crate::path::{PathPoint, TcpWay};
@@ -99,8 +99,11 @@ impl Survey {
             match right {
                 Some(right)
                     if is_smooth(&self.left, &right)
-                        && (is_even(&self.left, &right, wish, arm)
-                            || !self.looks_closer(step, right.s - self.left.s)) =>
+                        && self
+                            .evenness(step, right.s - self.left.s)
+                            .is_none_or(|change| {
+                                is_even(&self.left, &right, change, wish, arm)
+                            }) =>
                 {
                     if let Some(found) = self.watch.look(&right.q, arm.model) {
                         return Err(self.refusal(step, found.into()));
@@ -137,15 +140,25 @@ impl Survey {
         }
     }
 
-    /// Whether an interval of a length that could do is worth halving: the last time only where it is long, because places take
-    /// time.
-    fn looks_closer(&self, step: u32, length: f64) -> bool {
+    /// By how much bends may change in an interval of a length, lest it is worth halving though it could do: more in one that was
+    /// halved often, and only where it is still long, because places take time. `None` where it is never worth that.
+    fn evenness(&self, step: u32, length: f64) -> Option<f64> {
         let whole = 1 << LINE_REFINEMENTS;
         let is_short_list = self.steps <= (LINE_INTERVALS as u32) * whole;
         let way = step - self.left_step;
-        let is_long = length > EVEN_BENDS.last_length;
-        let least = whole >> (EVEN_BENDS.halvings - usize::from(!is_long));
-        is_short_list && way > least
+        let EvenBends {
+            change,
+            halvings,
+            last,
+            ..
+        } = EVEN_BENDS;
+        if !is_short_list || way <= whole >> halvings {
+            None
+        } else if way > whole >> (halvings - 1) {
+            Some(change)
+        } else {
+            (length > last.length).then_some(last.change)
+        }
     }
 
     /// Looks at the middle first; false when the interval is the smallest already.
@@ -298,7 +311,7 @@ fn free_limits(limits: &MotionLimits) -> MotionLimits {
 
 /// True when the joints' ways bend alike between two places, or so little that the wanted speed does not suffer: a cell between
 /// them is worth what the largest bend allows.
-fn is_even(left: &PathPoint, right: &PathPoint, wish: &Wish, arm: &Arm) -> bool {
+fn is_even(left: &PathPoint, right: &PathPoint, change: f64, wish: &Wish, arm: &Arm) -> bool {
     let square = wish.speed * wish.speed;
     wish.duration > 0.0
         || (0..6).all(|joint| {
@@ -306,8 +319,7 @@ fn is_even(left: &PathPoint, right: &PathPoint, wish: &Wish, arm: &Arm) -> bool 
             let bend = largest_bend(left, right, joint);
             let least = a.abs().min(b.abs());
             let most = arm.limits.acceleration[joint];
-            bend * square <= EVEN_BENDS.least * most
-                || a * b > 0.0 && bend - least <= EVEN_BENDS.change * bend
+            bend * square <= EVEN_BENDS.least * most || a * b > 0.0 && bend - least <= change * bend
         })
 }
 

@@ -33,9 +33,12 @@ impl TorqueBounds {
         let dynamics = arm.dynamics;
         let (first, second) = (*first, *second);
         let still = JointSpeeds::ZERO;
-        let gravity = dynamics.gravity_torques(q);
-        let pushed = dynamics.inverse_dynamics(q, &still, &JointAccelerations(first));
-        let moving = dynamics.inverse_dynamics(q, &JointSpeeds(first), &JointAccelerations(second));
+        let posture = arm.model.chain().posture(q);
+        // Without speed, what there is without acceleration is gravity.
+        let [pushed, gravity] =
+            dynamics.inverse_dynamics_and_bias(&posture, &still, &JointAccelerations(first));
+        let (speeds, bent) = (JointSpeeds(first), JointAccelerations(second));
+        let moving = dynamics.inverse_dynamics_at(&posture, &speeds, &bent);
         let effort = &arm.model.limits().effort;
         for joint in 0..6 {
             let planned = effort[joint] * PEAK_TORQUE_FACTOR * PLANNED_TORQUE_SHARE;
