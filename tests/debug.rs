@@ -175,7 +175,9 @@ fn a_recording_of_run_is_walked_both_ways_over_a_port() {
             ran.stdout,
             "the program of the recording runs as it did"
         );
-        client.ask("reverseContinue", json!({})).unwrap();
+        client
+            .ask("reverseContinue", json!({"threadId": 1}))
+            .unwrap();
         assert_eq!(client.stopped()["reason"], "entry");
         for _ in 0..3 {
             client.ask("next", json!({"threadId": 1})).unwrap();

@@ -317,7 +317,9 @@ fn a_debugger_drives_a_program_of_a_running_server_another_looks_on_and_ports_ar
     assert_eq!(other.event("stopped")["reason"], "breakpoint");
     assert_eq!(driver.line(), 4);
     assert_eq!(driver.evaluate("n"), "100");
-    let scopes = other.ask("scopes", json!({"frameId": 0})).unwrap();
+    let stack = other.ask("stackTrace", json!({"threadId": 1})).unwrap();
+    let frame = &stack["stackFrames"][0]["id"];
+    let scopes = other.ask("scopes", json!({ "frameId": frame })).unwrap();
     let reference = scopes["scopes"][0]["variablesReference"].clone();
     let variables = other
         .ask("variables", json!({"variablesReference": reference}))

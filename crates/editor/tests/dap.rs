@@ -18,5 +18,7 @@ mod client;
 mod hostile;
 #[path = "dap/look.rs"]
 mod look;
+#[path = "dap/requests.rs"]
+mod requests;
 #[path = "dap/stops.rs"]
 mod stops;

@@ -11,7 +11,7 @@ use elite_runtime::ProgramText;
 use serde_json::{Value as Json, json};
 
 use super::hub::{Begun, Hub};
-use super::link::{Asked, Go, Note, Order};
+use super::link::{Asked, Note, Order};
 use super::run::Run;
 use super::session::{Launched, Phase, Session};
 use super::stream::{Incoming, Out};
@@ -120,11 +120,6 @@ impl Session<'_> {
         arguments: &Json,
     ) -> Option<Option<Result<Json, String>>> {
         self.attachment.as_ref()?;
-        let thread = || {
-            let id = arguments.get("threadId").and_then(Json::as_u64);
-            id.and_then(|id| u32::try_from(id).ok()?.checked_sub(1))
-                .unwrap_or(0)
-        };
         let command = request.1.as_str();
         let drives_only = matches!(
             command,
@@ -166,12 +161,11 @@ impl Session<'_> {
                 Ok(json!({}))
             }
             "continue" => self
-                .go_on(Go::Free)
+                .go_on(command, arguments)
                 .map(|()| json!({"allThreadsContinued": true})),
-            "next" => self.go_on(Go::Next(thread())).map(nothing),
-            "stepIn" => self.go_on(Go::StepIn(thread())).map(nothing),
-            "stepOut" => self.go_on(Go::Out(thread())).map(nothing),
-            "nextNode" => self.go_on(Go::Node(thread())).map(nothing),
+            "next" | "stepIn" | "stepOut" | "nextNode" => {
+                self.go_on(command, arguments).map(nothing)
+            }
             "pause" if self.run.is_none() => Err(self.not_watched()),
             "stackTrace" | "scopes" | "variables" | "evaluate" | "setVariable"
             | "setExpression" | "exceptionInfo" => {
@@ -224,8 +218,20 @@ impl Session<'_> {
         Ok(())
     }
 
+    /// What the program was asked and has not answered is refused: it runs, and may never be held again.
+    fn refuse_asked(&mut self) {
+        let Some(attachment) = &mut self.attachment else {
+            return;
+        };
+        for (_, request) in std::mem::take(&mut attachment.asks) {
+            let error = format!("{}: the program went on before it had answered", request.1);
+            self.respond(&request, Err(error));
+        }
+    }
+
     /// A program begins, or the one that ran has ended.
     pub(super) fn program_begun(&mut self, begun: Option<Begun>) {
+        self.refuse_asked();
         self.run = None;
         self.launched = None;
         self.phase = Phase::Before;
@@ -258,14 +264,17 @@ impl Session<'_> {
             attachment.hub.is_ready(self.generation);
         }
         if let Some(held) = begun.held {
+            self.threads = held.threads;
             self.stopped(held.thread, held.why, held.position);
         }
     }
 
-    fn go_on(&mut self, go: Go) -> Result<(), String> {
+    fn go_on(&mut self, command: &str, arguments: &Json) -> Result<(), String> {
         if self.run.is_none() {
             return Err(self.not_watched());
         }
+        self.must_be_held()?;
+        let go = self.way_of(command, arguments)?;
         let attachment = self
             .attachment
             .as_ref()
@@ -278,6 +287,7 @@ impl Session<'_> {
     /// The driver has let the program go on.
     pub(super) fn continued(&mut self) {
         self.phase = Phase::Running;
+        self.refuse_asked();
         let thread = u64::from(self.thread) + 1;
         self.event(
             "continued",
@@ -311,24 +321,26 @@ impl Session<'_> {
             command: request.1.clone(),
             arguments: arguments.clone(),
         };
-        if let Some(run) = &self.run {
-            run.order(order);
+        if self.run.as_ref().is_some_and(|run| run.order(order)) {
+            return None;
         }
-        None
+        attachment.asks.remove(&number);
+        Some(Err(format!(
+            "{}: the program takes no questions just now",
+            request.1
+        )))
     }
 
-    /// To which request of the client an answer is.
-    pub(super) fn asked_as(&mut self, request: &Asked) -> Asked {
+    /// To which request of the client an answer is; None where that was refused meanwhile.
+    pub(super) fn asked_as(&mut self, request: &Asked) -> Option<Asked> {
         match &mut self.attachment {
-            Some(attachment) => {
-                let known = attachment.asks.remove(&(request.0 & 0xffff_ffff));
-                known.unwrap_or_else(|| request.clone())
-            }
-            None => request.clone(),
+            Some(attachment) => attachment.asks.remove(&(request.0 & 0xffff_ffff)),
+            None => self.own_asked(request),
         }
     }
 
     fn detach(&mut self) {
+        self.refuse_asked();
         if let Some(attachment) = &mut self.attachment
             && attachment.client > 0
         {

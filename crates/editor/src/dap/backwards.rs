@@ -29,14 +29,7 @@ impl Session<'_> {
             _ => "frameStart",
         };
         self.backwards = Some(Backwards::Asked(request.0));
-        if let Some(run) = &self.run {
-            run.order(Order::Ask {
-                request: request.clone(),
-                command: command.to_owned(),
-                arguments: arguments.clone(),
-            });
-        }
-        None
+        self.order(request, command.to_owned(), arguments)
     }
 
     /// Whether an answer is to a question of the session itself.
@@ -68,6 +61,7 @@ impl Session<'_> {
                 self.generation,
                 Event::Stopped {
                     thread: self.thread,
+                    threads: self.threads.clone(),
                     why,
                     position: self.position,
                     last: None,
@@ -84,8 +78,9 @@ impl Session<'_> {
     }
 
     /// `reverseContinue`: to the last place before this one at which a breakpoint holds, or to the beginning.
-    pub(super) fn reverse_continue(&mut self) -> Result<Json, String> {
+    pub(super) fn reverse_continue(&mut self, arguments: &Json) -> Result<Json, String> {
         self.must_be_held()?;
+        self.thread_of(arguments)?;
         if let Some(last) = self.last_met.take() {
             self.go_to_met(last);
             return Ok(json!({"allThreadsContinued": true}));

@@ -52,7 +52,7 @@ impl Probe {
         request: &Asked,
         asked: &Arguments,
     ) -> Result<Option<Json>, String> {
-        let place = self.call_of(asked)?;
+        let place = self.call_of(halt, asked)?;
         self.assign(
             halt,
             holder,

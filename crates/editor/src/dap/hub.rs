@@ -71,6 +71,7 @@ pub(crate) struct Watched {
 #[derive(Clone, Debug)]
 pub(crate) struct Held {
     pub thread: u32,
+    pub threads: Vec<u32>,
     pub why: Why,
     pub position: Position,
     line: u32,
@@ -257,6 +258,7 @@ impl Hub {
             }
             Event::Stopped {
                 thread,
+                threads,
                 why,
                 position,
                 ..
@@ -270,6 +272,7 @@ impl Hub {
                     let (line, column) = place.unwrap_or_default();
                     current.held = Some(Held {
                         thread: *thread,
+                        threads: threads.clone(),
                         why: why.clone(),
                         position: *position,
                         line,

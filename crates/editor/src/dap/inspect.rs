@@ -10,6 +10,7 @@ use super::arm::{Item, items};
 use super::link::Asked;
 use super::position::Intervention;
 use super::probe::Probe;
+use super::session::thread_of;
 
 /// Most things that are listed at once.
 const PAGE_MAX: usize = 10_000;
@@ -73,10 +74,10 @@ impl Table {
 #[derive(Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 pub(super) struct Arguments {
-    pub(super) thread_id: u32,
+    pub(super) thread_id: Option<u64>,
     pub(super) start_frame: usize,
     pub(super) levels: usize,
-    pub(super) frame_id: usize,
+    pub(super) frame_id: Option<usize>,
     pub(super) variables_reference: usize,
     pub(super) filter: String,
     pub(super) start: usize,
@@ -114,8 +115,8 @@ impl Probe {
             "stackTrace" => Some(self.stack_trace(halt, &asked)),
             "scopes" => Some(self.scopes(halt, &asked)),
             "variables" => Some(self.variables(halt, &asked)),
-            "exceptionInfo" => Some(self.exception_info()),
-            "back" => Some(Ok(self.back(halt, asked.thread_id))),
+            "exceptionInfo" => Some(self.exception_info(&asked)),
+            "back" => Some(self.back(halt, &asked)),
             "frameStart" => Some(self.frame_start(halt, &asked)),
             _ => Some(Err(format!("{command} is not known here"))),
         }
@@ -138,8 +139,17 @@ impl Probe {
         json!({ "threads": threads })
     }
 
+    /// The thread that the client means; the held one where it names none.
+    fn number_of(&self, asked: &Arguments) -> Result<u32, String> {
+        let Some(id) = asked.thread_id else {
+            return Ok(self.held.get());
+        };
+        let threads: Vec<u32> = self.threads().into_iter().map(|(n, _)| n).collect();
+        thread_of(id, &threads)
+    }
+
     fn stack_trace(&self, halt: &Halt<'_>, asked: &Arguments) -> Result<Json, String> {
-        let number = asked.thread_id.wrapping_sub(1);
+        let number = self.number_of(asked)?;
         let Some(thread) = self.thread(number) else {
             return Ok(json!({"stackFrames": [], "totalFrames": 0}));
         };
@@ -172,17 +182,32 @@ impl Probe {
     }
 
     /// The call that the client means; the innermost one of the held thread where it names none.
-    pub(super) fn call_of(&self, asked: &Arguments) -> Result<(u32, usize), String> {
-        if asked.frame_id == 0 {
-            return Ok((self.held.get(), 0));
-        }
+    pub(super) fn call_of(
+        &self,
+        halt: &Halt<'_>,
+        asked: &Arguments,
+    ) -> Result<(u32, usize), String> {
+        let held = self.held.get();
+        // At the end of a program there is no call whose number could be given.
+        let has_calls = || {
+            self.thread(held)
+                .is_some_and(|thread| !halt.calls(thread).is_empty())
+        };
+        let id = match asked.frame_id {
+            None => return Ok((held, 0)),
+            Some(0) if !has_calls() => return Ok((held, 0)),
+            Some(id) => id,
+        };
         let table = self.table.borrow();
-        let known = table.calls.get(asked.frame_id - 1).copied();
-        known.ok_or_else(|| format!("there is no call {}", asked.frame_id))
+        let index = id.checked_sub(1);
+        let known = index.and_then(|index| table.calls.get(index).copied());
+        known.ok_or_else(|| {
+            format!("frameId {id}: there is no such call; stackTrace gives the numbers of those that there are while the program is held")
+        })
     }
 
     fn scopes(&self, halt: &Halt<'_>, asked: &Arguments) -> Result<Json, String> {
-        let (thread, call) = self.call_of(asked)?;
+        let (thread, call) = self.call_of(halt, asked)?;
         let id = self.thread(thread).unwrap_or(ThreadId(0));
         let mut scopes = Vec::new();
         let mut table = self.table.borrow_mut();
@@ -206,7 +231,9 @@ impl Probe {
         let table = self.table.borrow();
         let index = reference.checked_sub(1);
         let known = index.and_then(|index| table.referred.get(index).cloned());
-        known.ok_or_else(|| format!("there are no variables {reference}"))
+        known.ok_or_else(|| {
+            format!("variablesReference {reference}: there are no such variables; scopes, variables and evaluate give the numbers of those that there are while the program is held")
+        })
     }
 
     fn variables(&self, halt: &Halt<'_>, asked: &Arguments) -> Result<Json, String> {
@@ -362,7 +389,7 @@ impl Probe {
         request: &Asked,
         asked: &Arguments,
     ) -> Result<Option<Json>, String> {
-        let (number, call) = self.call_of(asked)?;
+        let (number, call) = self.call_of(halt, asked)?;
         let thread = self.thread(number).unwrap_or(ThreadId(0));
         let text = asked.expression.trim();
         if asked.context == "repl" {
@@ -396,7 +423,8 @@ impl Probe {
         Ok(Some(self.value_body(halt, value, number, call, path)))
     }
 
-    fn exception_info(&self) -> Result<Json, String> {
+    fn exception_info(&self, asked: &Arguments) -> Result<Json, String> {
+        self.number_of(asked)?;
         let why = self.exception().ok_or("no exception was raised")?;
         Ok(json!({
             "exceptionId": why.description,
@@ -406,11 +434,8 @@ impl Probe {
     }
 
     /// The statement before the one at which a thread stands: of the same call, else the one that made the call.
-    fn back(&self, halt: &Halt<'_>, thread_id: u32) -> Json {
-        let number = match thread_id {
-            0 => self.held.get(),
-            id => id - 1,
-        };
+    fn back(&self, halt: &Halt<'_>, asked: &Arguments) -> Result<Json, String> {
+        let number = self.number_of(asked)?;
         let thread = self.thread(number);
         let calls = thread.map(|thread| halt.calls(thread)).unwrap_or_default();
         let position = self.position(halt);
@@ -422,11 +447,11 @@ impl Probe {
             Some(call) if call.before > 0 => call.before,
             _ => calls.get(1).map_or(0, |caller| caller.tick),
         };
-        json!({"tick": tick, "moment": position.moment, "ticks": position.tick})
+        Ok(json!({"tick": tick, "moment": position.moment, "ticks": position.tick}))
     }
 
     fn frame_start(&self, halt: &Halt<'_>, asked: &Arguments) -> Result<Json, String> {
-        let (number, call) = self.call_of(asked)?;
+        let (number, call) = self.call_of(halt, asked)?;
         let thread = self.thread(number).unwrap_or(ThreadId(0));
         let calls = halt.calls(thread);
         let call = calls.get(call).ok_or("there is no such call any more")?;

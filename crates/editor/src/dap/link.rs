@@ -95,6 +95,8 @@ pub(crate) enum Event {
     Stopped {
         /// The thread.
         thread: u32,
+        /// All that there are.
+        threads: Vec<u32>,
         /// Why.
         why: Why,
         /// Where.

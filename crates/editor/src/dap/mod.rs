@@ -1,6 +1,6 @@
 //! The debugger: the Debug Adapter Protocol over a reader and a writer, and programs that are walked both ways.
 //!
-//! - `stream`: the frames of the protocol; `session`: requests and runs; `telling`: responses, events; `wanted` and `breakpoints`: what the
+//! - `stream`: the frames of the protocol; `session`: requests and runs; `arguments`: what requests have to have; `telling`: responses, events; `wanted` and `breakpoints`: what the
 //!   program is held for; `capabilities`.
 //! - `run`: one run of the program, on a controller of its own under the virtual clock; `link`: what passes between the two.
 //! - `probe`, `hears` and `judge`: on the program's thread, decide whether it is held; `inspect`, `change` and `arm`: what it is
@@ -11,6 +11,7 @@
 //!
 //! No thread of this module waits for the client but the one that reads.
 
+mod arguments;
 mod arm;
 mod attached;
 mod backwards;

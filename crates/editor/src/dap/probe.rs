@@ -403,8 +403,10 @@ impl Probe {
         self.table.borrow_mut().clear();
         let position = self.position(halt);
         let last = self.last_met(position);
+        let threads = self.threads().into_iter().map(|(n, _)| n).collect();
         self.link.tell(Event::Stopped {
             thread: number,
+            threads,
             why,
             position,
             last,

@@ -131,10 +131,9 @@ impl Run {
         }
     }
 
-    /// Gives an order to a held program.
-    pub(crate) fn order(&self, order: Order) {
-        // A program that has ended takes none; its end is told.
-        let _ = self.orders.try_send(order);
+    /// Gives an order to a held program; false where it takes none: it has ended, or too many wait.
+    pub(crate) fn order(&self, order: Order) -> bool {
+        self.orders.try_send(order).is_ok()
     }
 
     /// Asks for a running program to be held.

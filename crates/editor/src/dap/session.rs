@@ -17,7 +17,7 @@ use supervision::Faults;
 use super::attached::Attachment;
 use super::backwards::Backwards;
 use super::breakpoints::{Breakpoints, same_path};
-use super::link::{Event, Go, Note, Order, Purpose, Why};
+use super::link::{Asked, Event, Go, Note, Order, Purpose, Why};
 use super::position::{Intervention, Position};
 use super::relay::{Attach, Outbox};
 use super::run::{Debuggee, Run, Start};
@@ -109,8 +109,13 @@ pub(crate) struct Session<'s> {
     pub(super) attach: Option<&'s Attach<'s>>,
     /// Everything goes there, once it has.
     pub(super) outbox: Option<Outbox>,
-    /// The arguments of `initialize`.
+    /// `initialize` has come, with these arguments.
+    is_greeted: bool,
     pub(super) greeting: Json,
+    /// The threads of the held program.
+    pub(super) threads: Vec<u32>,
+    /// Requests that the held program has not answered yet.
+    asked: Vec<Asked>,
     /// What it is attached to, if it is.
     pub(super) attachment: Option<Attachment>,
     /// `launch`, until it is answered.
@@ -154,7 +159,10 @@ impl<'s> Session<'s> {
             exit_code: 0,
             attach: None,
             outbox: None,
+            is_greeted: false,
             greeting: json!({}),
+            threads: Vec::new(),
+            asked: Vec::new(),
             attachment: None,
             launch_request: None,
         }
@@ -190,18 +198,25 @@ impl<'s> Session<'s> {
 
     fn take_message(&mut self, message: &Json) {
         let seq = message.get("seq").and_then(Json::as_i64).unwrap_or(0);
-        if message.get("type").and_then(Json::as_str) != Some("request") {
-            // Responses: nothing is asked of the client.
-            return;
+        match message.get("type").and_then(Json::as_str) {
+            Some("request") => {}
+            // Nothing is asked of the client.
+            Some("response" | "event") => return,
+            _ => {
+                let command = message.get("command").and_then(Json::as_str);
+                let result = Err(
+                    "a message that is no request; allowed is \"type\": \"request\"".to_owned(),
+                );
+                return self.respond(&(seq, command.unwrap_or_default().to_owned()), result);
+            }
         }
         let Some(command) = message.get("command").and_then(Json::as_str) else {
             let result = Err("a request without a command".to_owned());
             return self.respond(&(seq, String::new()), result);
         };
-        let arguments = message.get("arguments").cloned().unwrap_or(json!({}));
-        let arguments = match arguments {
-            Json::Object(_) => arguments,
-            _ => json!({}),
+        let arguments = match message.get("arguments") {
+            None | Some(Json::Null) => json!({}),
+            Some(given) => given.clone(),
         };
         let request = (seq, command.to_owned());
         if let Some(result) = self.request(&request, &arguments) {
@@ -219,20 +234,28 @@ impl<'s> Session<'s> {
         }
     }
 
+    /// Whether a request can be one of this session at all, now.
+    fn may_be_asked(&self, command: &str, arguments: &Json) -> Result<(), String> {
+        if !self.is_greeted && !matches!(command, "initialize" | "disconnect") {
+            return Err(format!(
+                "{command} came before initialize, which begins a session"
+            ));
+        }
+        super::arguments::check(command, arguments)
+    }
+
     /// The body of the response; None where it comes later.
     fn request(
         &mut self,
         request: &(i64, String),
         arguments: &Json,
     ) -> Option<Result<Json, String>> {
+        if let Err(error) = self.may_be_asked(&request.1, arguments) {
+            return Some(Err(error));
+        }
         if let Some(result) = self.attached_request(request, arguments) {
             return result;
         }
-        let thread = || {
-            let id = arguments.get("threadId").and_then(Json::as_u64);
-            id.and_then(|id| u32::try_from(id).ok()?.checked_sub(1))
-                .unwrap_or(0)
-        };
         Some(match request.1.as_str() {
             "initialize" => Ok(self.initialize(arguments)),
             "launch" => {
@@ -256,24 +279,24 @@ impl<'s> Session<'s> {
             "setExceptionBreakpoints" => self.set_exception_breakpoints(arguments),
             "dataBreakpointInfo" => Ok(self.data_breakpoint_info(arguments)),
             "setDataBreakpoints" => self.set_data_breakpoints(arguments),
-            "breakpointLocations" => Ok(self.breakpoint_locations(arguments)),
+            "breakpointLocations" => self.breakpoint_locations(arguments),
             "source" => self.source(),
-            "loadedSources" => Ok(json!({"sources": [self.source_body()]})),
+            "loadedSources" => {
+                let sources: Vec<Json> = self.launched.iter().map(|_| self.source_body()).collect();
+                Ok(json!({ "sources": sources }))
+            }
             "threads" if self.phase != Phase::Held => {
                 Ok(json!({"threads": [{"id": 1, "name": "main program"}]}))
             }
-            "continue" => self
-                .go(Go::Free)
-                .map(|()| json!({"allThreadsContinued": true})),
-            "next" => self.go(Go::Next(thread())).map(|()| json!({})),
-            "stepIn" => self.go(Go::StepIn(thread())).map(|()| json!({})),
-            "stepOut" => self.go(Go::Out(thread())).map(|()| json!({})),
-            "nextNode" => self.go(Go::Node(thread())).map(|()| json!({})),
+            "continue" | "next" | "stepIn" | "stepOut" | "nextNode" => {
+                self.go(&request.1, arguments)
+            }
             "pause" => self.pause(),
             "stepBack" | "restartFrame" => return self.begin_back(request, arguments),
-            "reverseContinue" => self.reverse_continue(),
+            "reverseContinue" => self.reverse_continue(arguments),
             "gotoCycle" => self.go_to_cycle(arguments),
             "restart" => self.restart(arguments),
+            "terminate" if self.launched.is_none() => Err("no program was launched".to_owned()),
             "terminate" => {
                 self.end_run();
                 self.respond(request, Ok(json!({})));
@@ -295,6 +318,7 @@ impl<'s> Session<'s> {
         self.first_line = i64::from(!is_zero("linesStartAt1"));
         self.first_column = i64::from(!is_zero("columnsStartAt1"));
         self.greeting = arguments.clone();
+        self.is_greeted = true;
         super::capabilities::capabilities()
     }
 
@@ -366,8 +390,12 @@ impl<'s> Session<'s> {
         }
     }
 
-    /// Lets the present run end by itself.
+    /// Lets the present run end by itself. What it was asked and has not answered is refused.
     fn drop_run(&mut self) {
+        for request in std::mem::take(&mut self.asked) {
+            let error = format!("{}: the program went on before it had answered", request.1);
+            self.respond(&request, Err(error));
+        }
         if let Some(run) = self.run.take() {
             self.given_up.extend(run.give_up());
         }
@@ -375,6 +403,10 @@ impl<'s> Session<'s> {
     }
 
     fn end_run(&mut self) {
+        if let Some(request) = self.launch_request.take() {
+            let error = "launch: the session ended before configurationDone";
+            self.respond(&request, Err(error.to_owned()));
+        }
         self.drop_run();
         self.generation += 1;
     }
@@ -395,13 +427,38 @@ impl<'s> Session<'s> {
     }
 
     /// Lets a held program go on.
-    fn go(&mut self, go: Go) -> Result<(), String> {
+    fn go(&mut self, command: &str, arguments: &Json) -> Result<Json, String> {
         self.must_be_held()?;
+        let go = self.way_of(command, arguments)?;
         if let Some(run) = &self.run {
+            // A program that has ended meanwhile takes no order; its end is told.
             run.order(Order::Go(go));
         }
         self.phase = Phase::Running;
-        Ok(())
+        Ok(match go {
+            Go::Free => json!({"allThreadsContinued": true}),
+            _ => json!({}),
+        })
+    }
+
+    /// How a request lets the program go on.
+    pub(super) fn way_of(&self, command: &str, arguments: &Json) -> Result<Go, String> {
+        let thread = self.thread_of(arguments)?;
+        Ok(match command {
+            "next" => Go::Next(thread),
+            "stepIn" => Go::StepIn(thread),
+            "stepOut" => Go::Out(thread),
+            "nextNode" => Go::Node(thread),
+            _ => Go::Free,
+        })
+    }
+
+    /// The thread that a request names; the one that is held where it names none.
+    pub(super) fn thread_of(&self, arguments: &Json) -> Result<u32, String> {
+        match arguments.get("threadId").and_then(Json::as_u64) {
+            None => Ok(self.thread),
+            Some(id) => thread_of(id, &self.threads),
+        }
     }
 
     pub(super) fn must_be_held(&self) -> Result<(), String> {
@@ -429,14 +486,31 @@ impl<'s> Session<'s> {
         if let Err(error) = self.must_be_held() {
             return Some(Err(error));
         }
-        if let Some(run) = &self.run {
-            run.order(Order::Ask {
-                request: request.clone(),
-                command: request.1.clone(),
-                arguments: arguments.clone(),
-            });
+        self.order(request, request.1.clone(), arguments)
+    }
+
+    /// Asks the held program; None: the answer comes later.
+    pub(super) fn order(
+        &mut self,
+        request: &Asked,
+        command: String,
+        arguments: &Json,
+    ) -> Option<Result<Json, String>> {
+        let order = Order::Ask {
+            request: request.clone(),
+            command,
+            arguments: arguments.clone(),
+        };
+        match &self.run {
+            Some(run) if run.order(order) => {
+                self.asked.push(request.clone());
+                None
+            }
+            _ => Some(Err(format!(
+                "{}: the program takes no questions just now",
+                request.1
+            ))),
         }
-        None
     }
 
     /// Takes what the run tells.
@@ -447,17 +521,21 @@ impl<'s> Session<'s> {
         match event {
             Event::Stopped {
                 thread,
+                threads,
                 why,
                 position,
                 last,
             } => {
                 self.last_met = last;
+                self.threads = threads;
                 self.stopped(thread, why, position);
             }
             Event::Continued => self.continued(),
             Event::Answer { request, result } => {
-                let request = self.asked_as(&request);
-                self.answered(&request, result);
+                // Whoever was refused meanwhile has its answer.
+                if let Some(request) = self.asked_as(&request) {
+                    self.answered(&request, result);
+                }
             }
             Event::Changed(what) => {
                 // What was done at later places belongs to a run that is given up now.
@@ -509,6 +587,12 @@ impl<'s> Session<'s> {
             }
         }
         self.event("stopped", body);
+    }
+
+    /// The request of this session that the program has answered; None where it was refused meanwhile.
+    pub(super) fn own_asked(&mut self, request: &Asked) -> Option<Asked> {
+        let index = self.asked.iter().position(|asked| asked == request)?;
+        Some(self.asked.remove(index))
     }
 
     fn answered(&mut self, request: &(i64, String), result: Result<Json, String>) {
@@ -571,8 +655,11 @@ impl<'s> Session<'s> {
         // The text may have changed on the disk meanwhile.
         let again = arguments.get("arguments").filter(|given| given.is_object());
         if let Some(given) = again {
-            self.launched = None;
-            self.launch_program(given)?;
+            let before = self.launched.take();
+            if let Err(error) = self.launch_program(given) {
+                self.launched = before;
+                return Err(error);
+            }
             self.bind_sources();
         }
         self.interventions.clear();
@@ -581,5 +668,27 @@ impl<'s> Session<'s> {
         self.start(Purpose::Run { stop_on_entry });
         self.phase = Phase::Running;
         Ok(json!({}))
+    }
+}
+
+/// The thread with this number of the protocol, among those that there are; a program at its end still has its main one.
+pub(super) fn thread_of(id: u64, threads: &[u32]) -> Result<u32, String> {
+    let number = id
+        .checked_sub(1)
+        .and_then(|number| u32::try_from(number).ok());
+    let main = [0];
+    let threads = if threads.is_empty() { &main } else { threads };
+    match number.filter(|number| threads.contains(number)) {
+        Some(number) => Ok(number),
+        None => {
+            let known: Vec<String> = threads
+                .iter()
+                .map(|n| (u64::from(*n) + 1).to_string())
+                .collect();
+            Err(format!(
+                "threadId {id}: there is no such thread; there is {}",
+                known.join(", ")
+            ))
+        }
     }
 }

@@ -241,15 +241,22 @@ impl Session<'_> {
     }
 
     /// `breakpointLocations`
-    pub(super) fn breakpoint_locations(&self, arguments: &Json) -> Json {
+    pub(super) fn breakpoint_locations(&self, arguments: &Json) -> Result<Json, String> {
+        let launched = self.launched.as_ref().ok_or("no program was launched")?;
+        let path = arguments.pointer("/source/path").and_then(Json::as_str);
+        if path.is_some_and(|path| !self.is_program(&same_path(path.as_ref()))) {
+            return Err("source is not the program that runs".to_owned());
+        }
         let number = |key: &str| {
             let number = arguments.get(key).and_then(Json::as_i64)?;
             u32::try_from(number + 1 - self.first_line).ok()
         };
         let from = number("line").unwrap_or(1);
         let to = number("endLine").unwrap_or(from);
-        let places = self.launched.iter().flat_map(|launched| &launched.places);
-        let within = places.filter(|place| (from..=to).contains(&place.line));
+        let within = launched
+            .places
+            .iter()
+            .filter(|place| (from..=to).contains(&place.line));
         let bodies: Vec<Json> = within
             .map(|place| {
                 json!({
@@ -258,6 +265,6 @@ impl Session<'_> {
                 })
             })
             .collect();
-        json!({ "breakpoints": bodies })
+        Ok(json!({ "breakpoints": bodies }))
     }
 }

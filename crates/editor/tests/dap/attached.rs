@@ -47,12 +47,14 @@ fn answer(said: &Receiver<Json>, seq: i64) -> Result<Json, String> {
 fn one_drives_with_the_token_and_leaves_its_place_to_the_next() {
     let hub = Arc::new(Hub::default());
     let (stranger, to_stranger, _served) = session(&hub, false);
+    let greeted = |inlet: &Inlet| inlet.message(&request(0, "initialize", &json!({})));
+    assert!(greeted(&stranger));
     assert!(stranger.message(&request(1, "attach", &json!({}))));
     let refused = answer(&to_stranger, 1).unwrap_err();
     assert!(refused.contains("token"), "{refused}");
     assert!(stranger.message(&request(2, "attach", &json!({"drive": false}))));
     answer(&to_stranger, 2).unwrap();
-    assert!(stranger.message(&request(3, "setBreakpoints", &json!({}))));
+    assert!(stranger.message(&request(3, "setBreakpoints", &json!({"source": {}}))));
     assert!(
         answer(&to_stranger, 3)
             .unwrap_err()
@@ -61,6 +63,7 @@ fn one_drives_with_the_token_and_leaves_its_place_to_the_next() {
 
     let (first, to_first, served) = session(&hub, true);
     let (second, to_second, _serving) = session(&hub, true);
+    assert!(greeted(&first) && greeted(&second));
     assert!(first.message(&request(1, "attach", &json!({}))));
     answer(&to_first, 1).unwrap();
     assert!(second.message(&request(1, "attach", &json!({}))));
@@ -132,7 +135,7 @@ proptest! {
     ) {
         let hub = Arc::new(Hub::default());
         let (inlet, said, served) = session(&hub, is_trusted);
-        let is_taken = inlet.message("{]");
+        let is_taken = inlet.message("{]") && inlet.message(&request(0, "initialize", &json!({})));
         prop_assert!(is_taken);
         for (number, (command, arguments)) in requests.iter().enumerate() {
             prop_assert!(inlet.message(&request(number as i64 + 1, command, arguments)));

@@ -18,6 +18,7 @@ fn what_is_no_message_is_told_or_ends_the_session() {
     client.send_bytes(b"Content-Length: 18\r\n\r\n{\"type\":\"request\"}");
     let refused = client.wait(|m| m["type"] == "response");
     assert_eq!(refused["success"], false);
+    client.ask("initialize", json!({}));
     for command in [
         "dance",
         "stackTrace",
@@ -31,7 +32,10 @@ fn what_is_no_message_is_told_or_ends_the_session() {
         let error = client.try_ask(command, json!({"threadId": 1}));
         assert!(!error.unwrap_err().is_empty(), "{command}");
     }
-    let error = client.try_ask("setBreakpoints", json!({"breakpoints": [{"line": -3}]}));
+    let error = client.try_ask(
+        "setBreakpoints",
+        json!({"source": {}, "breakpoints": [{"line": -3}]}),
+    );
     assert!(error.unwrap_err().contains("breakpoints"));
     let error = client.try_ask("launch", json!({"program": "/nowhere.script"}));
     assert!(error.is_err());
@@ -59,12 +63,11 @@ fn questions_about_what_is_not_there_get_sentences() {
         ("gotoCycle", json!({})),
         ("exceptionInfo", json!({"threadId": 1})),
         ("launch", json!({"program": "again"})),
+        ("stackTrace", json!({"threadId": 12})),
     ] {
         let error = client.try_ask(command, arguments.clone());
         assert!(error.is_err(), "{command} {arguments}");
     }
-    let frames = client.ask("stackTrace", json!({"threadId": 12}));
-    assert_eq!(frames["totalFrames"], 0);
     client.end();
 }
 
