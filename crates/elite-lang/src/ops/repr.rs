@@ -96,9 +96,9 @@ impl Evaluator<'_> {
             | Value::Dict(_)
             | Value::DictView(_)
             | Value::Set(_)
-            | Value::FrozenSet(_) => return self.recurse(|| self.container_repr(value, out)),
+            | Value::FrozenSet(_) => self.recurse(|| self.container_repr(value, out))?,
             // Python looks for no circles through these.
-            Value::Slice(_) => return self.recurse(|| self.container_repr_inside(value, out)),
+            Value::Slice(_) => self.recurse(|| self.container_repr_inside(value, out))?,
             Value::Instance(instance) => {
                 let text = self.recurse(|| self.instance_repr(value, instance))?;
                 self.push_text(out, &text)?;

@@ -4,6 +4,7 @@
 //! Beside them stands what holds of the text of the source: `shape` and `likeness`.
 #![allow(clippy::unwrap_used)] // tests: a broken program should stop them
 
+mod branching;
 mod chains;
 mod circles;
 mod likeness;
@@ -53,10 +54,13 @@ impl Host for Stage {
 
 /// A task that may hold a gibibyte, so that no trial ends for want of memory.
 fn task() -> (Rc<Stage>, Interpreter) {
-    let limits = Limits {
+    task_with(Limits {
         memory_bytes: 1 << 30,
         ..Limits::default()
-    };
+    })
+}
+
+fn task_with(limits: Limits) -> (Rc<Stage>, Interpreter) {
     let stage = Rc::new(Stage::default());
     let interpreter = Interpreter::new(stage.clone(), Vec::new(), limits);
     (stage, interpreter)
