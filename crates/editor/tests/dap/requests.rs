@@ -314,13 +314,8 @@ fn numbers_of_nothing_are_refused_by_name() {
         }
     }
     // Nothing of it has let the program go on.
-    assert_eq!(
-        client
-            .evaluate("x", "watch")
-            .unwrap_err()
-            .contains("NameError"),
-        true
-    );
+    let refused = client.evaluate("x", "watch").unwrap_err();
+    assert!(refused.contains("NameError"), "{refused}");
     client.end();
 }
 
