@@ -4,7 +4,13 @@ use std::collections::HashMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use controller::condition::{Condition, ConditionError, Doing};
 use elite_lang::debug::Place;
+use elite_lang::syntax::{Reading, StmtKind};
+use elite_lang::{KnownNames, Severity, SourceFile};
+use kinematics::JointPositions;
+use motion_api::RobotState;
+use recorder::Cycle;
 use serde::Deserialize;
 
 /// Most breakpoints of each kind; what is beyond is refused.
@@ -157,14 +163,21 @@ impl Wanted {
     /// The breakpoint, wherever it is.
     ///
     /// # Errors
-    /// A sentence about its hit condition.
+    /// A sentence about its condition, its hit condition or its message.
     pub fn breakpoint(&self, id: u64) -> Result<SourceBreakpoint, String> {
         let filled = |text: &Option<String>| text.clone().filter(|text| !text.trim().is_empty());
+        let (condition, message) = (filled(&self.condition), filled(&self.log_message));
+        if let Some(condition) = &condition {
+            expression("the condition", condition)?;
+        }
+        for inner in message.iter().flat_map(|message| parts(message)) {
+            expression("what the message shows in {…}", inner)?;
+        }
         Ok(SourceBreakpoint {
             id,
-            condition: filled(&self.condition),
+            condition,
             hits: self.hits()?,
-            message: filled(&self.log_message),
+            message,
         })
     }
 
@@ -174,6 +187,82 @@ impl Wanted {
     /// A sentence.
     pub fn hits(&self) -> Result<Option<HitCondition>, String> {
         HitCondition::parse(self.hit_condition.as_deref().unwrap_or(""))
+    }
+}
+
+/// The expressions in a message.
+fn parts(message: &str) -> impl Iterator<Item = &str> {
+    let opened = message.split('{').skip(1);
+    opened.filter_map(|after| Some(after.split_once('}')?.0))
+}
+
+/// Whether a text is one expression of a program; `what` is what it was given as.
+///
+/// # Errors
+/// A sentence.
+pub fn expression(what: &str, text: &str) -> Result<(), String> {
+    let Some(why) = unreadable(text.trim()) else {
+        return Ok(());
+    };
+    let shown: String = text.chars().take(SHOWN_MAX).collect();
+    Err(format!(
+        "{what} is {shown:?}, which {why}; allowed is one expression of the program, as in n > 3"
+    ))
+}
+
+/// Most characters of a text that a sentence shows.
+const SHOWN_MAX: usize = 200;
+
+fn unreadable(text: &str) -> Option<String> {
+    if text.is_empty() {
+        return Some("says nothing".to_owned());
+    }
+    let read = |text: String| {
+        let none = KnownNames::new(std::iter::empty::<String>());
+        let reading = Reading::of(SourceFile::new("text", text), &none);
+        let mut findings = reading.findings().iter();
+        if let Some(error) = findings.find(|finding| finding.severity == Severity::Error) {
+            return Some(format!("cannot be read: {}", error.message));
+        }
+        match &reading.module().body[..] {
+            [one] if matches!(one.kind, StmtKind::Expr(_)) => None,
+            _ => Some("is a statement".to_owned()),
+        }
+    };
+    let why = read(format!("{text}\n"))?;
+    // Where it is evaluated it stands in brackets, so that it may have several lines.
+    match text.contains('\n') {
+        true => read(format!("(\n{text}\n)\n")).map(|_| why),
+        false => Some(why),
+    }
+}
+
+/// Whether a text is a condition of the arm that can be looked at: it is read, and has an answer for an arm at rest.
+///
+/// # Errors
+/// A sentence.
+pub fn condition_of_arm(text: &str) -> Result<(), String> {
+    let refused = |why: String| {
+        let shown: String = text.chars().take(SHOWN_MAX).collect();
+        format!("the data breakpoint is {shown:?}: {why}")
+    };
+    let condition =
+        Condition::new("the data breakpoint", text).map_err(|error| refused(error.to_string()))?;
+    let at_rest = RobotState::at_start(JointPositions::ZERO, 0.002);
+    match condition.holds(&Cycle::from(&at_rest), &Doing::default()) {
+        Err(ConditionError::Raised { report, .. }) => {
+            // Other exceptions, as of a division, may be of this one cycle only.
+            let always = ["TypeError", "AttributeError", "IndexError", "NameError"];
+            let is_so = |line: &&str| always.iter().any(|kind| line.starts_with(kind));
+            match report.lines().find(is_so) {
+                Some(line) => Err(refused(format!(
+                    "it has no answer in any cycle: {line}; allowed is an expression that is true or false, as in actual_q[0] > 0.5"
+                ))),
+                None => Ok(()),
+            }
+        }
+        Err(error) => Err(refused(error.to_string())),
+        Ok(_) => Ok(()),
     }
 }
 
@@ -214,6 +303,64 @@ mod tests {
         assert_eq!(HitCondition::parse("  "), Ok(None));
         for wrong in ["x", "% 0", "-1", ">= ", "3 4", "99999999999999999999999"] {
             assert!(HitCondition::parse(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn texts_that_cannot_be_understood_are_refused_with_what_is_allowed() {
+        for right in [
+            "x",
+            " n > 3 ",
+            "f(1)[2]",
+            "x if y else z",
+            "(1,\n 2)",
+            "x >\n3",
+            "n # more",
+        ] {
+            assert_eq!(expression("the condition", right), Ok(()), "{right}");
+        }
+        for wrong in [
+            "x >", "(", "x = 3", "del x", "1\n2", "", "  ", "x)", "return 3", "é é",
+        ] {
+            let error = expression("the condition", wrong).unwrap_err();
+            assert!(
+                error.starts_with(&format!("the condition is {wrong:?}, which ")),
+                "{error}"
+            );
+            assert!(error.contains("allowed is one expression"), "{error}");
+        }
+        let wanted = |condition: &str, message: &str| Wanted {
+            condition: Some(condition.to_owned()),
+            log_message: Some(message.to_owned()),
+            ..Wanted::default()
+        };
+        assert!(wanted("x", "at {x} and {y[0]}, {").breakpoint(1).is_ok());
+        let error = wanted("", "at {x >}").breakpoint(1).unwrap_err();
+        assert!(
+            error.contains("the message") && error.contains("\"x >\""),
+            "{error}"
+        );
+        for right in [
+            "time > 1",
+            "norm(tcp_force[0:3]) > 20",
+            "1 / (time - time) > 1",
+        ] {
+            assert_eq!(condition_of_arm(right), Ok(()), "{right}");
+        }
+        for (wrong, said) in [
+            ("", "empty"),
+            ("nothing[0] > 1", "names are"),
+            ("actual_q >", "cannot be read"),
+            ("actual_q > 3", "TypeError"),
+            ("actual_q[9] > 3", "IndexError"),
+            ("sum([n for n in range(10 ** 9)])", "too long"),
+        ] {
+            let error = condition_of_arm(wrong).unwrap_err();
+            assert!(
+                error.starts_with(&format!("the data breakpoint is {wrong:?}: ")),
+                "{error}"
+            );
+            assert!(error.contains(said), "{error}");
         }
     }
 

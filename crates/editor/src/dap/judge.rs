@@ -22,7 +22,7 @@ impl Probe {
         is_quiet: bool,
     ) -> bool {
         if let Some(condition) = &breakpoint.condition {
-            let text = format!("bool(({condition}))");
+            let text = format!("bool((\n{condition}\n))");
             match self.evaluate(halt, at.thread, 0, &text) {
                 Ok(value) if value.as_ref().and_then(Value::as_bool) == Some(true) => {}
                 Ok(_) => return false,

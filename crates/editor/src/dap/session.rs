@@ -16,7 +16,7 @@ use supervision::Faults;
 
 use super::attached::Attachment;
 use super::backwards::Backwards;
-use super::breakpoints::{Breakpoints, same_path};
+use super::breakpoints::{Breakpoints, expression, same_path};
 use super::link::{Asked, Event, Go, Note, Order, Purpose, Why};
 use super::position::{Intervention, Position};
 use super::relay::{Attach, Outbox};
@@ -241,7 +241,24 @@ impl<'s> Session<'s> {
                 "{command} came before initialize, which begins a session"
             ));
         }
-        super::arguments::check(command, arguments)
+        super::arguments::check(command, arguments)?;
+        let text = |key: &str| {
+            arguments
+                .get(key)
+                .and_then(Json::as_str)
+                .unwrap_or_default()
+        };
+        // Only the console takes statements, which change the program.
+        match command {
+            "evaluate" if text("context") != "repl" => expression("expression", text("expression"))
+                .map_err(|error| {
+                    format!("evaluate: {error}; only the debug console takes statements")
+                }),
+            "setVariable" | "setExpression" => {
+                expression("value", text("value")).map_err(|error| format!("{command}: {error}"))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// The body of the response; None where it comes later.
@@ -686,7 +703,7 @@ pub(super) fn thread_of(id: u64, threads: &[u32]) -> Result<u32, String> {
                 .map(|n| (u64::from(*n) + 1).to_string())
                 .collect();
             Err(format!(
-                "threadId {id}: there is no such thread; there is {}",
+                "threadId {id}: there is no such thread; the program has {}",
                 known.join(", ")
             ))
         }

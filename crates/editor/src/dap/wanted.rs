@@ -2,11 +2,10 @@
 
 use std::sync::Arc;
 
-use controller::condition::Condition;
 use serde_json::{Value as Json, json};
 
 use super::breakpoints::{
-    BREAKPOINTS_MAX, DataBreakpoint, FunctionBreakpoint, Wanted, bind, same_path,
+    BREAKPOINTS_MAX, DataBreakpoint, FunctionBreakpoint, Wanted, bind, condition_of_arm, same_path,
 };
 use super::session::Session;
 
@@ -155,9 +154,12 @@ impl Session<'_> {
         let mut bound = Vec::new();
         for breakpoint in wanted {
             let id = self.next_id();
+            let name = breakpoint.name.trim().to_owned();
             bound.push(match breakpoint.breakpoint(id) {
+                Ok(_) if name.is_empty() => {
+                    json!({"id": id, "verified": false, "message": "name is empty; allowed is the name of a function, with or without that of its class"})
+                }
                 Ok(at) => {
-                    let name = breakpoint.name.trim().to_owned();
                     self.breakpoints
                         .functions
                         .push(FunctionBreakpoint { name, at });
@@ -196,14 +198,14 @@ impl Session<'_> {
             .get("name")
             .and_then(Json::as_str)
             .unwrap_or_default();
-        match Condition::new("the data breakpoint", name) {
-            Ok(_) => json!({
+        match condition_of_arm(name) {
+            Ok(()) => json!({
                 "dataId": name,
                 "description": name,
                 "accessTypes": ["write"],
                 "canPersist": true,
             }),
-            Err(error) => json!({"dataId": null, "description": error.to_string()}),
+            Err(error) => json!({"dataId": null, "description": error}),
         }
     }
 
@@ -219,9 +221,9 @@ impl Session<'_> {
                 .clone()
                 .filter(|text| !text.trim().is_empty())
                 .unwrap_or_else(|| breakpoint.data_id.clone());
-            let known = Condition::new("the data breakpoint", &condition);
+            let known = condition_of_arm(&condition);
             let hits = breakpoint.hits();
-            bound.push(match (known.map(drop), hits) {
+            bound.push(match (known, hits) {
                 (Ok(()), Ok(hits)) => {
                     self.breakpoints.data.push(DataBreakpoint {
                         id,
@@ -230,10 +232,9 @@ impl Session<'_> {
                     });
                     json!({"id": id, "verified": true})
                 }
-                (Err(error), _) => {
-                    json!({"id": id, "verified": false, "message": error.to_string()})
+                (Err(error), _) | (_, Err(error)) => {
+                    json!({"id": id, "verified": false, "message": error})
                 }
-                (_, Err(error)) => json!({"id": id, "verified": false, "message": error}),
             });
         }
         self.changed();

@@ -338,3 +338,51 @@ fn questions_that_a_run_leaves_open_are_answered_when_it_ends() {
     client.held();
     client.end();
 }
+
+#[test]
+fn texts_that_cannot_be_understood_are_refused_and_change_nothing() {
+    let lines = [
+        json!({"line": 2, "condition": "x >"}),
+        json!({"line": 2, "logMessage": "at {x +}"}),
+        json!({"line": 2, "hitCondition": "often"}),
+        json!({"line": 3}),
+    ];
+    let mut client = Client::launched("x = 1\ny = 2\nz = 3\n", &[], json!({"stopOnEntry": true}));
+    client.held();
+    let bound = client.set_breakpoints(&lines);
+    for (place, said) in bound.iter().zip(["\"x >\"", "\"x +\"", "\"often\""]) {
+        let message = place["message"].as_str().unwrap_or_default();
+        assert!(
+            place["verified"] == false && message.contains(said),
+            "{place}"
+        );
+        assert!(message.contains("allowed "), "{place}");
+    }
+    let data = json!({"breakpoints": [{"dataId": "actual_q > 1"}, {"dataId": "time > 0.5", "condition": "tim > 1"}]});
+    let data = client.ask("setDataBreakpoints", data);
+    for place in data["breakpoints"].as_array().unwrap() {
+        assert!(
+            place["verified"] == false && place["message"].is_string(),
+            "{place}"
+        );
+    }
+    let function = json!({"breakpoints": [{"name": " "}]});
+    let function = client.ask("setFunctionBreakpoints", function);
+    assert_eq!(function["breakpoints"][0]["verified"], false);
+    let held = client.go("continue");
+    assert_eq!(held.line, 3);
+    for context in ["watch", "hover", "variables", "clipboard"] {
+        for text in ["x = 5", "x +", "", "del x"] {
+            let error = client.evaluate(text, context).unwrap_err();
+            assert!(error.contains("allowed is one expression"), "{error}");
+        }
+    }
+    assert_eq!(client.evaluate("x", "watch").unwrap(), "1");
+    let error = client.try_ask("setExpression", json!({"expression": "x", "value": "1 +"}));
+    assert!(
+        error
+            .unwrap_err()
+            .starts_with("setExpression: value is \"1 +\", which cannot be read")
+    );
+    client.end();
+}
