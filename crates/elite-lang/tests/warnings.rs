@@ -65,6 +65,19 @@ fn what_is_never_used() {
 }
 
 #[test]
+fn modules_that_are_not_there() {
+    insta::assert_snapshot!(show(&[
+        "import numpy\nprint(numpy)\n",
+        "import maht as m, os.nothing\nprint(m, os)\n",
+        "import jsn\nprint(jsn)\n",
+        "from maths import sin\nprint(sin)\n",
+        "from . import near\nprint(near)\n",
+        "from ..far import *\n",
+        "try:\n    pass\nexcept ValueError:\n    import numpy\n    print(numpy)\n",
+    ]));
+}
+
+#[test]
 fn what_is_never_reached() {
     insta::assert_snapshot!(show(&[
         "def f():\n    return 1\n    print('no')\n",
@@ -106,6 +119,10 @@ fn programs_in_order_get_no_warnings() {
         "def f():\n    x = 1\n    return [x for _ in range(2)], {x: 1 for _ in range(1)}\n",
         "def f():\n    import math\n    return math.pi\n",
         "import math\ndef f(): return math.pi\n",
+        "import os.path, collections.abc, _thread, __main__, builtins\nprint(os, collections, _thread, __main__, builtins)\n",
+        "try:\n    import numpy\nexcept ImportError:\n    numpy = None\nprint(numpy)\n",
+        "try:\n    if sensor():\n        from . import a\nexcept (ValueError, Exception):\n    a = None\nprint(a)\n",
+        "try:\n    import numpy\nexcept:\n    numpy = None\nprint(numpy)\n",
         "class A:\n    x = 1\n    def f(self):\n        return 1\n",
         "def g():\n    return\n    yield\n",
         "while True:\n    wait(1)\n",

@@ -113,6 +113,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "位置参数不能在关键字参数之后",
     ),
     (
+        "a relative import finds nothing: a program is no part of a package",
+        "相对导入找不到任何模块：程序不属于任何包",
+    ),
+    (
         "a secondary program takes no parameters",
         "次要程序不能有参数",
     ),
@@ -243,6 +247,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "private names need a class whose name has at most {} bytes",
         "使用私有名称的类，其名称最多 {0} 字节",
     ),
+    ("programs can import {}", "程序可以导入 {0}"),
     (
         "remove it, or call it '_{}' if that is meant",
         "请删除它；若有意如此，可命名为 '_{0}'",
@@ -301,6 +306,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "变量 '{0}' 被赋值却从未使用",
     ),
     ("there is no directive '{}'", "没有指令 '{0}'"),
+    ("there is no module '{}'", "没有模块 '{0}'"),
     (
         "there is no switch: use 'if' and 'elif'",
         "没有 switch：请用 'if' 和 'elif'",

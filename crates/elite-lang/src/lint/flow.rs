@@ -1,5 +1,6 @@
-//! What is never reached, and loops that never wait.
+//! What is never reached, loops that never wait, and modules that are not there.
 
+use super::imports;
 use super::visit::{blocks, own_expressions, parts};
 use crate::ast::{Constant, Expr, ExprKind, Stmt, StmtKind};
 use crate::diagnostic::Diagnostic;
@@ -8,11 +9,22 @@ use crate::resolve::KnownNames;
 use crate::source::{SourceFile, Span};
 
 pub(super) fn check(body: &[Stmt], file: &SourceFile, known: &KnownNames, found: &mut Findings) {
+    within(body, file, known, false, found);
+}
+
+/// `may_miss`: the program catches that a module is not there.
+fn within(
+    body: &[Stmt],
+    file: &SourceFile,
+    known: &KnownNames,
+    may_miss: bool,
+    found: &mut Findings,
+) {
     if found.is_full() {
         return;
     }
     unreachable(body, file, found);
-    check_each(body, file, known, found);
+    each(body, file, known, may_miss, found);
 }
 
 /// The same without what is never reached in `body` itself.
@@ -22,12 +34,27 @@ pub(super) fn check_each(
     known: &KnownNames,
     found: &mut Findings,
 ) {
+    each(body, file, known, false, found);
+}
+
+fn each(
+    body: &[Stmt],
+    file: &SourceFile,
+    known: &KnownNames,
+    may_miss: bool,
+    found: &mut Findings,
+) {
     for statement in body {
+        if !may_miss {
+            imports::check(statement, found);
+        }
         if let StmtKind::While { test, body, .. } = &statement.kind {
             busy_loop(test, body, known, found);
         }
-        for block in blocks(statement) {
-            check(block, file, known, found);
+        let catches = imports::catches(statement);
+        for (index, block) in blocks(statement).into_iter().enumerate() {
+            // The first block of a `try` is what it guards.
+            within(block, file, known, may_miss || catches && index == 0, found);
         }
     }
 }
