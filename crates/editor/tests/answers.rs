@@ -100,6 +100,95 @@ fn names_of_the_program_tell_what_they_are() {
 }
 
 #[test]
+fn attributes_tell_where_they_are_set_and_what_they_do() {
+    let program = "\
+import math
+from math import tau
+class Base:
+    unit = \"mm\"
+class Tool(Base):
+    def __init__(self):
+        self.weight = 1.5
+        self.parts, self.left = 1, unknown()
+    def take(self, part, *more):
+        \"\"\"Takes a part.\"\"\"
+        self.weight = 2.5
+        return len(self.unit)
+    @property
+    def load(self):
+        return self.weight * 2
+tool = Tool()
+print(tool.weight, tool.left, tool.take(1), tool.load, tool.unit, Tool.take)
+print(math.pi, math.sin(1), math, tau, tool.nothing)
+";
+    let all = ["en", "zh-CN"].map(|locale| {
+        let mut client = Client::with(json!({}), locale);
+        client.open(program);
+        let mut hover = |line: u32, word: &str| {
+            let text = program.lines().nth(line as usize).unwrap();
+            let at = text.find(word).unwrap() as u32;
+            let told = client.at("textDocument/hover", line, at + 1);
+            let told = told["contents"]["value"]
+                .as_str()
+                .unwrap_or("nothing")
+                .to_owned();
+            format!("{word}: {told}")
+        };
+        let in_uses = ["weight", "left", "take", "load", "unit"].map(|word| hover(16, word));
+        let in_class = hover(10, "weight");
+        let of_modules = ["pi", "sin", "tau", "nothing"].map(|word| hover(17, word));
+        [
+            in_uses.join("\n---\n"),
+            in_class,
+            of_modules.join("\n---\n"),
+        ]
+        .join("\n---\n")
+    });
+    insta::assert_snapshot!(all.join("\n=====\n"));
+}
+
+#[test]
+fn everything_that_python_gives_is_explained_in_both_languages() {
+    let is_chinese = |text: &str| text.chars().any(|c| ('\u{4e00}'..'\u{a000}').contains(&c));
+    for name in elite_lang::builtin_names() {
+        let english = Language::English.python(name).unwrap_or_default();
+        let chinese = Language::Chinese.python(name).unwrap_or_default();
+        assert!(
+            english.ends_with('.') && !is_chinese(english),
+            "{name}: {english}"
+        );
+        assert!(
+            chinese.ends_with('。') && is_chinese(chinese),
+            "{name}: {chinese}"
+        );
+    }
+    assert_eq!(Language::English.python("nonsense"), None);
+    let mut client = Client::with(json!({}), "zh-CN");
+    client.open("x = sorted(range(3))\ntry:\n    pass\nexcept ValueError:\n    pass\n");
+    let mut hover = |line, character| {
+        let told = client.at("textDocument/hover", line, character);
+        told["contents"]["value"]
+            .as_str()
+            .unwrap_or("nothing")
+            .to_owned()
+    };
+    assert!(hover(0, 5).contains("排序后的新列表"));
+    assert!(hover(0, 12).contains("整数"));
+    assert!(hover(3, 9).contains("类型正确"));
+    for (label, kind) in [("zip", 3), ("int", 7)] {
+        let item = client.ask(
+            "completionItem/resolve",
+            json!({"label": label, "kind": kind}),
+        );
+        let told = item["result"]["documentation"]["value"]
+            .as_str()
+            .unwrap_or_default()
+            .to_owned();
+        assert!(is_chinese(&told), "{label}: {told}");
+    }
+}
+
+#[test]
 fn attributes_complete_by_type() {
     let text = format!("{PROGRAM}a = Arm(\"y\")\na.\nmath.\n\"x\".join([]).\na.q.\n");
     let mut client = Client::of(&text);

@@ -1,13 +1,18 @@
 //! Texts about functions and names, as editors show them: signatures, units, ranges, sections of the manual. Markdown.
 
+use std::collections::BTreeSet;
+
 use elite_lang::syntax::Member;
 use elite_runtime::builtins::declare::{Builtin, FROM_OUTPUT, Parameter};
 
 use super::Analysis;
 use super::library;
 use super::scopes::{Symbol, SymbolKind};
-use super::types::Type;
+use super::types::{Shape, Type};
 use super::words::Language;
+
+/// Most lines in which an attribute is set that are told.
+const PLACES_MAX: usize = 8;
 
 /// A function of the robot.
 pub fn robot(builtin: &Builtin, language: Language) -> String {
@@ -68,15 +73,79 @@ pub fn of_parameter(parameter: &Parameter, language: Language) -> String {
 
 /// A function or type of Python's own, or what a module has.
 pub fn member(member: &Member, of: &str, language: Language) -> String {
-    let shown = match &member.signature {
-        Some(signature) => signature.clone(),
-        None => member.name.clone(),
+    let shown = match (&member.signature, &member.value) {
+        (Some(signature), _) => signature.clone(),
+        (None, Some(value)) => format!("{} = {value}", member.name),
+        (None, None) => member.name.clone(),
     };
-    let whose = match of {
-        "" => language.pick("Python", "Python 内建").to_owned(),
-        of => format!("`{of}`"),
+    let text = code(&shown);
+    match of {
+        "" => {
+            let whose = language.pick("Python", "Python 内建");
+            match language.python(&member.name) {
+                Some(sentence) => format!("{text}{sentence}\n\n*{whose}*"),
+                None => format!("{text}{whose}"),
+            }
+        }
+        of => format!("{text}`{of}`"),
+    }
+}
+
+/// An attribute that a class of the program has, or one that it is derived from: a method as functions are, another with what it
+/// is and where it is set.
+pub fn attribute(
+    analysis: &Analysis,
+    class: usize,
+    name: &str,
+    language: Language,
+) -> Option<String> {
+    let names = &analysis.names;
+    let (owner, found) = super::types::attribute_of(names, class, name)?;
+    let owner = &names.classes[owner].name;
+    let of_class = |word: &str| match language {
+        Language::English => format!("{word} of `{owner}`"),
+        Language::Chinese => format!("`{owner}` 的{word}"),
     };
-    format!("{}{whose}", code(&shown))
+    if let Some(index) = found.function {
+        let is_property = names.functions[index].is_property;
+        let word = match is_property {
+            true => language.pick("property", "属性（property）"),
+            false => language.pick("method", "方法"),
+        };
+        let text = function(analysis, index);
+        return Some(format!("{}\n\n{}", text.trim_end(), of_class(word)));
+    }
+    let types = found.values.iter().map(|value| analysis.infer(value));
+    let shown = match types.filter_map(|found| found.describe(names)).next() {
+        Some(told) => format!("{name}: {told}"),
+        None => name.to_owned(),
+    };
+    let lines: BTreeSet<u32> = found
+        .places
+        .iter()
+        .map(|place| analysis.file.line_of(place.start))
+        .collect();
+    let more = lines.len() > PLACES_MAX;
+    let lines = lines.iter().take(PLACES_MAX);
+    let mut lines: Vec<String> = lines.map(u32::to_string).collect();
+    if more {
+        lines.push("…".to_owned());
+    }
+    let lines = lines.join(", ");
+    let set = match language {
+        Language::English => format!("set in line {lines}"),
+        Language::Chinese => format!("在第 {lines} 行赋值"),
+    };
+    let word = of_class(language.pick("attribute", "属性"));
+    let comma = language.pick(", ", "，");
+    Some(format!("{}{word}{comma}{set}", code(&shown)))
+}
+
+/// A name that a module has; None if it has none such.
+pub fn of_module(module: &str, name: &str, language: Language) -> Option<String> {
+    let all = library::members_of_module(module);
+    let found = all.iter().find(|member| member.name == name)?;
+    Some(member(found, module, language))
 }
 
 /// A name of the program.
@@ -89,6 +158,10 @@ pub fn symbol(analysis: &Analysis, symbol: &Symbol, language: Language) -> Strin
             function(analysis, *index)
         }
         (SymbolKind::Class | SymbolKind::Variable, Type::Class(index)) => class(analysis, *index),
+        (SymbolKind::Import, Type::Unknown) if let Some(Shape::Member(module, name)) = value => {
+            of_module(module, name, language)
+                .unwrap_or_else(|| code(&format!("import {}", symbol.name)))
+        }
         (SymbolKind::Import, _) => of_type(analysis, &found, language)
             .unwrap_or_else(|| code(&format!("import {}", symbol.name))),
         (kind, _) => {
@@ -151,10 +224,7 @@ pub fn of_type(analysis: &Analysis, found: &Type, language: Language) -> Option<
         Type::Function(index) => function(analysis, *index),
         Type::Class(index) => class(analysis, *index),
         Type::Python(name) => member(library::PYTHON.get(&**name)?, "", language),
-        Type::Member(module, name) => {
-            let all = library::members_of_module(module);
-            member(all.iter().find(|m| *m.name == **name)?, module, language)
-        }
+        Type::Member(module, name) => of_module(module, name, language)?,
         Type::Method(owner, name) => {
             let all = library::members_of_type(owner);
             member(all.iter().find(|m| *m.name == **name)?, owner, language)

@@ -3,6 +3,8 @@
 use elite_lang::Span;
 use elite_lang::syntax::TokenKind;
 
+use super::scopes::AttributeUse;
+use super::types::{Shape, Type};
 use super::words::Language;
 use super::{Analysis, describe};
 
@@ -18,9 +20,7 @@ pub struct Hover {
 pub fn hover(analysis: &Analysis, offset: u32, language: Language) -> Option<Hover> {
     let names = &analysis.names;
     if let Some(used) = attribute_at(analysis, offset) {
-        let shape = super::types::Shape::Attribute(Box::new(used.value.clone()), used.name.clone());
-        let found = analysis.infer(&shape);
-        let text = describe::of_type(analysis, &found, language)?;
+        let text = of_attribute(analysis, used, language)?;
         return Some(Hover {
             text,
             span: used.span,
@@ -31,7 +31,7 @@ pub fn hover(analysis: &Analysis, offset: u32, language: Language) -> Option<Hov
         let text = match symbol {
             Some(symbol) => describe::symbol(analysis, &names.symbols[symbol], language),
             None => {
-                let shape = super::types::Shape::Name(occurrence.scope, name.into());
+                let shape = Shape::Name(occurrence.scope, name.into());
                 describe::of_type(analysis, &analysis.infer(&shape), language)?
             }
         };
@@ -57,7 +57,7 @@ pub fn hover(analysis: &Analysis, offset: u32, language: Language) -> Option<Hov
     let text = match names.lookup(scope, name) {
         Some(symbol) => describe::symbol(analysis, &names.symbols[symbol], language),
         None => {
-            let shape = super::types::Shape::Name(scope, name.into());
+            let shape = Shape::Name(scope, name.into());
             describe::of_type(analysis, &analysis.infer(&shape), language)?
         }
     };
@@ -67,8 +67,22 @@ pub fn hover(analysis: &Analysis, offset: u32, language: Language) -> Option<Hov
     })
 }
 
+fn of_attribute(analysis: &Analysis, used: &AttributeUse, language: Language) -> Option<String> {
+    let known = match analysis.infer(&used.value) {
+        Type::Instance(class) | Type::Class(class) => {
+            describe::attribute(analysis, class, &used.name, language)
+        }
+        Type::Module(module) => describe::of_module(&module, &used.name, language),
+        _ => None,
+    };
+    known.or_else(|| {
+        let shape = Shape::Attribute(Box::new(used.value.clone()), used.name.clone());
+        describe::of_type(analysis, &analysis.infer(&shape), language)
+    })
+}
+
 /// The attribute whose name is at `offset`.
-pub fn attribute_at(analysis: &Analysis, offset: u32) -> Option<&super::scopes::AttributeUse> {
+pub fn attribute_at(analysis: &Analysis, offset: u32) -> Option<&AttributeUse> {
     let mut uses = analysis.names.attribute_uses.iter();
     uses.find(|used| touches(used.span, offset))
 }
@@ -80,11 +94,11 @@ pub fn touches(span: Span, offset: u32) -> bool {
 
 fn of_keyword(
     analysis: &Analysis,
-    function: &super::types::Shape,
+    function: &Shape,
     name: &str,
     language: Language,
 ) -> Option<String> {
-    let super::types::Type::Robot(builtin) = analysis.infer(function) else {
+    let Type::Robot(builtin) = analysis.infer(function) else {
         return None;
     };
     let parameter = builtin

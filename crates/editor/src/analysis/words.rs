@@ -1,6 +1,8 @@
-//! The words around what editors show, in English and Chinese. The texts of the functions are in `words/chinese`.
+//! The words around what editors show, in English and Chinese. The texts of the functions are in `words/chinese`, those of
+//! Python's own names in `words/python`.
 
 mod chinese;
+mod python;
 
 use std::borrow::Cow;
 
@@ -43,6 +45,15 @@ impl Language {
             Language::English => builtin.summary,
             Language::Chinese => chinese::summary(builtin.name).unwrap_or(builtin.summary),
         }
+    }
+
+    /// What a function, type or exception of Python's own is, in one sentence.
+    pub fn python(self, name: &str) -> Option<&'static str> {
+        let (english, chinese) = python::sentence(name)?;
+        Some(match self {
+            Language::English => english,
+            Language::Chinese => chinese,
+        })
     }
 
     /// A phrase of a declaration: what a parameter means, what comes back.

@@ -129,7 +129,11 @@ fn item_kind(kind: ItemKind) -> CompletionItemKind {
 }
 
 fn resolve(server: &mut Server, mut item: CompletionItem) -> Result<Value, Refusal> {
-    if item.documentation.is_none() && item.kind == Some(CompletionItemKind::FUNCTION) {
+    let is_given = matches!(
+        item.kind,
+        Some(CompletionItemKind::FUNCTION | CompletionItemKind::CLASS)
+    );
+    if item.documentation.is_none() && is_given {
         let text = completion::resolve(&item.label, server.language);
         item.documentation = text.map(|text| Documentation::MarkupContent(markdown(text)));
     }

@@ -34,6 +34,8 @@ pub struct Member {
     pub kind: MemberKind,
     /// How it is called, where that is known: `split(sep=…, maxsplit=…)`.
     pub signature: Option<String>,
+    /// What it is, where it is a number, a truth value or a short text: `3.141592653589793`.
+    pub value: Option<String>,
 }
 
 /// Nothing is printed, reached or waited for.
@@ -177,7 +179,20 @@ fn member(ev: &Evaluator<'_>, name: &str, value: &Value) -> Member {
         name: name.to_owned(),
         kind,
         signature,
+        value: shown(ev, value),
     }
+}
+
+/// Most characters of a value that is shown.
+const SHOWN_MAX: usize = 60;
+
+fn shown(ev: &Evaluator<'_>, value: &Value) -> Option<String> {
+    let is_plain = matches!(value, Value::Int(_) | Value::Float(_) | Value::Bool(_));
+    if !is_plain && value.as_str().is_none() {
+        return None;
+    }
+    let text = ev.repr(value).ok()?.to_string();
+    (text.chars().count() <= SHOWN_MAX).then_some(text)
 }
 
 /// Functions that look at their arguments themselves have no signature.
