@@ -349,7 +349,7 @@ fn a_debugger_drives_a_program_of_a_running_server_another_looks_on_and_ports_ar
     driver.ask("next", json!({"threadId": 1})).unwrap();
     assert_eq!(driver.event("stopped")["reason"], "step");
     assert_eq!((driver.line(), driver.evaluate("n")), (5, "101".to_owned()));
-    let set = json!({"expression": "n", "value": "1000", "frameId": 0});
+    let set = json!({"expression": "n", "value": "1000"});
     driver.ask("setExpression", set).unwrap();
     // A port's pause counts besides the debugger's hold.
     order(&server, &json!({"do": "pause"}));
