@@ -281,6 +281,40 @@ fn what_a_server_recorded_under_the_virtual_clock_runs_again_script_and_all() {
     assert!(rerun(folder.path()).contains("identical: 3 programs"));
 }
 
+/// Editors set their breakpoints as soon as the session has begun, which may be before they attach.
+#[test]
+fn breakpoints_of_every_kind_that_came_before_attach_hold_there() {
+    for (command, arguments, reason) in [
+        (
+            "setFunctionBreakpoints",
+            json!({"breakpoints": [{"name": "part"}]}),
+            "function breakpoint",
+        ),
+        (
+            "setExceptionBreakpoints",
+            json!({"filters": ["caught"]}),
+            "exception",
+        ),
+        (
+            "setDataBreakpoints",
+            json!({"breakpoints": [{"dataId": "line == 3"}]}),
+            "data breakpoint",
+        ),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let options = ["--plant", "ideal", "--record", "off"];
+        let server = Server::start(folder.path(), &options);
+        let mut driver = Debugger::new();
+        driver.ask("initialize", json!({})).unwrap();
+        driver.ask(command, arguments).unwrap();
+        let attach = json!({"http-port": server.ports["http"], "drive": true});
+        driver.ask("attach", attach).unwrap();
+        let text = "def held():\n  def part(n):\n    sleep(0.1)\n    return 1 / n\n  end\n  part(0)\nend\n";
+        run(&server, "held.script", text);
+        assert_eq!(driver.event("stopped")["reason"], reason, "{command}");
+    }
+}
+
 #[test]
 fn a_debugger_drives_a_program_of_a_running_server_another_looks_on_and_ports_are_heard() {
     let folder = tempfile::tempdir().unwrap();

@@ -65,6 +65,9 @@ impl Session<'_> {
         for (_, wanted) in &self.wanted_sources {
             own("setBreakpoints", wanted.clone());
         }
+        for (command, wanted) in &self.wanted_others {
+            own(command, wanted.clone());
+        }
         let (seq, command) = request;
         outbox(&json!({"seq": seq, "type": "request", "command": command, "arguments": arguments}));
         self.outbox = Some(outbox);

@@ -3,6 +3,7 @@
 //! Owns what the client was told and what it asked for. Everything about a held program is answered on the program's own
 //! thread (`inspect`); here is what goes on between runs: launching, breakpoints, going back.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::SyncSender;
@@ -102,6 +103,8 @@ pub(crate) struct Session<'s> {
     pub(super) first_line: i64,
     pub(super) first_column: i64,
     pub(super) wanted_sources: Vec<(PathBuf, Json)>,
+    /// The latest of each other kind of breakpoints, for a controller elsewhere that is attached to afterwards.
+    pub(super) wanted_others: BTreeMap<&'static str, Json>,
     configured: bool,
     pub(super) is_done: bool,
     exit_code: i64,
@@ -154,6 +157,7 @@ impl<'s> Session<'s> {
             first_line: 1,
             first_column: 1,
             wanted_sources: Vec::new(),
+            wanted_others: BTreeMap::new(),
             configured: false,
             is_done: false,
             exit_code: 0,
@@ -292,10 +296,19 @@ impl<'s> Session<'s> {
                 return None;
             }
             "setBreakpoints" => self.set_source_breakpoints(arguments),
-            "setFunctionBreakpoints" => self.set_function_breakpoints(arguments),
-            "setExceptionBreakpoints" => self.set_exception_breakpoints(arguments),
+            "setFunctionBreakpoints" => {
+                self.keep_wanted("setFunctionBreakpoints", arguments);
+                self.set_function_breakpoints(arguments)
+            }
+            "setExceptionBreakpoints" => {
+                self.keep_wanted("setExceptionBreakpoints", arguments);
+                self.set_exception_breakpoints(arguments)
+            }
             "dataBreakpointInfo" => Ok(self.data_breakpoint_info(arguments)),
-            "setDataBreakpoints" => self.set_data_breakpoints(arguments),
+            "setDataBreakpoints" => {
+                self.keep_wanted("setDataBreakpoints", arguments);
+                self.set_data_breakpoints(arguments)
+            }
             "breakpointLocations" => self.breakpoint_locations(arguments),
             "source" => self.source(),
             "loadedSources" => {
@@ -337,6 +350,10 @@ impl<'s> Session<'s> {
         self.greeting = arguments.clone();
         self.is_greeted = true;
         super::capabilities::capabilities()
+    }
+
+    fn keep_wanted(&mut self, command: &'static str, arguments: &Json) {
+        self.wanted_others.insert(command, arguments.clone());
     }
 
     fn launch_program(&mut self, arguments: &Json) -> Result<(), String> {
