@@ -2,7 +2,7 @@
 //!
 //! Owns the mathematics of one arm: transforms, URDF models, forward and inverse kinematics, Jacobians, rigid-body
 //! dynamics. Knows no script, no socket, no clock, and no file other than the URDF and the calibration it is
-//! handed.
+//! handed. How much of such a file is read is one rule for all crates above ([`text_file`]).
 //!
 //! Units are SI throughout: metres, radians, seconds, kilograms, newtons. Six-vectors are linear before angular.
 //!
