@@ -81,13 +81,7 @@ fn every_function_of_the_robot_has_a_chinese_text() {
 #[test]
 fn names_of_the_program_tell_what_they_are() {
     let mut client = Client::of(PROGRAM);
-    let mut hover = |line, character| {
-        let told = client.at("textDocument/hover", line, character);
-        told["contents"]["value"]
-            .as_str()
-            .unwrap_or("nothing")
-            .to_owned()
-    };
+    let mut hover = |line, character| client.hover(line, character);
     let all = [
         hover(1, 7),
         hover(6, 9),
@@ -127,12 +121,7 @@ print(math.pi, math.sin(1), math, tau, tool.nothing)
         let mut hover = |line: u32, word: &str| {
             let text = program.lines().nth(line as usize).unwrap();
             let at = text.find(word).unwrap() as u32;
-            let told = client.at("textDocument/hover", line, at + 1);
-            let told = told["contents"]["value"]
-                .as_str()
-                .unwrap_or("nothing")
-                .to_owned();
-            format!("{word}: {told}")
+            format!("{word}: {}", client.hover(line, at + 1))
         };
         let in_uses = ["weight", "left", "take", "load", "unit"].map(|word| hover(16, word));
         let in_class = hover(10, "weight");
@@ -165,13 +154,7 @@ fn everything_that_python_gives_is_explained_in_both_languages() {
     assert_eq!(Language::English.python("nonsense"), None);
     let mut client = Client::with(json!({}), "zh-CN");
     client.open("x = sorted(range(3))\ntry:\n    pass\nexcept ValueError:\n    pass\n");
-    let mut hover = |line, character| {
-        let told = client.at("textDocument/hover", line, character);
-        told["contents"]["value"]
-            .as_str()
-            .unwrap_or("nothing")
-            .to_owned()
-    };
+    let mut hover = |line, character| client.hover(line, character);
     assert!(hover(0, 5).contains("排序后的新列表"));
     assert!(hover(0, 12).contains("整数"));
     assert!(hover(3, 9).contains("类型正确"));

@@ -63,6 +63,13 @@ impl Client {
         self.ask(method, params)["result"].take()
     }
 
+    /// What a hover tells, or `nothing`.
+    pub fn hover(&mut self, line: u32, character: u32) -> String {
+        let told = self.at("textDocument/hover", line, character);
+        let text = told["contents"]["value"].as_str();
+        text.unwrap_or("nothing").to_owned()
+    }
+
     /// The result of a request about the whole text.
     pub fn whole(&mut self, method: &str) -> Value {
         let everything = json!({ "start": { "line": 0, "character": 0 }, "end": { "line": 100_000, "character": 0 } });

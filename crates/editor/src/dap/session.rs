@@ -104,7 +104,7 @@ pub(crate) struct Session<'s> {
     pub(super) first_column: i64,
     pub(super) wanted_sources: Vec<(PathBuf, Json)>,
     /// The latest of each other kind of breakpoints, for a controller elsewhere that is attached to afterwards.
-    pub(super) wanted_others: BTreeMap<&'static str, Json>,
+    pub(super) wanted_others: BTreeMap<String, Json>,
     configured: bool,
     pub(super) is_done: bool,
     exit_code: i64,
@@ -277,6 +277,13 @@ impl<'s> Session<'s> {
         if let Some(result) = self.attached_request(request, arguments) {
             return result;
         }
+        if matches!(
+            request.1.as_str(),
+            "setFunctionBreakpoints" | "setExceptionBreakpoints" | "setDataBreakpoints"
+        ) {
+            let wanted = arguments.clone();
+            self.wanted_others.insert(request.1.clone(), wanted);
+        }
         Some(match request.1.as_str() {
             "initialize" => Ok(self.initialize(arguments)),
             "launch" => {
@@ -296,19 +303,10 @@ impl<'s> Session<'s> {
                 return None;
             }
             "setBreakpoints" => self.set_source_breakpoints(arguments),
-            "setFunctionBreakpoints" => {
-                self.keep_wanted("setFunctionBreakpoints", arguments);
-                self.set_function_breakpoints(arguments)
-            }
-            "setExceptionBreakpoints" => {
-                self.keep_wanted("setExceptionBreakpoints", arguments);
-                self.set_exception_breakpoints(arguments)
-            }
+            "setFunctionBreakpoints" => self.set_function_breakpoints(arguments),
+            "setExceptionBreakpoints" => self.set_exception_breakpoints(arguments),
             "dataBreakpointInfo" => Ok(self.data_breakpoint_info(arguments)),
-            "setDataBreakpoints" => {
-                self.keep_wanted("setDataBreakpoints", arguments);
-                self.set_data_breakpoints(arguments)
-            }
+            "setDataBreakpoints" => self.set_data_breakpoints(arguments),
             "breakpointLocations" => self.breakpoint_locations(arguments),
             "source" => self.source(),
             "loadedSources" => {
@@ -350,10 +348,6 @@ impl<'s> Session<'s> {
         self.greeting = arguments.clone();
         self.is_greeted = true;
         super::capabilities::capabilities()
-    }
-
-    fn keep_wanted(&mut self, command: &'static str, arguments: &Json) {
-        self.wanted_others.insert(command, arguments.clone());
     }
 
     fn launch_program(&mut self, arguments: &Json) -> Result<(), String> {
