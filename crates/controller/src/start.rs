@@ -3,7 +3,6 @@
 //! In two steps, because who is told of everything wants to know the arm before the first cycle.
 
 use std::io;
-use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock, Weak};
 use std::time::Duration;
@@ -21,6 +20,7 @@ use io_bus::{Fieldbus, StandIns};
 use kinematics::{CalibrationError, ModelError, RobotModel};
 use motion::{Cycle, CycleConfig};
 use motion_api::{BorderSizes, CommandPort, Registers, ScriptEnd, SnapshotCell, Timeline, border};
+use platform::sockets::LocalStream;
 use recorder::{RecordError, Recorder, RecorderConfig, RecorderHandle, Setup, Viewer};
 use supervision::Faults;
 use thiserror::Error;
@@ -423,7 +423,7 @@ impl StandIns for OnlyPlayed {
         self.0.as_ref().is_some_and(|inner| inner.plays(host, port))
     }
 
-    fn connect(&self, host: &str, port: u16) -> Option<io::Result<UnixStream>> {
+    fn connect(&self, host: &str, port: u16) -> Option<io::Result<LocalStream>> {
         let played = self.0.as_ref().and_then(|inner| inner.connect(host, port));
         Some(played.unwrap_or_else(|| {
             let text = format!(

@@ -1,14 +1,14 @@
 //! A connection to another machine, or to somebody in this process who stands in for one.
 
 use std::io;
-use std::os::fd::{AsFd, BorrowedFd};
-use std::os::unix::net::UnixStream as LocalStream;
 use std::pin::Pin;
 use std::sync::Arc;
 use std::task::{Context, Poll};
 
+use platform::sockets::{AsyncLocalStream, LocalStream};
+use socket2::SockRef;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
-use tokio::net::{TcpStream, UnixStream};
+use tokio::net::TcpStream;
 
 use crate::names;
 
@@ -39,7 +39,7 @@ pub enum Link {
     /// Over the network.
     Tcp(TcpStream),
     /// Within this process.
-    Local(UnixStream),
+    Local(AsyncLocalStream),
 }
 
 /// Runs the same on either.
@@ -77,7 +77,12 @@ impl Link {
     /// What the system said.
     pub fn local(stream: LocalStream) -> io::Result<Self> {
         stream.set_nonblocking(true)?;
-        UnixStream::from_std(stream).map(Self::Local)
+        AsyncLocalStream::from_std(stream).map(Self::Local)
+    }
+
+    /// The system's socket.
+    pub fn socket(&self) -> SockRef<'_> {
+        on!(self, stream => SockRef::from(stream))
     }
 
     /// Waits until there is something to read.
@@ -110,12 +115,6 @@ impl Link {
     /// `WouldBlock` when there is none; what the system said.
     pub fn try_write(&self, data: &[u8]) -> io::Result<usize> {
         on!(self, stream => stream.try_write(data))
-    }
-}
-
-impl AsFd for Link {
-    fn as_fd(&self) -> BorrowedFd<'_> {
-        on!(self, stream => stream.as_fd())
     }
 }
 

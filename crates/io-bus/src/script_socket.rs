@@ -10,7 +10,6 @@ use std::mem::MaybeUninit;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use socket2::SockRef;
 use tokio::sync::Mutex;
 use tokio::time::{Instant, timeout, timeout_at};
 
@@ -62,7 +61,7 @@ impl ScriptSocket {
         }
         let mut byte = [MaybeUninit::uninit()];
         // The socket is non-blocking, so this only looks.
-        match SockRef::from(&self.stream).peek(&mut byte) {
+        match self.stream.socket().peek(&mut byte) {
             Ok(0) => false,
             Ok(_) => true,
             Err(error) => error.kind() == io::ErrorKind::WouldBlock,

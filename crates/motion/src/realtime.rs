@@ -10,15 +10,10 @@ use std::thread::Thread;
 use std::time::Duration;
 
 use motion_api::Timeline;
-use nix::sys::mman::{MlockAllFlags, mlockall};
-use nix::sys::time::TimeSpec;
-use nix::time::{ClockId, ClockNanosleepFlags, clock_gettime, clock_nanosleep};
+use platform::clock::{now, sleep_until};
+use platform::priority;
 use supervision::{Faults, Handle, Kind, catch, injection};
 use thiserror::Error;
-use thread_priority::{
-    RealtimeThreadSchedulePolicy, ThreadPriority, ThreadSchedulePolicy,
-    set_thread_priority_and_policy, thread_native_id,
-};
 
 use crate::cycle::{Cycle, Timing};
 use crate::histogram::{Histogram, HistogramReading};
@@ -227,33 +222,17 @@ impl Timeline for RealTimeline {
 
 pub(crate) fn set_up(options: &RealtimeOptions) -> Vec<SetupWarning> {
     let mut warnings = Vec::new();
-    if let Some(priority) = options.fifo_priority {
-        let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
-        let set = ThreadPriority::try_from(priority.min(99))
-            .map_err(str::to_owned)
-            .and_then(|value| {
-                set_thread_priority_and_policy(thread_native_id(), value, policy).map_err(describe)
-            });
-        if let Err(reason) = set {
-            warnings.push(SetupWarning::Priority { priority, reason });
-        }
-    }
-    // Only what is mapped now: the cycle and its rings. Locking future mappings too would make unrelated allocations
-    // fail where the limit on locked memory is small.
-    if options.lock_memory
-        && let Err(error) = mlockall(MlockAllFlags::MCL_CURRENT)
+    if let Some(priority) = options.fifo_priority
+        && let Err(reason) = priority::fifo(priority)
     {
-        let reason = error.desc().to_owned();
+        warnings.push(SetupWarning::Priority { priority, reason });
+    }
+    if options.lock_memory
+        && let Err(reason) = priority::lock_memory()
+    {
         warnings.push(SetupWarning::Memory { reason });
     }
     warnings
-}
-
-fn describe(error: thread_priority::Error) -> String {
-    match error {
-        thread_priority::Error::OS(code) => std::io::Error::from_raw_os_error(code).to_string(),
-        other => format!("{other:?}"),
-    }
 }
 
 fn run(cycle: &mut Cycle, phase: Option<Duration>, wake: &[Thread], shared: &Shared) {
@@ -309,21 +288,6 @@ fn first_deadline(now: Duration, step: Duration, phase: Option<Duration>) -> Dur
     let wait = (wanted + step_ns - found) % step_ns;
     // Less than a step.
     soon + Duration::from_nanos(u64::try_from(wait).unwrap_or(0))
-}
-
-/// Time of the monotonic clock.
-pub(crate) fn now() -> Duration {
-    // The clock exists on every Linux; a failure would read as "no time has passed" and make cycles short, not unsafe.
-    clock_gettime(ClockId::CLOCK_MONOTONIC).map_or(Duration::ZERO, Duration::from)
-}
-
-pub(crate) fn sleep_until(deadline: Duration) {
-    let request = TimeSpec::from_duration(deadline);
-    let flags = ClockNanosleepFlags::TIMER_ABSTIME;
-    // Interrupted by a signal: sleep on, the deadline is absolute.
-    while clock_nanosleep(ClockId::CLOCK_MONOTONIC, flags, &request)
-        == Err(nix::errno::Errno::EINTR)
-    {}
 }
 
 #[cfg(test)]

@@ -5,9 +5,10 @@
 use std::io;
 use std::time::Duration;
 
+use platform::clock::{now, sleep_until};
 use supervision::{Faults, Kind};
 
-use crate::realtime::{RealtimeOptions, SetupWarning, now, set_up, sleep_until};
+use crate::realtime::{RealtimeOptions, SetupWarning, set_up};
 
 /// What came of a rehearsal.
 #[derive(Clone, Debug, Default)]

@@ -2,8 +2,7 @@
 //!
 //! Owns the rules and nothing else. Stopping needs no control: whoever may give orders at all may stop the arm.
 
-use std::fs::File;
-use std::io::{self, Read};
+use std::io;
 
 use thiserror::Error;
 
@@ -21,7 +20,7 @@ impl Token {
     /// The operating system gives no random numbers.
     pub fn random() -> io::Result<Self> {
         let mut bytes = [0; TOKEN_BYTES];
-        File::open("/dev/urandom")?.read_exact(&mut bytes)?;
+        getrandom::fill(&mut bytes)?;
         Ok(Self(
             bytes.iter().map(|byte| format!("{byte:02x}")).collect(),
         ))

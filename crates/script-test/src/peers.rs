@@ -8,11 +8,11 @@ mod modbus;
 
 use std::collections::VecDeque;
 use std::io::{self, ErrorKind, Read, Write};
-use std::os::unix::net::UnixStream;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use io_bus::StandIns;
+use platform::sockets::{self, LocalStream};
 
 pub(crate) use modbus::{Asked, Device};
 
@@ -81,7 +81,7 @@ struct Server {
 
 #[derive(Debug)]
 struct Connection {
-    stream: UnixStream,
+    stream: LocalStream,
     unread: Vec<u8>,
     unsent: Vec<u8>,
     /// The other end waits for what the test says; what came after it waits as well.
@@ -176,13 +176,13 @@ impl StandIns for Peers {
         self.servers().iter().any(|server| server.port == port)
     }
 
-    fn connect(&self, _host: &str, port: u16) -> Option<io::Result<UnixStream>> {
+    fn connect(&self, _host: &str, port: u16) -> Option<io::Result<LocalStream>> {
         let mut servers = self.servers();
         let server = servers.iter_mut().find(|server| server.port == port)?;
         if server.connections.iter().filter(|c| !c.closed).count() >= CONNECTIONS_MAX {
             return Some(Err(ErrorKind::ConnectionRefused.into()));
         }
-        Some(UnixStream::pair().and_then(|(own, other)| {
+        Some(sockets::pair().and_then(|(own, other)| {
             own.set_nonblocking(true)?;
             server.connections.push(Connection {
                 stream: own,

@@ -7,10 +7,8 @@ use std::io;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Duration;
 
+use platform::signals::{self, exit_at_once};
 use recorder::Closer;
-use signal_hook::consts::{SIGINT, SIGTERM, SIGXFSZ};
-use signal_hook::iterator::Signals;
-use signal_hook::low_level;
 use supervision::{Faults, Kind};
 use tokio_util::sync::CancellationToken;
 
@@ -71,24 +69,18 @@ impl Shutdown {
             }),
         };
         // Whoever writes into a file that may not grow hears of it as an error of the write.
-        signal_hook::flag::register(SIGXFSZ, Arc::default())?;
-        let mut signals = Signals::new([SIGINT, SIGTERM])?;
+        signals::hear_of_full_files_by_errors()?;
+        let mut ends = signals::Ends::listen()?;
         let faults = Faults::default();
         let on_signal = shutdown.clone();
         faults.start(Kind::Service, "signals", move || {
-            let mut heard = signals.forever();
-            if let Some(signal) = heard.next() {
+            if let Some(name) = ends.wait() {
                 on_signal.begin(status);
-                let name = if signal == SIGINT {
-                    "SIGINT"
-                } else {
-                    "SIGTERM"
-                };
                 tracing::info!("{name}: the end begins");
             }
-            if heard.next().is_some() {
+            if ends.wait().is_some() {
                 // No word about it: words could wait.
-                low_level::exit(IMPATIENT_EXIT);
+                exit_at_once(IMPATIENT_EXIT);
             }
         })?;
         let at_deadline = shutdown.clone();
@@ -139,7 +131,7 @@ impl Shutdown {
         tracing::warn!("the orderly way took too long; what still runs is cut off");
         logging::flush_within(LAST_LINES);
         let flushed = if is_closed { status } else { status.max(1) };
-        low_level::exit(i32::from(flushed));
+        exit_at_once(i32::from(flushed));
     }
 }
 

@@ -1,7 +1,7 @@
 //! What the server keeps between messages, and the life of a session: `initialize`, texts that come and go, `shutdown`.
 
 use std::collections::{HashSet, VecDeque};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use ls_types::{
@@ -9,6 +9,7 @@ use ls_types::{
     InitializeParams, PositionEncodingKind,
 };
 use lsp_server::{ErrorCode, Message, Notification, Request, RequestId};
+use platform::machine;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
@@ -99,8 +100,7 @@ impl Server {
 
     /// Whether the process of the client does not exist any more.
     pub fn client_is_gone(&self) -> bool {
-        let process = self.client.map(|id| format!("/proc/{id}"));
-        process.is_some_and(|path| Path::new("/proc/self").exists() && !Path::new(&path).exists())
+        self.client.is_some_and(machine::is_gone)
     }
 
     /// Answers requests that the client takes back further behind in the queue.

@@ -15,8 +15,8 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use super::pages::{self, PAGE};
 use super::shelves::{self, Size};
+use platform::memory::{self as pages, PAGE};
 
 /// Hands requests to the system and counts them.
 pub struct CountingAllocator;
@@ -479,36 +479,14 @@ pub(crate) fn set_fuel(fuel: u32) {
 /// freed, and gives back whatever is free at the end of its heap then: milliseconds for the tree of a long text, at a moment
 /// nobody can choose.
 pub(crate) fn settle() {
-    #[cfg(all(target_os = "linux", target_env = "gnu"))]
-    {
-        static ONCE: std::sync::Once = std::sync::Once::new();
-        ONCE.call_once(|| {
-            // SAFETY: the calls take numbers only and may be made at any time, from any thread.
-            #[allow(unsafe_code)]
-            unsafe {
-                libc::mallopt(libc::M_MMAP_THRESHOLD, MAPPED as libc::c_int);
-                libc::mallopt(libc::M_MXFAST, 0);
-                libc::mallopt(libc::M_TRIM_THRESHOLD, libc::c_int::MAX);
-            }
-        });
-    }
+    pages::settle(MAPPED);
 }
 
 /// Has the system's allocator sort what has been freed since the last call. It leaves that to the next request that is not
 /// quite small otherwise, which then takes milliseconds for tens of thousands of blocks. Gives back some of what `put_off` has
 /// left; whether there is more.
 pub(crate) fn tidy() -> bool {
-    #[cfg(all(target_os = "linux", target_env = "gnu"))]
-    {
-        // More than what is kept aside for each thread, less than what makes it look further.
-        const SIZE: usize = 4 << 10;
-        // SAFETY: a block of the system is given back as it was made; the call takes null, too.
-        #[allow(unsafe_code)]
-        unsafe {
-            let block = libc::malloc(SIZE);
-            libc::free(std::hint::black_box(block));
-        }
-    }
+    pages::sort_freed();
     let given_back = |account: &Account| {
         let left = account.left.get().without(AT_ONCE);
         account.left.set(left);
@@ -520,21 +498,7 @@ pub(crate) fn tidy() -> bool {
 /// Gives memory that was freed back to the system. Takes some milliseconds for every hundred megabytes.
 pub(crate) fn trim() {
     shelves::clear();
-    #[cfg(all(target_os = "linux", target_env = "gnu"))]
-    {
-        // So much that the system's allocator looks, when it is freed, at what is free at the end of the heap of this thread.
-        const LOOKED_AT: usize = 128 << 10;
-        // SAFETY: a block of the system is given back as it was made; the other calls take numbers only and may be made at
-        // any time, from any thread.
-        #[allow(unsafe_code)]
-        unsafe {
-            libc::mallopt(libc::M_TRIM_THRESHOLD, MAPPED as libc::c_int);
-            let block = libc::malloc(LOOKED_AT);
-            libc::free(std::hint::black_box(block));
-            libc::malloc_trim(0);
-            libc::mallopt(libc::M_TRIM_THRESHOLD, libc::c_int::MAX);
-        }
-    }
+    pages::trim(MAPPED);
 }
 
 #[cfg(test)]

@@ -1,7 +1,6 @@
 //! What one task may use: memory, call depth, digits of integers.
 
 pub mod memory;
-mod pages;
 mod shelves;
 
 /// Limits of one interpreter.

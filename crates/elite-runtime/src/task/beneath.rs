@@ -6,14 +6,10 @@
 
 use std::fs::File;
 use std::io;
-use std::os::fd::{AsRawFd, OwnedFd};
-use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
-use nix::errno::Errno;
-use nix::fcntl::{OFlag, OpenHow, ResolveFlag, openat2};
-use nix::sys::stat::Mode;
+use platform::beneath::{Folder as Held, Found, Wanted};
 use thiserror::Error;
 
 /// The folders that somebody may use. Clones share them.
@@ -47,14 +43,14 @@ struct Folder {
     /// As it was given, from the root on, and as it is without links.
     given: PathBuf,
     real: PathBuf,
-    opened: OwnedFd,
+    opened: Held,
 }
 
 /// Where something is, as long as this is held: a path that leads there whatever becomes of the names on the way.
 #[derive(Debug)]
 pub struct Place {
     path: PathBuf,
-    _held: Option<OwnedFd>,
+    _held: Option<Found>,
 }
 
 impl Place {
@@ -64,9 +60,8 @@ impl Place {
     }
 
     /// The system's own link to what is open.
-    fn held(opened: OwnedFd, name: &Path) -> Self {
-        // Nothing between here and there can be exchanged.
-        let path = Path::new("/proc/self/fd").join(opened.as_raw_fd().to_string());
+    fn held(opened: Found, name: &Path) -> Self {
+        let path = opened.path();
         Self {
             path: if name.as_os_str().is_empty() {
                 path
@@ -102,15 +97,10 @@ impl Folders {
         because: &'static str,
     ) -> Result<Self, FolderAccessError> {
         let open = |path: &PathBuf| -> io::Result<Folder> {
-            let flags = OFlag::O_PATH | OFlag::O_DIRECTORY | OFlag::O_CLOEXEC;
-            let opened = File::options()
-                .read(true)
-                .custom_flags(flags.bits())
-                .open(path)?;
             Ok(Folder {
+                opened: Held::open(path)?,
                 given: std::path::absolute(path)?,
                 real: path.canonicalize()?,
-                opened: opened.into(),
             })
         };
         let opened = paths.iter().map(|path| {
@@ -157,15 +147,18 @@ impl Folders {
         if let Some(folder) = path.parent() {
             self.make_folder(folder)?;
         }
-        // A pipe that nobody reads would have kept whoever opens it waiting.
-        let flags = OFlag::O_WRONLY | OFlag::O_CREAT | OFlag::O_NONBLOCK;
-        let file = self.open_file(&path, flags)?;
+        let wanted = Wanted {
+            write: true,
+            create: true,
+            ..Wanted::default()
+        };
+        let file = self.open_file(&path, wanted)?;
         if !file.metadata()?.is_file() {
             let text = "it is no regular file";
             return Err(io::Error::new(io::ErrorKind::Unsupported, text));
         }
         file.set_len(0)?;
-        Ok(Place::held(file.into(), Path::new("")))
+        Ok(Place::held(Found::of(file), Path::new("")))
     }
 
     /// Makes a folder and those around it, as far as they are not there.
@@ -197,7 +190,7 @@ impl Folders {
 
     /// What a path leads to, links followed.
     pub(super) fn target(&self, path: &Path) -> io::Result<Place> {
-        let opened = self.resolve(path, OFlag::O_PATH, Mode::empty())?;
+        let opened = self.within(path, |folder, way| folder.find(way))?;
         Ok(Place::held(opened, Path::new("")))
     }
 
@@ -216,17 +209,13 @@ impl Folders {
             // The folder itself stands in one that is not open.
             return Err(self.refusal(path));
         }
-        let opened = self.resolve(folder, OFlag::O_PATH | OFlag::O_DIRECTORY, Mode::empty())?;
+        let opened = self.within(folder, |folder, way| folder.find_folder(way))?;
         Ok(Place::held(opened, Path::new(name)))
     }
 
     /// Opens a file.
-    pub(super) fn open_file(&self, path: &Path, flags: OFlag) -> io::Result<File> {
-        let mode = match flags.contains(OFlag::O_CREAT) {
-            true => Mode::from_bits_truncate(0o666),
-            false => Mode::empty(),
-        };
-        self.resolve(path, flags, mode).map(File::from)
+    pub(super) fn open_file(&self, path: &Path, wanted: Wanted) -> io::Result<File> {
+        self.within(path, |folder, way| folder.file(way, wanted))
     }
 
     /// The path of a folder, without links.
@@ -235,20 +224,17 @@ impl Folders {
         std::fs::read_link(&place)
     }
 
-    fn resolve(&self, path: &Path, flags: OFlag, mode: Mode) -> io::Result<OwnedFd> {
-        let (folder, rest) = self.beneath(path).ok_or_else(|| self.refusal(path))?;
-        let how = OpenHow::new()
-            .flags(flags | OFlag::O_CLOEXEC)
-            .mode(mode)
-            .resolve(ResolveFlag::RESOLVE_BENEATH | ResolveFlag::RESOLVE_NO_MAGICLINKS);
-        loop {
-            return match openat2(&folder.opened, &rest, how) {
-                // Somebody moves folders about while the path is walked.
-                Err(Errno::EAGAIN | Errno::EINTR) => continue,
-                Err(Errno::EXDEV) => Err(self.refusal(path)),
-                other => Ok(other?),
-            };
-        }
+    /// Does something with the folder that a path lies in and the way from there.
+    fn within<T>(
+        &self,
+        path: &Path,
+        act: impl FnOnce(&Held, &Path) -> io::Result<T>,
+    ) -> io::Result<T> {
+        let (folder, way) = self.beneath(path).ok_or_else(|| self.refusal(path))?;
+        act(&folder.opened, &way).map_err(|error| match error.kind() {
+            io::ErrorKind::CrossesDevices => self.refusal(path),
+            _ => error,
+        })
     }
 
     /// The folder that an absolute path lies in, and the way from there; the system looks after `..` and links in it.

@@ -6,7 +6,6 @@
 use std::cell::{Cell, RefCell, RefMut};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
-use std::os::unix::net::UnixStream;
 
 use std::rc::Rc;
 use std::sync::Arc;
@@ -16,6 +15,7 @@ use elite_lang::debug::Aside;
 use elite_lang::{NativeCall, NodeState, Raised, Value, WaitToken, memory};
 use io_bus::{Fieldbus, ScriptSocket};
 use motion_api::{CommandId, Origin, ProgramId, ThreadNumber};
+use platform::sockets::LocalStream;
 use thiserror::Error;
 
 use super::braking::Braking;
@@ -230,7 +230,7 @@ impl TaskContext {
     }
 
     /// A connection to who stands in for a machine. Where nobody does, that machine is meant.
-    pub fn stand_in(&self, host: &str, port: u16) -> Option<io::Result<UnixStream>> {
+    pub fn stand_in(&self, host: &str, port: u16) -> Option<io::Result<LocalStream>> {
         let stand_ins = self.extras.stand_ins.as_ref()?;
         let connected = stand_ins.connect(host, port);
         if connected.is_none() {

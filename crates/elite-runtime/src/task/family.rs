@@ -3,16 +3,13 @@
 //! Nothing that descends from the controller is lost: orphans become the controller's own children. A descendant is the
 //! task's when it comes from a process the task has started, or stands in the group or session of one, also when that one
 //! has gone. Where all children of this process are tasks' (the binary says so at its start), an orphan that has left its
-//! group and its session is the task's as well. Knows the system's table of processes, nothing of pipes and scripts.
+//! group and its session is the task's as well. Owns who belongs to whom; the table of processes is the system's (`platform`).
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use nix::sys::prctl::set_child_subreaper;
-use nix::sys::signal::{Signal, kill};
-use nix::sys::wait::{WaitPidFlag, waitpid};
-use nix::unistd::{Pid, getpid};
+use platform::processes::{self, Entry, Table, Whom, table};
 
 /// Whether this process has no other children than those of tasks.
 static ALL_CHILDREN: AtomicBool = AtomicBool::new(false);
@@ -35,24 +32,11 @@ pub(super) struct Family {
     started: BTreeSet<i32>,
 }
 
-/// One line of the system's table.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Entry {
-    parent: i32,
-    group: i32,
-    session: i32,
-    /// It has ended, and its parent has not asked how.
-    ended: bool,
-}
-
-type Table = BTreeMap<i32, Entry>;
-
 impl Family {
     /// Call before a process is started.
     pub fn prepare(&mut self) {
         if self.started.is_empty() {
-            // Without it (an old kernel) orphans are found by their group or session as long as they keep one.
-            let _ = set_child_subreaper(true);
+            processes::adopt_orphans();
         } else if self.started.len() >= STARTED_MAX {
             let table = table();
             let used: BTreeSet<i32> = table
@@ -74,14 +58,13 @@ impl Family {
         if self.started.is_empty() {
             return;
         }
-        let own = getpid().as_raw();
+        let own = own_number();
         for _ in 0..ROUNDS_MAX {
             let table = table();
             let all = ALL_CHILDREN.load(Ordering::Relaxed);
             let members = members(&table, own, &self.started, all);
             for number in &members {
-                // It may have ended meanwhile, which is as good.
-                let _ = kill(Pid::from_raw(*number), Signal::SIGKILL);
+                processes::kill(Whom::Process(*number));
             }
             reap(&table, &self.started);
             if members.is_empty() {
@@ -127,86 +110,16 @@ fn reap(table: &Table, started: &BTreeSet<i32>) {
     if !ALL_CHILDREN.load(Ordering::Relaxed) {
         return;
     }
-    let own = getpid().as_raw();
+    let own = own_number();
     for (number, entry) in table {
         if entry.parent == own && entry.ended && !started.contains(number) {
-            let _ = waitpid(Pid::from_raw(*number), Some(WaitPidFlag::WNOHANG));
+            processes::reap(*number);
         }
     }
 }
 
-/// The part of the system's table that descends from this process; those that end while it is read may be missing.
-fn table() -> Table {
-    let mut found = Table::new();
-    let mut open = vec![getpid().as_raw()];
-    while let Some(number) = open.pop() {
-        let Some(children) = children(number) else {
-            // It has just ended, or this system does not tell children: then everybody is looked at.
-            match number == getpid().as_raw() {
-                true => return whole_table(),
-                false => continue,
-            }
-        };
-        for child in children {
-            if let Some(entry) = entry(child)
-                && found.insert(child, entry).is_none()
-            {
-                open.push(child);
-            }
-        }
-    }
-    found
-}
-
-/// The children of all threads of a process.
-fn children(number: i32) -> Option<Vec<i32>> {
-    let mut found = Vec::new();
-    for thread in std::fs::read_dir(format!("/proc/{number}/task")).ok()? {
-        let text = std::fs::read_to_string(thread.ok()?.path().join("children"));
-        match text {
-            Ok(text) => found.extend(
-                text.split_ascii_whitespace()
-                    .filter_map(|n| n.parse::<i32>().ok()),
-            ),
-            // A thread that has just ended has left its children to another one.
-            Err(_) if std::path::Path::new("/proc/thread-self/children").exists() => {}
-            Err(_) => return None,
-        }
-    }
-    Some(found)
-}
-
-fn whole_table() -> Table {
-    let Ok(folder) = std::fs::read_dir("/proc") else {
-        return Table::new();
-    };
-    folder
-        .flatten()
-        .filter_map(|found| {
-            let number = found.file_name().to_str()?.parse().ok()?;
-            Some((number, entry(number)?))
-        })
-        .collect()
-}
-
-fn entry(number: i32) -> Option<Entry> {
-    // As bytes: a process may have any name.
-    parse(&std::fs::read(format!("/proc/{number}/stat")).ok()?)
-}
-
-/// `4711 (any ) name) S PARENT GROUP SESSION …` (proc_pid_stat(5)).
-fn parse(stat: &[u8]) -> Option<Entry> {
-    let behind_the_name = stat.iter().rposition(|c| *c == b')')? + 1;
-    let rest = std::str::from_utf8(&stat[behind_the_name..]).ok()?;
-    let mut words = rest.split_ascii_whitespace();
-    let state = words.next()?;
-    let mut number = || words.next()?.parse().ok();
-    Some(Entry {
-        parent: number()?,
-        group: number()?,
-        session: number()?,
-        ended: matches!(state, "Z" | "X"),
-    })
+fn own_number() -> i32 {
+    i32::try_from(std::process::id()).unwrap_or(i32::MAX)
 }
 
 #[cfg(test)]
@@ -219,17 +132,6 @@ mod tests {
             group,
             session,
             ended: false,
-        }
-    }
-
-    #[test]
-    fn the_line_of_a_process_is_read_whatever_its_name() {
-        let stat = b"4711 (a) S 1 \xff) R 10 20 30 0 -1";
-        assert_eq!(parse(stat), Some(entry(10, 20, 30)));
-        let ended = parse(b"1 (x) Z 2 3 4 5");
-        assert_eq!(ended.map(|entry| entry.ended), Some(true));
-        for wrong in [&b""[..], b"4711", b"1 (x) S", b"1 (x) S a b c"] {
-            assert_eq!(parse(wrong), None);
         }
     }
 

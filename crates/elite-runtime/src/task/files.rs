@@ -6,17 +6,13 @@
 use std::cell::{Cell, RefCell};
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom, Write};
-use std::os::unix::fs::{
-    DirBuilderExt, FileTypeExt, MetadataExt, OpenOptionsExt, PermissionsExt, symlink,
-};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use elite_lang::{FileStat, HostFile, HostFiles, OpenMode};
-use nix::errno::Errno;
-use nix::fcntl::OFlag;
-use nix::unistd::{AccessFlags, access};
+use platform::beneath::Wanted;
+use platform::files::{self, Access, Refusal};
 
 use super::beneath::{Folders, Place};
 
@@ -65,22 +61,22 @@ impl Files {
 fn text(path: PathBuf) -> io::Result<String> {
     path.into_os_string()
         .into_string()
-        .map_err(|_| io::Error::from(Errno::EILSEQ))
+        .map_err(|_| io::Error::from(Refusal::NoText))
 }
 
 fn stat_of(found: &fs::Metadata) -> FileStat {
-    let nanoseconds = |seconds: i64, rest: i64| seconds.saturating_mul(1_000_000_000) + rest;
+    let told = files::details(found);
     FileStat {
-        mode: found.mode(),
-        inode: found.ino(),
-        device: found.dev(),
-        links: found.nlink(),
-        user: found.uid(),
-        group: found.gid(),
-        size: found.size(),
-        accessed_ns: nanoseconds(found.atime(), found.atime_nsec()),
-        modified_ns: nanoseconds(found.mtime(), found.mtime_nsec()),
-        changed_ns: nanoseconds(found.ctime(), found.ctime_nsec()),
+        mode: told.mode,
+        inode: told.inode,
+        device: told.device,
+        links: told.links,
+        user: told.user,
+        group: told.group,
+        size: told.size,
+        accessed_ns: told.accessed_ns,
+        modified_ns: told.modified_ns,
+        changed_ns: told.changed_ns,
     }
 }
 
@@ -96,7 +92,7 @@ fn moment(ns: i64) -> SystemTime {
 /// `path` may be relative, and an empty one is no path.
 fn checked(path: &Path) -> io::Result<&Path> {
     match path.as_os_str().is_empty() {
-        true => Err(Errno::ENOENT.into()),
+        true => Err(Refusal::NotFound.into()),
         false => Ok(path),
     }
 }
@@ -121,46 +117,42 @@ impl Files {
     }
 
     fn open_as(&self, path: &str, mode: OpenMode) -> io::Result<File> {
-        let waiting = OFlag::O_NONBLOCK | OFlag::O_NOCTTY;
-        let Some(folders) = &self.within else {
-            let mut options = OpenOptions::new();
-            options
-                .read(mode.read)
-                .write(mode.write)
-                .append(mode.append)
-                .create(mode.create && !mode.exclusive)
-                .create_new(mode.exclusive)
-                .truncate(mode.truncate)
-                .custom_flags(waiting.bits());
-            return options.open(self.full(path));
-        };
-        let mut flags = waiting;
-        flags |= match (mode.read, mode.write || mode.append) {
-            (true, true) => OFlag::O_RDWR,
-            (false, true) => OFlag::O_WRONLY,
-            (_, false) => OFlag::O_RDONLY,
-        };
-        flags.set(OFlag::O_APPEND, mode.append);
-        flags.set(OFlag::O_CREAT, mode.create || mode.exclusive);
-        flags.set(OFlag::O_EXCL, mode.exclusive);
-        flags.set(OFlag::O_TRUNC, mode.truncate && !mode.exclusive);
-        folders.open_file(&self.full(path), flags)
+        if let Some(folders) = &self.within {
+            let wanted = Wanted {
+                read: mode.read,
+                write: mode.write,
+                append: mode.append,
+                create: mode.create,
+                exclusive: mode.exclusive,
+                truncate: mode.truncate,
+            };
+            return folders.open_file(&self.full(path), wanted);
+        }
+        let mut options = OpenOptions::new();
+        options
+            .read(mode.read)
+            .write(mode.write)
+            .append(mode.append)
+            .create(mode.create && !mode.exclusive)
+            .create_new(mode.exclusive)
+            .truncate(mode.truncate);
+        files::open_without_waiting(&mut options, &self.full(path))
     }
 }
 
 impl HostFiles for Files {
     fn open(&self, path: &str, mode: OpenMode) -> io::Result<Rc<dyn HostFile>> {
         if self.open.get() >= FILES_MAX {
-            return Err(Errno::EMFILE.into());
+            return Err(Refusal::TooManyOpen.into());
         }
         // What would make `open` itself wait, or hands the task something that waits, is turned down.
         let found = self.target(path).and_then(fs::metadata);
         if let Ok(found) = found {
             let kind = found.file_type();
             if kind.is_dir() {
-                return Err(Errno::EISDIR.into());
+                return Err(Refusal::IsAFolder.into());
             }
-            if kind.is_fifo() || kind.is_socket() || kind.is_block_device() {
+            if files::could_wait(kind) {
                 let text = "only regular files and character devices can be opened by scripts";
                 return Err(io::Error::new(io::ErrorKind::Unsupported, text));
             }
@@ -200,7 +192,7 @@ impl HostFiles for Files {
     }
 
     fn make_dir(&self, path: &str, mode: u32) -> io::Result<()> {
-        fs::DirBuilder::new().mode(mode).create(self.entry(path)?)
+        files::make_folder(self.entry(path)?.as_ref(), mode)
     }
 
     fn remove_dir(&self, path: &str) -> io::Result<()> {
@@ -216,7 +208,7 @@ impl HostFiles for Files {
     }
 
     fn symlink(&self, target: &str, path: &str) -> io::Result<()> {
-        symlink(target, self.entry(path)?)
+        files::symlink(Path::new(target), self.entry(path)?.as_ref())
     }
 
     fn link(&self, from: &str, to: &str) -> io::Result<()> {
@@ -228,10 +220,7 @@ impl HostFiles for Files {
     }
 
     fn set_mode(&self, path: &str, mode: u32) -> io::Result<()> {
-        fs::set_permissions(
-            self.target(path)?,
-            fs::Permissions::from_mode(mode & 0o7777),
-        )
+        files::set_mode(self.target(path)?.as_ref(), mode)
     }
 
     fn set_times(&self, path: &str, accessed_ns: i64, modified_ns: i64) -> io::Result<()> {
@@ -239,17 +228,22 @@ impl HostFiles for Files {
             .set_accessed(moment(accessed_ns))
             .set_modified(moment(modified_ns));
         let mut options = OpenOptions::new();
-        options.custom_flags((OFlag::O_NONBLOCK | OFlag::O_NOCTTY).bits());
         let path = self.target(path)?;
-        let file = options.read(true).open(&path);
-        let file = file.or_else(|_| options.read(false).write(true).open(&path))?;
+        let open = |options: &mut OpenOptions| files::open_without_waiting(options, path.as_ref());
+        let file = open(options.read(true));
+        let file = file.or_else(|_| open(options.read(false).write(true)))?;
         file.set_times(times)
     }
 
     fn access(&self, path: &str, mode: u32) -> bool {
-        let wanted = AccessFlags::from_bits_truncate(i32::try_from(mode & 7).unwrap_or(7));
+        // As `access(2)` has them.
+        let wanted = Access {
+            read: mode & 4 != 0,
+            write: mode & 2 != 0,
+            run: mode & 1 != 0,
+        };
         self.target(path)
-            .is_ok_and(|place| access(place.as_ref(), wanted).is_ok())
+            .is_ok_and(|place| files::may(place.as_ref(), wanted))
     }
 
     fn current_dir(&self) -> String {
@@ -265,7 +259,7 @@ impl HostFiles for Files {
             None => fs::canonicalize(self.target(path)?)?,
         };
         if !folder.is_dir() {
-            return Err(Errno::ENOTDIR.into());
+            return Err(Refusal::NotAFolder.into());
         }
         *self.folder.borrow_mut() = folder;
         Ok(())

@@ -19,7 +19,6 @@ mod beneath;
 mod braking;
 mod context;
 mod controls;
-mod death_signal;
 mod extras;
 mod family;
 mod files;

@@ -381,7 +381,7 @@ impl HostSocket for Socket {
 
     fn shutdown(&self, how: Shutdown) -> io::Result<()> {
         let stream = self.stream()?;
-        socket2::SockRef::from(&*stream).shutdown(how)
+        stream.socket().shutdown(how)
     }
 
     fn close(&self) {

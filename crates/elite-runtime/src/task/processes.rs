@@ -7,21 +7,18 @@
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::io;
-use std::os::unix::process::ExitStatusExt;
 use std::process::Stdio;
 use std::rc::Rc;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use elite_lang::{HostCommand, HostProcess, HostProcesses, ProcessOutput, ProcessStream, ThreadId};
-use nix::sys::signal::{Signal, kill, killpg};
-use nix::unistd::{Pid, getegid, geteuid, getgid, getpid, getppid, getuid};
+use platform::processes::{self, Whom};
 use supervision::{Faults, Kind};
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWriteExt};
 use tokio::process::{Child, ChildStdin, Command};
 use tokio::sync::Notify;
 use tokio::task::AbortHandle;
 
-use super::death_signal;
 use super::family::Family;
 use super::files::Files;
 use super::network::Outside;
@@ -84,31 +81,24 @@ impl HostProcesses for Processes {
     }
 
     fn signal(&self, process: i32, signal: i32) -> io::Result<()> {
-        Ok(kill(Pid::from_raw(process), named(signal)?)?)
+        processes::send(Whom::Process(process), signal)
     }
 
     fn signal_group(&self, group: i32, signal: i32) -> io::Result<()> {
-        Ok(killpg(Pid::from_raw(group), named(signal)?)?)
+        processes::send(Whom::Group(group), signal)
     }
 
     fn identity(&self) -> [u32; 6] {
-        let process = |pid: Pid| pid.as_raw().unsigned_abs();
+        let own = processes::identity();
+        let ([user, effective_user], [group, effective_group]) = (own.users, own.groups);
         [
-            process(getpid()),
-            process(getppid()),
-            getuid().as_raw(),
-            geteuid().as_raw(),
-            getgid().as_raw(),
-            getegid().as_raw(),
+            own.process,
+            own.parent,
+            user,
+            effective_user,
+            group,
+            effective_group,
         ]
-    }
-}
-
-/// The signal of a number; 0 only asks whether the process is there.
-fn named(signal: i32) -> io::Result<Option<Signal>> {
-    match signal {
-        0 => Ok(None),
-        number => Ok(Some(Signal::try_from(number)?)),
     }
 }
 
@@ -125,9 +115,10 @@ fn start(command: HostCommand, files: &Files, outside: &Arc<Outside>) -> io::Res
     system
         .args(arguments)
         .current_dir(files.start_folder(command.folder.as_deref().unwrap_or(""))?)
-        .process_group(0)
         .kill_on_drop(true);
-    death_signal::with_the_controller(&mut system);
+    // The thread that starts it is that of the task. What it has started itself is found at the end of the task, and outlives
+    // a `kill -9` of the controller.
+    processes::end_with_this_one(system.as_std_mut())?;
     if let Some(environment) = command.environment {
         system.env_clear().envs(environment);
     }
@@ -149,9 +140,9 @@ fn start(command: HostCommand, files: &Files, outside: &Arc<Outside>) -> io::Res
             system.stdout(Stdio::null()).stderr(Stdio::null());
         }
         (output, ProcessStream::WithOutput) => {
-            let own = io::stdout();
-            let copy = std::os::fd::AsFd::as_fd(&own).try_clone_to_owned()?;
-            system.stdout(stdio(output)?).stderr(copy);
+            system
+                .stdout(stdio(output)?)
+                .stderr(processes::own_output()?);
         }
         (output, errors) => {
             system.stdout(stdio(output)?).stderr(stdio(errors)?);
@@ -200,7 +191,7 @@ fn finish(
         state.takes_input = child.stdin.is_some();
     }
     if let Some(reader) = joined {
-        let reader = tokio::net::unix::pipe::Receiver::from_owned_fd(reader.into())?;
+        let reader = processes::async_pipe(reader)?;
         run(Box::pin(drain(reader, shared.clone(), 0)));
     } else if let Some(output) = child.stdout.take() {
         run(Box::pin(drain(output, shared.clone(), 0)));
@@ -307,11 +298,8 @@ async fn feed(mut pipe: ChildStdin, shared: Arc<Shared>) {
 }
 
 async fn reap(mut child: Child, shared: Arc<Shared>) {
-    let code = match child.wait().await {
-        Ok(status) => status.code().or(status.signal().map(|signal| -signal)),
-        Err(_) => None,
-    };
-    shared.news(|state| state.ended = Some(code.unwrap_or(-1)));
+    let code = child.wait().await.map_or(-1, processes::code_of);
+    shared.news(|state| state.ended = Some(code));
 }
 
 /// One process of a task.
@@ -326,8 +314,7 @@ impl Process {
     /// Kills it and its group; the futures end with what they hold.
     fn end(&self) {
         if self.ended().is_none() {
-            // It may have ended meanwhile, which is as good.
-            let _ = killpg(Pid::from_raw(self.number), Signal::SIGKILL);
+            processes::kill(Whom::Group(self.number));
         }
         for future in &self.futures {
             future.abort();
@@ -347,7 +334,7 @@ impl HostProcess for Process {
     fn signal(&self, signal: i32) -> io::Result<()> {
         match self.ended() {
             Some(_) => Ok(()),
-            None => Ok(kill(Pid::from_raw(self.number), named(signal)?)?),
+            None => processes::send(Whom::Process(self.number), signal),
         }
     }
 

@@ -3,10 +3,10 @@
 
 use std::collections::BTreeMap;
 use std::io::{self, ErrorKind, Read, Write};
-use std::os::unix::net::UnixStream;
 use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::Duration;
 
+use platform::sockets::LocalStream;
 use tokio::time::Instant;
 
 use super::device::{HEADER_BYTES, begin_connecting, errno, message, note_connection, read_header};
@@ -32,7 +32,7 @@ pub(super) struct Played {
 /// The connection to one device.
 #[derive(Default)]
 struct Line {
-    stream: Option<UnixStream>,
+    stream: Option<LocalStream>,
     schedule: Schedule,
     transaction: u16,
     /// Not connected again before then.
@@ -166,7 +166,7 @@ impl Line {
 }
 
 /// What is not there now never comes: who plays the device has answered all it will.
-fn read_exact(stream: &mut UnixStream, buffer: &mut [u8]) -> io::Result<()> {
+fn read_exact(stream: &mut LocalStream, buffer: &mut [u8]) -> io::Result<()> {
     stream
         .read_exact(buffer)
         .map_err(|error| match error.kind() {

@@ -5,7 +5,6 @@
 
 use std::io::ErrorKind;
 use std::mem::MaybeUninit;
-use std::os::fd::AsFd;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -283,7 +282,7 @@ impl RpcClient {
         let stream = Link::open(host, port, self.stand_ins.as_ref())
             .await
             .map_err(failed)?;
-        let socket = Socket::from(stream.as_fd().try_clone_to_owned().map_err(failed)?);
+        let socket = stream.socket().try_clone().map_err(failed)?;
         let (sender, connection) = handshake(TokioIo::new(stream))
             .await
             .map_err(|error| self.not_sent(error.to_string()))?;

@@ -14,6 +14,7 @@ use std::time::Duration;
 
 use motion::realtime::{RealtimeOptions, SetupWarning};
 use motion::rehearsal::{Rehearsal, rehearse};
+use platform::machine;
 use serde_json::{Value, json};
 
 use crate::cli::FindingFormat;
@@ -222,10 +223,8 @@ fn judged(rehearsal: &Rehearsal, step: Duration) -> Vec<Finding> {
 
 /// Linux tells which clock it reads; others do not.
 fn clock_source() -> Option<Finding> {
-    let path = "/sys/devices/system/clocksource/clocksource0/current_clocksource";
-    let name = std::fs::read_to_string(path).ok()?;
-    let name = name.trim();
-    Some(match QUICK_CLOCKS.contains(&name) {
+    let name = machine::clock_source()?;
+    Some(match QUICK_CLOCKS.contains(&&*name) {
         true => Finding::good("clock", format!("{name}, read in nanoseconds")),
         false => Finding::poor(
             "clock",
@@ -237,14 +236,7 @@ fn clock_source() -> Option<Finding> {
 
 /// Where the processors' frequency is governed, how.
 fn governor() -> Option<Finding> {
-    let folder = std::fs::read_dir("/sys/devices/system/cpu").ok()?;
-    let governors = folder.filter_map(Result::ok).filter_map(|entry| {
-        let name = std::fs::read_to_string(entry.path().join("cpufreq/scaling_governor")).ok()?;
-        Some(name.trim().to_owned())
-    });
-    let mut governors: Vec<String> = governors.collect();
-    governors.sort();
-    governors.dedup();
+    let governors = machine::governors();
     if governors.is_empty() {
         return None;
     }

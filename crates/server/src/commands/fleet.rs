@@ -14,16 +14,17 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
+use platform::machine;
+use platform::signals::Hangups;
 use supervision::{Faults, Kind};
 use thiserror::Error;
-use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::{mpsc, oneshot};
 use tokio::task::JoinSet;
 use tokio_util::sync::CancellationToken;
 
 use crate::cli::FleetArgs;
 use crate::logging;
-use crate::ports::callers::{Callers, machine_name};
+use crate::ports::callers::Callers;
 use crate::ports::http::{self, Pages};
 use crate::ports::listen::{BindError, PortMeter, bind, start_port};
 use crate::shutdown::Shutdown;
@@ -87,7 +88,7 @@ async fn run(
 ) -> Result<(), FleetError> {
     // A page that cannot be opened is told before anything moves.
     let listener = bind("http-port", fleet.bind, fleet.http_port).await?;
-    let mut hangups = signal(SignalKind::hangup())?;
+    let mut hangups = Hangups::listen()?;
     let mut services = JoinSet::new();
     let mut running = Vec::new();
     let mut kept = Vec::new();
@@ -104,7 +105,7 @@ async fn run(
     if let Some(listener) = listener {
         let address = listener.local_addr()?;
         tracing::info!("{} robots, page on http://{address}/", kept.len());
-        let callers = Callers::of(fleet.bind, machine_name().as_deref(), &fleet.trusted_hosts);
+        let callers = Callers::of(fleet.bind, machine::name().as_deref(), &fleet.trusted_hosts);
         let (meter, token) = (PortMeter::new("http"), shutdown.clone());
         let one = meter.clone();
         start_port(&mut services, listener, &meter, move |listener| {
@@ -115,7 +116,7 @@ async fn run(
     loop {
         tokio::select! {
             () = shutdown.cancelled() => break,
-            Some(()) = hangups.recv() => {
+            Some(()) = hangups.wait() => {
                 tokio::select! {
                     () = shutdown.cancelled() => break,
                     () = renew_all(path, &kept) => {}

@@ -10,7 +10,7 @@ use crate::backend::{Backend, Lifetime, forward_messages};
 use crate::config::{PortSettings, ServeConfig};
 use crate::host::{Host, HostError};
 use crate::options::PortSetting;
-use crate::ports::callers::{Callers, machine_name};
+use crate::ports::callers::Callers;
 use crate::ports::http::Pages;
 use crate::ports::http::page::Page;
 use crate::ports::listen::{BindError, PortMeter, bind, start_port};
@@ -254,7 +254,7 @@ async fn serve_ports(
     let image = controller.fieldbus().port_image.clone();
     let callers = Callers::of(
         config.bind,
-        machine_name().as_deref(),
+        platform::machine::name().as_deref(),
         &config.trusted_hosts,
     );
     let mut services = tokio::task::JoinSet::new();

@@ -192,11 +192,5 @@ pub fn is_same_server(origin: &str, host: &str) -> bool {
     both_named.is_some_and(|(a, b)| normal(a) == normal(b)) && port(origin) == port(host)
 }
 
-/// The name that this machine goes by, if it has one.
-pub fn machine_name() -> Option<String> {
-    let name = std::fs::read_to_string("/proc/sys/kernel/hostname").ok()?;
-    Some(name.trim().to_owned())
-}
-
 #[cfg(test)]
 pub(crate) mod tests;

@@ -12,6 +12,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
+use platform::sockets::break_when_deaf_for;
 use socket2::{SockRef, TcpKeepalive};
 use supervision::{Faults, Kind, injection};
 use thiserror::Error;
@@ -264,8 +265,8 @@ fn prepare(stream: &TcpStream) -> io::Result<()> {
         .with_retries(3);
     let socket = SockRef::from(stream);
     socket.set_tcp_keepalive(&keepalive)?;
-    socket.set_tcp_user_timeout(Some(DEAFNESS_MAX))?;
-    socket.set_send_buffer_size(SEND_BUFFER_BYTES)
+    socket.set_send_buffer_size(SEND_BUFFER_BYTES)?;
+    break_when_deaf_for(socket, DEAFNESS_MAX)
 }
 
 #[cfg(test)]

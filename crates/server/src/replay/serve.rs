@@ -27,7 +27,7 @@ use crate::commands::serve::{Listeners, ServeError, bound_ports, open_ports};
 use crate::config::{ConfigError, PRIMARY_PORT, PortSettings};
 use crate::describe::describe;
 use crate::options::PortSetting;
-use crate::ports::callers::{Callers, machine_name};
+use crate::ports::callers::Callers;
 use crate::ports::foxglove::View;
 use crate::ports::http::Pages;
 use crate::ports::http::page::{Page, Stage};
@@ -139,7 +139,7 @@ pub(super) fn serve(
             tracing::info!("{name} on {bind}:{port}");
         }
         let trusted = crate::config::trusted_hosts(args.trust_host.clone());
-        let callers = Callers::of(bind, machine_name().as_deref(), &trusted);
+        let callers = Callers::of(bind, platform::machine::name().as_deref(), &trusted);
         let services = open_services(listeners, &playback, &page, viewer, &callers, &stop)?;
         if let Some(path) = &args.ready_file {
             ready_file::write(path, std::process::id(), &bound).map_err(|source| {

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use controller::RobotConfig;
 use controller::options::RecordTarget;
-use nix::sys::statvfs::statvfs;
+use platform::machine;
 
 use super::Finding;
 
@@ -116,8 +116,8 @@ fn judged_speed(folder: &Path, speed: Speed, need: f64) -> Finding {
 }
 
 fn room(folder: &Path, need: f64) -> Finding {
-    let free = match statvfs(folder) {
-        Ok(told) => told.blocks_available() as f64 * told.fragment_size() as f64,
+    let free = match machine::free_bytes(folder) {
+        Ok(free) => free as f64,
         Err(error) => {
             let found = format!("{} does not tell its room: {error}", folder.display());
             return Finding::good("room", found);

@@ -11,6 +11,7 @@ use std::process::{ExitStatus, Stdio};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use platform::{machine, processes};
 use serde_json::Value as Json;
 use supervision::{Faults, Kind};
 use tokio::process::{Child, ChildStdin, Command};
@@ -234,7 +235,7 @@ impl Robot {
             }
             if measured.elapsed() >= MEASURE_EVERY || self.seen().memory == 0 {
                 measured = Instant::now();
-                let held = pid.and_then(resident_bytes).unwrap_or(0);
+                let held = pid.and_then(machine::resident_bytes).unwrap_or(0);
                 self.see(|seen| seen.memory = held);
                 if let Some(most) = memory_max.filter(|most| held > *most) {
                     process.end().await;
@@ -267,7 +268,8 @@ fn start(program: &Path, plan: &Plan) -> io::Result<Process> {
     crate::ready_file::replace(&config, &plan.config)?;
     let ready_file = plan.folder.join("ready.json");
     crate::ready_file::remove(&ready_file)?;
-    let mut child = Command::new(program)
+    let mut command = Command::new(program);
+    command
         .arg("serve")
         .arg("--config")
         .arg(&config)
@@ -278,10 +280,10 @@ fn start(program: &Path, plan: &Plan) -> io::Result<Process> {
         .stdin(Stdio::piped())
         .stdout(Stdio::null())
         .stderr(Stdio::piped())
-        // Ctrl-C at the terminal is the fleet's to hear.
-        .process_group(0)
-        .kill_on_drop(true)
-        .spawn()?;
+        .kill_on_drop(true);
+    // Ctrl-C at the terminal is the fleet's to hear.
+    processes::own_group(command.as_std_mut());
+    let mut child = command.spawn()?;
     let input = child.stdin.take();
     if let Some(said) = child.stderr.take() {
         let copying = copy_lines(said, plan.folder.join("robot.log"));
@@ -315,16 +317,6 @@ fn ports_of(file: &Path, pid: Option<u32>) -> Option<BTreeMap<String, u16>> {
             Some((name.clone(), port))
         });
     Some(ports.collect())
-}
-
-/// What a process holds in memory.
-fn resident_bytes(pid: u32) -> Option<u64> {
-    let status = fs::read_to_string(format!("/proc/{pid}/status")).ok()?;
-    let line = status
-        .lines()
-        .find_map(|line| line.strip_prefix("VmRSS:"))?;
-    let kilobytes: u64 = line.trim().trim_end_matches("kB").trim().parse().ok()?;
-    Some(kilobytes * 1024)
 }
 
 /// Whole at every moment, so a poisoned lock is as good as any.

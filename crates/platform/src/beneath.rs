@@ -1,0 +1,228 @@
+//! A folder that paths are held to: whatever a path says, it leads to something beneath the folder or nowhere.
+//!
+//! The system itself resolves the path (`openat2(2)` of Linux 5.6), so `..`, symbolic links, `/proc` and folders that are moved
+//! meanwhile lead nowhere else, whoever else works there at the same time. Systems without such a call are refused the folder:
+//! to look at a path first and use it afterwards would leave a gap between the two.
+
+use std::fs::File;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// A folder, held open.
+#[derive(Debug)]
+pub struct Folder(imp::Held);
+
+/// Something beneath it, held open: what was looked at is what is used.
+#[derive(Debug)]
+pub struct Found(imp::Held);
+
+/// How a file is wanted. Nothing waits at opening, and no terminal becomes that of this process.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Wanted {
+    /// To be read.
+    pub read: bool,
+    /// To be written.
+    pub write: bool,
+    /// Written at its end.
+    pub append: bool,
+    /// Made if it is not there.
+    pub create: bool,
+    /// Made, and an error if it is there.
+    pub exclusive: bool,
+    /// Emptied.
+    pub truncate: bool,
+}
+
+impl Folder {
+    /// Holds a folder open.
+    ///
+    /// # Errors
+    /// It is not there, is no folder, or this system cannot hold paths to one.
+    pub fn open(path: &Path) -> io::Result<Self> {
+        imp::open(path).map(Self)
+    }
+
+    /// What a path from this folder on leads to, links followed.
+    ///
+    /// # Errors
+    /// [`io::ErrorKind::CrossesDevices`] if it leads out; what the system says otherwise.
+    pub fn find(&self, way: &Path) -> io::Result<Found> {
+        imp::find(&self.0, way, false).map(Found)
+    }
+
+    /// The same, and it has to be a folder.
+    ///
+    /// # Errors
+    /// As [`Folder::find`].
+    pub fn find_folder(&self, way: &Path) -> io::Result<Found> {
+        imp::find(&self.0, way, true).map(Found)
+    }
+
+    /// Opens or makes a file.
+    ///
+    /// # Errors
+    /// As [`Folder::find`].
+    pub fn file(&self, way: &Path, wanted: Wanted) -> io::Result<File> {
+        imp::file(&self.0, way, wanted)
+    }
+}
+
+impl Found {
+    /// A path that leads there as long as this is held: nothing between here and there can be exchanged.
+    pub fn path(&self) -> PathBuf {
+        imp::path(&self.0)
+    }
+
+    /// A file that is open, as something that was found.
+    pub fn of(file: File) -> Self {
+        Self(imp::of(file))
+    }
+}
+
+#[cfg(target_os = "linux")]
+mod imp {
+    use std::fs::File;
+    use std::io;
+    use std::os::fd::{AsRawFd as _, OwnedFd};
+    use std::os::unix::fs::OpenOptionsExt as _;
+    use std::path::{Path, PathBuf};
+
+    use nix::errno::Errno;
+    use nix::fcntl::{OFlag, OpenHow, ResolveFlag, openat2};
+    use nix::sys::stat::Mode;
+
+    use super::Wanted;
+
+    pub(super) type Held = OwnedFd;
+
+    pub(super) fn open(path: &Path) -> io::Result<OwnedFd> {
+        let flags = OFlag::O_PATH | OFlag::O_DIRECTORY | OFlag::O_CLOEXEC;
+        let opened = File::options()
+            .read(true)
+            .custom_flags(flags.bits())
+            .open(path)?;
+        Ok(opened.into())
+    }
+
+    pub(super) fn find(folder: &OwnedFd, way: &Path, is_folder: bool) -> io::Result<OwnedFd> {
+        let mut flags = OFlag::O_PATH;
+        flags.set(OFlag::O_DIRECTORY, is_folder);
+        resolve(folder, way, flags, Mode::empty())
+    }
+
+    pub(super) fn file(folder: &OwnedFd, way: &Path, wanted: Wanted) -> io::Result<File> {
+        // A pipe that nobody reads would have kept whoever opens it waiting.
+        let mut flags = OFlag::O_NONBLOCK | OFlag::O_NOCTTY;
+        flags |= match (wanted.read, wanted.write || wanted.append) {
+            (true, true) => OFlag::O_RDWR,
+            (false, true) => OFlag::O_WRONLY,
+            (_, false) => OFlag::O_RDONLY,
+        };
+        let is_made = wanted.create || wanted.exclusive;
+        flags.set(OFlag::O_APPEND, wanted.append);
+        flags.set(OFlag::O_CREAT, is_made);
+        flags.set(OFlag::O_EXCL, wanted.exclusive);
+        flags.set(OFlag::O_TRUNC, wanted.truncate && !wanted.exclusive);
+        let mode = match is_made {
+            true => Mode::from_bits_truncate(0o666),
+            false => Mode::empty(),
+        };
+        resolve(folder, way, flags, mode).map(File::from)
+    }
+
+    fn resolve(folder: &OwnedFd, way: &Path, flags: OFlag, mode: Mode) -> io::Result<OwnedFd> {
+        let how = OpenHow::new()
+            .flags(flags | OFlag::O_CLOEXEC)
+            .mode(mode)
+            .resolve(ResolveFlag::RESOLVE_BENEATH | ResolveFlag::RESOLVE_NO_MAGICLINKS);
+        loop {
+            return match openat2(folder, way, how) {
+                // Somebody moves folders about while the path is walked.
+                Err(Errno::EAGAIN | Errno::EINTR) => continue,
+                other => Ok(other?),
+            };
+        }
+    }
+
+    pub(super) fn path(held: &OwnedFd) -> PathBuf {
+        Path::new("/proc/self/fd").join(held.as_raw_fd().to_string())
+    }
+
+    pub(super) fn of(file: File) -> OwnedFd {
+        file.into()
+    }
+}
+
+#[cfg(not(target_os = "linux"))]
+mod imp {
+    use std::fs::File;
+    use std::io;
+    use std::path::{Path, PathBuf};
+
+    use super::Wanted;
+
+    const WHAT: &str = "holding paths to a folder";
+
+    /// No folder is ever opened.
+    pub(super) type Held = File;
+
+    pub(super) fn open(_: &Path) -> io::Result<Held> {
+        Err(crate::needs_linux(WHAT))
+    }
+
+    pub(super) fn find(_: &Held, _: &Path, _: bool) -> io::Result<Held> {
+        Err(crate::needs_linux(WHAT))
+    }
+
+    pub(super) fn file(_: &Held, _: &Path, _: Wanted) -> io::Result<File> {
+        Err(crate::needs_linux(WHAT))
+    }
+
+    pub(super) fn path(_: &Held) -> PathBuf {
+        PathBuf::new()
+    }
+
+    pub(super) fn of(file: File) -> Held {
+        file
+    }
+}
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    #![allow(clippy::unwrap_used)] // a test
+
+    use std::os::unix::fs::symlink;
+
+    use super::*;
+
+    #[test]
+    fn no_way_leads_out_of_the_folder() {
+        let outside = tempfile::tempdir().unwrap();
+        let inner = outside.path().join("inner");
+        std::fs::create_dir(&inner).unwrap();
+        std::fs::write(outside.path().join("secret"), "x").unwrap();
+        std::fs::write(inner.join("own"), "y").unwrap();
+        symlink(outside.path(), inner.join("up")).unwrap();
+        symlink("own", inner.join("link")).unwrap();
+        let folder = Folder::open(&inner).unwrap();
+        for way in [
+            "../secret",
+            "up/secret",
+            "/etc/passwd",
+            "./../inner/../secret",
+        ] {
+            let error = folder.find(Path::new(way)).unwrap_err();
+            assert_eq!(error.kind(), io::ErrorKind::CrossesDevices, "{way}");
+        }
+        let found = folder.find(Path::new("link")).unwrap();
+        assert_eq!(std::fs::read_to_string(found.path()).unwrap(), "y");
+        let exclusive = Wanted {
+            write: true,
+            exclusive: true,
+            ..Wanted::default()
+        };
+        assert!(folder.file(Path::new("own"), exclusive).is_err());
+        assert!(folder.file(Path::new("new"), exclusive).is_ok());
+        assert!(folder.find_folder(Path::new("own")).is_err());
+    }
+}
