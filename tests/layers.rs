@@ -11,6 +11,7 @@ use std::process::Command;
 
 /// Which of our crates each crate may import.
 const MAY_IMPORT: &[(&str, &[&str])] = &[
+    ("platform", &[]),
     ("kinematics", &[]),
     ("supervision", &[]),
     ("wire", &[]),
@@ -18,14 +19,20 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
         "robot-client",
         &["io-bus", "kinematics", "motion-api", "recorder", "wire"],
     ),
-    ("elite-lang", &[]),
+    ("elite-lang", &["platform"]),
     ("motion-api", &["kinematics"]),
     ("force", &["kinematics", "motion-api"]),
     (
         "motion",
-        &["kinematics", "motion-api", "force", "supervision"],
+        &[
+            "kinematics",
+            "motion-api",
+            "force",
+            "platform",
+            "supervision",
+        ],
     ),
-    ("io-bus", &["motion-api", "supervision"]),
+    ("io-bus", &["motion-api", "platform", "supervision"]),
     ("recorder", &["kinematics", "motion-api", "supervision"]),
     (
         "elite-runtime",
@@ -34,6 +41,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "kinematics",
             "motion-api",
             "io-bus",
+            "platform",
             "supervision",
         ],
     ),
@@ -47,6 +55,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "kinematics",
             "motion",
             "motion-api",
+            "platform",
             "recorder",
             "supervision",
         ],
@@ -60,6 +69,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "io-bus",
             "kinematics",
             "motion-api",
+            "platform",
             "recorder",
             "supervision",
         ],
@@ -73,6 +83,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "io-bus",
             "kinematics",
             "motion-api",
+            "platform",
             "recorder",
             "script-test",
             "supervision",
@@ -105,6 +116,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "motion",
             "motion-api",
             "pendant",
+            "platform",
             "recorder",
             "robot-client",
             "script-test",
@@ -149,6 +161,11 @@ const KEPT_IN: &[(&str, &[&str])] = &[
     ("rsruckig", &["motion"]),
     ("clarabel", &["force"]),
     ("corosensei", &["elite-lang"]),
+    // What depends on the system; `dev` starts and limits processes of its own.
+    ("nix", &["platform", "dev"]),
+    ("libc", &["platform"]),
+    ("signal-hook", &["platform"]),
+    ("thread-priority", &["platform"]),
     ("mcap", &["recorder", "server"]),
     // `supervision` starts tasks for those who have it, behind a feature that motion and recorder leave off
     // and `dev` holds whole connections to the ports
@@ -158,6 +175,7 @@ const KEPT_IN: &[(&str, &[&str])] = &[
             "io-bus",
             "controller",
             "elite-runtime",
+            "platform",
             "robot-client",
             "script-test",
             "server",
