@@ -36,6 +36,7 @@ walks! {
     io: "docs/IO.md",
     mcp: "docs/mcp.md",
     packages: "docs/packages.md",
+    platforms: "docs/platforms.md",
     plc: "docs/plc.md",
     primary: "docs/protocol/primary.md",
     real_robot: "docs/real-robot.md",
