@@ -26,6 +26,10 @@ use crate::value::{Dict, Function, Module, R, Value};
 pub(super) const SLICE: u32 = 4096;
 /// From this size on a task's memory is given back to the system when it ends.
 const LARGE: usize = 1 << 20;
+/// What a task has freed goes back in parts of about so many bytes, which take a few milliseconds.
+const GIVEN_BACK: usize = 16 << 20;
+/// A task that holds no more keeps what it frees: it will want it again.
+const KEPT: usize = 64 << 20;
 /// Containers of one script's data that may be nested in a native operation (comparison, `repr`) at once.
 pub const NATIVE_DEPTH_MAX: u32 = 500;
 
@@ -288,14 +292,15 @@ impl Core {
     }
 
     /// Looks at how much is held. Memory that was freed is still the process's, and new objects of another size may not fit
-    /// into it: if much was freed, it goes back to the system.
+    /// into it. It goes back to the system in parts: what has come together takes the system long at once.
     pub fn memory_look(&self) {
         let (used, peak) = (self.memory_used(), self.memory_peak.get());
         if used > LARGE {
             self.memory_was_large.set(true);
         }
-        let large = self.limits.memory_bytes / 2;
-        if peak > large && peak - used.min(peak) > self.limits.memory_bytes / 8 {
+        let limit = self.limits.memory_bytes;
+        let is_much = peak > KEPT.min(limit / 2);
+        if is_much && peak.saturating_sub(used) > GIVEN_BACK.min(limit / 8) {
             memory::trim();
             self.memory_peak.set(used);
         } else if used > peak {
