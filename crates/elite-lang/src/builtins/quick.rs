@@ -188,11 +188,8 @@ fn get(_: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
         [Value::Dict(dict), key, default] => (dict, *key, *default),
         _ => return None,
     };
-    match dict.find(quick_hash(key)?, key) {
-        Found::At(at) => Some(dict.value_at(at)),
-        Found::Nowhere => Some(default.clone()),
-        Found::Ask(..) => None,
-    }
+    let found = dict.get_at_once(quick_hash(key)?, key)?;
+    Some(found.unwrap_or_else(|| default.clone()))
 }
 
 /// An attribute in a slot of an instance, or a method of its class.
@@ -243,7 +240,7 @@ fn add(_: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
 #[inline]
 pub fn contains(container: &Value, item: &Value) -> Option<bool> {
     let found = match container {
-        Value::Dict(dict) => dict.find(quick_hash(item)?, item),
+        Value::Dict(dict) => return dict.has_at_once(quick_hash(item)?, item),
         Value::Set(set) | Value::FrozenSet(set) => set.find(quick_hash(item)?, item),
         _ => return None,
     };

@@ -28,13 +28,10 @@ impl<const N: usize> Slots<N> {
 }
 
 impl<const N: usize> Drop for Slots<N> {
-    /// Most slots hold numbers or nothing, which need no call.
     #[inline(always)]
     fn drop(&mut self) {
         for slot in self.0.iter_mut() {
-            if !slot.is_flat() {
-                drop(std::mem::take(slot));
-            }
+            std::mem::take(slot).discard();
         }
     }
 }
@@ -87,7 +84,7 @@ impl Evaluator<'_> {
     /// Runs a body on a further segment of stack.
     #[cold]
     #[inline(never)]
-    fn run_deeper(&self, function: &Rc<Function>, slots: &mut [Value]) -> R {
+    pub fn run_deeper(&self, function: &Rc<Function>, slots: &mut [Value]) -> R {
         let code = &*function.code;
         self.with_stack(code.stack_bytes, || {
             code.body.run(self, &mut Frame { slots, function })
@@ -355,7 +352,7 @@ impl Evaluator<'_> {
 }
 
 /// Variables that inner functions share move into cells.
-fn make_cells(code: &Code, slots: &mut [Value]) {
+pub fn make_cells(code: &Code, slots: &mut [Value]) {
     for slot in &code.cells {
         let slot = &mut slots[*slot as usize];
         *slot = Value::Cell(CellVar::new(std::mem::take(slot)));

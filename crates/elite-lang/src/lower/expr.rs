@@ -12,7 +12,7 @@ use crate::eval::expr::arguments::{CallArg, CallWith};
 use crate::eval::expr::attribute::{Attribute, Cache, Member};
 use crate::eval::expr::binary::{Unary, binary};
 use crate::eval::expr::boolean::{And, IfElse, Not, Or};
-use crate::eval::expr::call::{Call, CallMethod, Site, SuperCall};
+use crate::eval::expr::call::{Call, Site};
 use crate::eval::expr::compare::{Chain, compare};
 use crate::eval::expr::comprehension::{
     Clause, Clauses, DictComprehension, GeneratorExpression, ListComprehension, SetComprehension,
@@ -24,6 +24,7 @@ use crate::eval::expr::display::{
 use crate::eval::expr::fstring::{FString, Part};
 use crate::eval::expr::item::{Item, SliceExpr};
 use crate::eval::expr::keywords::CallKeywords;
+use crate::eval::expr::method::{CallMethod, Methods, SuperCall};
 use crate::eval::expr::names::{
     ClassName, Const, Free, Global, Local, LocalCell, MappedName, Named,
 };
@@ -341,6 +342,7 @@ impl Lower<'_> {
             let (receiver, name) = (self.operand(value), self.symbol(&name.name));
             let (attribute_span, cache) = (function.span, Cache::default());
             return Box::new(CallMethod {
+                methods: Methods::default(),
                 receiver,
                 name,
                 site: Site::new(args(self), span),

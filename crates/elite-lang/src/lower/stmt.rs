@@ -9,23 +9,23 @@ use crate::eval::code::Block;
 use crate::eval::expr::attribute::Cache;
 use crate::eval::stmt::assert::{Assert, AssertComparison};
 use crate::eval::stmt::assign::{
-    Assign, AssignAttribute, AssignEach, AssignItem, AssignItems, AssignLocal, AssignPair,
-    AugAttribute, AugItem, AugName, augmented_local,
+    Assign, AssignAttribute, AssignEach, AssignItem, AssignItems, AssignPair, AugAttribute,
+    AugItem, AugName, assign_local, augmented_local,
 };
 use crate::eval::stmt::class_body::Annotate;
-use crate::eval::stmt::control::{Break, Continue, If, Return, ReturnNone};
+use crate::eval::stmt::control::{Break, Continue, If, ReturnNone, return_value};
 use crate::eval::stmt::handle::{Finally, Handler, Try};
 use crate::eval::stmt::handle_star::TryStar;
 use crate::eval::stmt::import::{Import, ImportFrom, ImportStar};
 use crate::eval::stmt::loops::{For, While};
 use crate::eval::stmt::simple::{Delete, ExprStatement, Print, Raise};
 use crate::eval::stmt::with::With;
-use crate::eval::{Expr, Statement};
+use crate::eval::{Executes, Expr};
 use crate::resolve::Place;
 use crate::source::Span;
 use crate::value::Value;
 
-type Node = Box<dyn Statement>;
+type Node = Box<dyn Executes>;
 
 impl Lower<'_> {
     /// The node of a statement; None for those that do nothing.
@@ -62,7 +62,7 @@ impl Lower<'_> {
             StmtKind::Break => Box::new(Break),
             StmtKind::Continue => Box::new(Continue),
             StmtKind::Return(None) => Box::new(ReturnNone),
-            StmtKind::Return(Some(value)) => Box::new(Return(self.operand(value))),
+            StmtKind::Return(Some(value)) => return_value(self.operand(value)),
             StmtKind::Raise { exception, cause } => {
                 let exception = exception.as_ref().map(|expr| self.expr(expr));
                 let cause = cause.as_ref().map(|expr| self.expr(expr));
@@ -224,10 +224,7 @@ impl Lower<'_> {
             if let ExprKind::Name(name) = &target.kind
                 && let Place::Local(slot) = self.place(name)
             {
-                return Box::new(AssignLocal {
-                    slot,
-                    value: self.operand(value),
-                });
+                return assign_local(slot, self.operand(value));
             }
         }
         let value = self.operand(value);

@@ -74,6 +74,42 @@ impl Dict {
         }
     }
 
+    /// The value of a key with its hash, if it is there; None if script code has to compare keys.
+    #[inline]
+    pub fn get_at_once(&self, hash: u64, key: &Value) -> Option<Option<Value>> {
+        let table = self.table.borrow();
+        let found = table.find_at_once(hash, key).ok()?;
+        Some(found.and_then(|index| match &table.entries[index].value {
+            Value::Cell(variable) if table.of_variables() => {
+                Some(variable.value.get()).filter(|value| !value.is_unbound())
+            }
+            value => Some(value.clone()),
+        }))
+    }
+
+    /// Replaces the value of a key with its hash, if it is there and no script code has to compare keys: the value that was
+    /// there, otherwise the new one back.
+    #[inline]
+    pub fn replace_at_once(&self, hash: u64, key: &Value, value: Value) -> Result<Value, Value> {
+        self.table
+            .change(|table| match table.find_at_once(hash, key) {
+                Ok(Some(index)) if !table.of_variables() => {
+                    Ok(std::mem::replace(&mut table.entries[index].value, value))
+                }
+                _ => Err(value),
+            })
+    }
+
+    /// Whether a key with its hash is there, if no script code has to compare keys.
+    #[inline]
+    pub fn has_at_once(&self, hash: u64, key: &Value) -> Option<bool> {
+        let table = self.table.borrow();
+        match table.find_at_once(hash, key).ok()? {
+            Some(_) if table.of_variables() => None,
+            found => Some(found.is_some()),
+        }
+    }
+
     /// Changes whenever keys come or go; values may change without.
     pub fn generation(&self) -> u64 {
         self.table.borrow().generation

@@ -4,6 +4,7 @@ use std::cell::Cell;
 
 use super::held::Look;
 use super::{Held, Value, trash};
+use crate::ops::item::place_of;
 
 /// A list. Nothing may hold a borrow of the items while it runs script code.
 #[derive(Default)]
@@ -92,6 +93,13 @@ impl List {
     #[inline]
     pub fn get(&self, index: usize) -> Option<Value> {
         self.items.borrow().get(index).cloned()
+    }
+
+    /// The item that an index means, which counts from the end if it is negative.
+    #[inline(always)]
+    pub fn at(&self, index: i64) -> Option<Value> {
+        let items = self.items.borrow();
+        items.get(place_of(index, items.len())?).cloned()
     }
 
     /// Appends an item if there is room for it; whether there was.

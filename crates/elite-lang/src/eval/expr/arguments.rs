@@ -33,6 +33,7 @@ pub struct CallWith {
 }
 
 impl Expression for CallWith {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let callee = self.function.eval(ev, f)?;
         let mut positional = Values::from(Vec::with_capacity(self.args.len()));

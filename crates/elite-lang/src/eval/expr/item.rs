@@ -22,6 +22,7 @@ pub struct Item {
 }
 
 impl Expression for Item {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let found = match self.index.peek(f) {
             Some(index) => self.value.look(f, |value| ev.item_at_once(value, index)),
@@ -91,6 +92,7 @@ pub struct SliceExpr {
 }
 
 impl Expression for SliceExpr {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let mut bound = |expr: &Option<Expr>| match expr {
             Some(expr) => expr.eval(ev, f),

@@ -24,6 +24,7 @@ pub struct CallKeywords {
 }
 
 impl Expression for CallKeywords {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let callee = self.function.eval(ev, f)?;
         let (function, receiver) = match &callee {

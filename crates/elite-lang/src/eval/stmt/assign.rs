@@ -7,28 +7,34 @@ use super::target::{AttributeTarget, Destination, ItemTarget, Target, Unpack};
 use crate::ast::BinaryOp;
 use crate::eval::expr::binary::{Operator, op};
 use crate::eval::expr::names::{Const, Peek};
-use crate::eval::expr::operand::Operand;
+use crate::eval::expr::operand::{Operand, by_operand};
 use crate::eval::run::with_slots;
-use crate::eval::{Evaluator, Expr, Flow, Frame, Located, Statement, attempt};
+use crate::eval::{
+    Evaluator, Executes, Expr, Expression, Flow, Frame, Located, Statement, attempt,
+};
 use crate::ops::arith::fast;
 use crate::source::Span;
 use crate::value::trash::Nodes;
 use crate::value::{R, Value};
 
-/// `name = value` for a local name.
-pub struct AssignLocal {
-    /// Its slot.
-    pub slot: u32,
-    /// The value.
-    pub value: Operand,
+/// `name = value` for a local name, by what the value is.
+pub struct AssignLocal<V> {
+    slot: u32,
+    value: V,
 }
 
-impl Statement for AssignLocal {
+impl<V: Expression> Statement for AssignLocal<V> {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let value = attempt!(self.value.eval(ev, f));
         f.slots[self.slot as usize].put(value);
         Flow::Next
     }
+}
+
+/// The statement `name = value` for a local name.
+pub fn assign_local(slot: u32, value: Operand) -> Box<dyn Executes> {
+    by_operand!(value, value => Box::new(AssignLocal { slot, value }))
 }
 
 /// `a = b = value`
@@ -40,6 +46,7 @@ pub struct Assign {
 }
 
 impl Statement for Assign {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let value = attempt!(self.value.eval(ev, f));
         let Some((last, before)) = self.targets.split_last() else {
@@ -61,6 +68,7 @@ pub struct AssignPair {
 }
 
 impl Statement for AssignPair {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let first = attempt!(self.values[0].eval(ev, f));
         let second = attempt!(self.values[1].eval(ev, f));
@@ -80,6 +88,7 @@ pub struct AssignItems<const N: usize> {
 }
 
 impl<const N: usize> Statement for AssignItems<N> {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let items = match self.value.look(f, items_of::<N>) {
             Some(Some(items)) => items,
@@ -121,6 +130,7 @@ pub struct AssignEach {
 }
 
 impl Statement for AssignEach {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let done = with_slots(self.values.len(), |places| {
             for (place, value) in places.iter_mut().zip(&self.values) {
@@ -144,6 +154,7 @@ pub struct AssignAttribute {
 }
 
 impl Statement for AssignAttribute {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let value = attempt!(self.value.eval(ev, f));
         self.target.assign(ev, f, value).into()
@@ -159,6 +170,7 @@ pub struct AssignItem {
 }
 
 impl Statement for AssignItem {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let value = attempt!(self.value.eval(ev, f));
         self.target.assign(ev, f, value).into()
@@ -175,6 +187,7 @@ struct AugLocalPeek<O, B> {
 }
 
 impl<O: Operator, B: Peek> Statement for AugLocalPeek<O, B> {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let slot = self.slot as usize;
         if let Some(value) = fast(O::OP, &f.slots[slot], self.value.peek(f)) {
@@ -198,6 +211,7 @@ struct AugLocal<O> {
 }
 
 impl<O: Operator> Statement for AugLocal<O> {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let slot = self.slot as usize;
         attempt!(self.local.check(ev, f));
@@ -239,7 +253,7 @@ pub fn augmented_local(
     value: Operand,
     target: Span,
     span: Span,
-) -> Box<dyn Statement> {
+) -> Box<dyn Executes> {
     macro_rules! pick {
         ($($name:ident),*) => {
             match binary {
@@ -252,7 +266,7 @@ pub fn augmented_local(
     )
 }
 
-fn shaped<O: Operator>(slot: u32, value: Operand, target: Span, span: Span) -> Box<dyn Statement> {
+fn shaped<O: Operator>(slot: u32, value: Operand, target: Span, span: Span) -> Box<dyn Executes> {
     let local = crate::eval::expr::names::Local { slot, span: target };
     let op = PhantomData::<O>;
     match value {
@@ -295,6 +309,7 @@ pub struct AugName {
 }
 
 impl Statement for AugName {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let old = attempt!(self.read.eval(ev, f));
         let value = attempt!(self.value.eval(ev, f));
@@ -320,6 +335,7 @@ pub struct AugAttribute {
 }
 
 impl Statement for AugAttribute {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         if let (Operand::Local(local), true) = (&self.target.value, self.keeps) {
             attempt!(local.check(ev, f));
@@ -387,6 +403,7 @@ pub struct AugItem {
 }
 
 impl Statement for AugItem {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         if let (Operand::Local(local), true) = (&self.container, self.keeps) {
             attempt!(local.check(ev, f));

@@ -27,6 +27,7 @@ pub struct DefineFunction {
 }
 
 impl Statement for DefineFunction {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let decorators = attempt!(evaluate(&self.decorators, ev, f));
         let mut value = Value::Function(attempt!(self.function.make(ev, f)));
@@ -71,6 +72,7 @@ pub struct DefineClass {
 }
 
 impl Statement for DefineClass {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let decorators = attempt!(evaluate(&self.decorators, ev, f));
         let (mut bases, mut keywords, mut names) = (Vec::new(), Vec::new(), Vec::new());

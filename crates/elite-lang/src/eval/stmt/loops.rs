@@ -20,6 +20,7 @@ pub struct While {
 }
 
 impl Statement for While {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         while attempt!(self.test.truth(ev, f)) {
             match self.body.exec(ev, f) {
@@ -116,6 +117,7 @@ pub struct For {
 }
 
 impl Statement for For {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let iterable = attempt!(self.iterable.eval(ev, f));
         let mut walk = attempt!(Walk::over(iterable, ev, f, self.span));
