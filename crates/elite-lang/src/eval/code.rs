@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::rc::{Rc, Weak};
 use std::sync::Arc;
 
-use super::expr::enter::Entry;
+use super::expr::enter::{Entry, Given};
 use super::steps::Step;
 use super::{Evaluator, Executes, Expr, Flow, Frame, attempt};
 use crate::source::{SourceFile, Span};
@@ -197,8 +197,8 @@ pub struct Code {
     pub kind: CodeKind,
     /// What runs.
     pub body: Body,
-    /// How calls enter it.
-    pub entry: Entry,
+    /// How calls enter it, and natives with values.
+    pub entry: (Entry, Given),
     /// What the body refers to beyond itself.
     pub refers: Refers,
     /// The names in it and in the rest of the text.

@@ -6,6 +6,7 @@ use std::rc::Rc;
 use super::code::{Code, CodeKind};
 use super::generator::Generator;
 use super::pace::VALUE;
+use super::words::Words;
 use super::{Evaluator, Frame};
 use crate::value::held::nothing_is_open;
 use crate::value::{CellVar, Dict, Function, R, Symbol, Value};
@@ -102,21 +103,35 @@ impl Evaluator<'_> {
     }
 
     /// Calls a script function with arguments that are values already.
+    #[inline]
     pub fn call_function(
         &self,
         function: &Rc<Function>,
         args: &mut [Value],
         keywords: &[(Symbol, Value)],
     ) -> R {
+        match keywords {
+            [] => (function.code.entry.1)(function, Words::of(Value::Unbound), args, self).whole(),
+            _ => self.call_bound(function, args, keywords),
+        }
+    }
+
+    /// The same without keywords and with one more argument before the others.
+    #[inline]
+    pub fn call_method(&self, function: &Rc<Function>, first: Value, args: &mut [Value]) -> R {
+        (function.code.entry.1)(function, Words::of(first), args, self).whole()
+    }
+
+    /// Calls a script function of any kind, its arguments bound as Python does.
+    #[inline(never)]
+    pub fn call_bound(
+        &self,
+        function: &Rc<Function>,
+        args: &mut [Value],
+        keywords: &[(Symbol, Value)],
+    ) -> R {
         with_slots(function.code.slots, |slots| {
-            let params = &function.code.params;
-            if keywords.is_empty() && params.is_simple() && args.len() == params.positional {
-                for (slot, arg) in slots.iter_mut().zip(args) {
-                    *slot = std::mem::take(arg);
-                }
-            } else {
-                self.bind(function, args, keywords, slots)?;
-            }
+            self.bind(function, args, keywords, slots)?;
             self.run(function, slots)
         })
     }

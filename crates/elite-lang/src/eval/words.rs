@@ -21,12 +21,18 @@ const _: () = assert!(size_of::<R>() == size_of::<Words<R>>());
 const _: () = assert!(align_of::<R>() == align_of::<Words<R>>());
 const _: () = assert!(size_of::<Value>() == size_of::<Words<Value>>());
 const _: () = assert!(align_of::<Value>() == align_of::<Words<Value>>());
+const _: () = assert!(size_of::<Option<Value>>() == size_of::<Words<Value>>());
+const _: () = assert!(align_of::<Option<Value>>() == align_of::<Words<Value>>());
 const _: () = assert!(size_of::<Flow>() == size_of::<Words<Flow>>());
 const _: () = assert!(align_of::<Flow>() == align_of::<Words<Flow>>());
 
 // SAFETY: asserted above.
 #[allow(unsafe_code)]
 unsafe impl TwoWords for Value {}
+
+// SAFETY: asserted above.
+#[allow(unsafe_code)]
+unsafe impl TwoWords for Option<Value> {}
 
 // SAFETY: asserted above.
 #[allow(unsafe_code)]

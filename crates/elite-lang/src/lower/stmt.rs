@@ -9,8 +9,8 @@ use crate::eval::code::Block;
 use crate::eval::expr::attribute::Cache;
 use crate::eval::stmt::assert::{Assert, AssertComparison};
 use crate::eval::stmt::assign::{
-    Assign, AssignAttribute, AssignEach, AssignItem, AssignItems, AssignPair, AugAttribute,
-    AugItem, AugName, assign_local, augmented_local,
+    Assign, AssignEach, AssignItems, AssignPair, AugAttribute, AugItem, AugName, assign_attribute,
+    assign_item, assign_local, augmented_local,
 };
 use crate::eval::stmt::class_body::Annotate;
 use crate::eval::stmt::control::{Break, Continue, If, ReturnNone, return_value};
@@ -209,17 +209,11 @@ impl Lower<'_> {
             }
             if let ExprKind::Attribute { .. } = &target.kind {
                 let value = self.operand(value);
-                return Box::new(AssignAttribute {
-                    target: self.attribute_target(target),
-                    value,
-                });
+                return assign_attribute(self.attribute_target(target), value);
             }
             if let ExprKind::Subscript { .. } = &target.kind {
                 let value = self.operand(value);
-                return Box::new(AssignItem {
-                    target: self.item_target(target),
-                    value,
-                });
+                return assign_item(self.item_target(target), value);
             }
             if let ExprKind::Name(name) = &target.kind
                 && let Place::Local(slot) = self.place(name)

@@ -174,11 +174,10 @@ impl Evaluator<'_> {
     /// Calls what was found in the class of `receiver` as its method.
     pub fn call_method_value(&self, method: &Value, receiver: &Value, args: &mut [Value]) -> R {
         match method {
-            Value::Function(_) | Value::Builtin(_) => {
-                crate::builtins::with_first(receiver.clone(), args, |all| {
-                    self.call(method, all, &[])
-                })
-            }
+            Value::Function(function) => self.call_method(function, receiver.clone(), args),
+            Value::Builtin(_) => crate::builtins::with_first(receiver.clone(), args, |all| {
+                self.call(method, all, &[])
+            }),
             // A descriptor may be found through a descriptor.
             _ => self.recurse(|| {
                 let bound = self.bind_attribute(method, receiver, self.core.types.of(receiver))?;

@@ -26,6 +26,16 @@ impl Value {
         Some(unsafe { &*std::ptr::from_ref(self).cast::<Counted>().add(1) })
     }
 
+    /// Which kind it is of, as a number.
+    #[inline(always)]
+    pub fn kind(&self) -> u64 {
+        // SAFETY: an enum with `repr(u64)` begins with its tag, which is always there.
+        #[allow(unsafe_code)]
+        unsafe {
+            *std::ptr::from_ref(self).cast::<u64>()
+        }
+    }
+
     /// One more reference to the object, if there is one; the same value for it.
     #[inline(always)]
     pub(super) fn copied(&self) -> Value {

@@ -242,7 +242,14 @@ impl Value {
 
     /// A new tuple.
     pub fn tuple(items: Vec<Value>) -> Value {
-        Value::Tuple(Rc::new(Tuple::new(items)))
+        let items = match <[Value; 2]>::try_from(items) {
+            Ok(two) => return Value::Tuple(Rc::new(Tuple::of_two(two))),
+            Err(items) => items,
+        };
+        Value::Tuple(Rc::new(match <[Value; 3]>::try_from(items) {
+            Ok(three) => Tuple::of_three(three),
+            Err(items) => Tuple::new(items),
+        }))
     }
 
     /// A new tuple of two items.

@@ -111,11 +111,11 @@ pub(super) fn answer(
         return answer_to_copies(quick, receiver, &site.args, ev, f);
     }
     match (receiver, &*site.args) {
-        (None, [a]) => quick(ev, &[a.bound(f)?]),
-        (None, [a, b]) => quick(ev, &[a.bound(f)?, b.bound(f)?]),
-        (Some(receiver), []) => quick(ev, &[receiver]),
-        (Some(receiver), [a]) => quick(ev, &[receiver, a.bound(f)?]),
-        (Some(receiver), [a, b]) => quick(ev, &[receiver, a.bound(f)?, b.bound(f)?]),
+        (None, [a]) => quick.ask(ev, &[a.bound(f)?]),
+        (None, [a, b]) => quick.ask(ev, &[a.bound(f)?, b.bound(f)?]),
+        (Some(receiver), []) => quick.ask(ev, &[receiver]),
+        (Some(receiver), [a]) => quick.ask(ev, &[receiver, a.bound(f)?]),
+        (Some(receiver), [a, b]) => quick.ask(ev, &[receiver, a.bound(f)?, b.bound(f)?]),
         _ => None,
     }
 }
@@ -129,10 +129,10 @@ fn answer_to_copies(
     f: &Frame<'_>,
 ) -> Option<Value> {
     match (receiver, args) {
-        (None, [a]) => quick(ev, &[&a.copied(f)?]),
-        (None, [a, b]) => quick(ev, &[&a.copied(f)?, &b.copied(f)?]),
-        (Some(receiver), [a]) => quick(ev, &[receiver, &a.copied(f)?]),
-        (Some(receiver), [a, b]) => quick(ev, &[receiver, &a.copied(f)?, &b.copied(f)?]),
+        (None, [a]) => quick.ask(ev, &[&a.copied(f)?]),
+        (None, [a, b]) => quick.ask(ev, &[&a.copied(f)?, &b.copied(f)?]),
+        (Some(receiver), [a]) => quick.ask(ev, &[receiver, &a.copied(f)?]),
+        (Some(receiver), [a, b]) => quick.ask(ev, &[receiver, &a.copied(f)?, &b.copied(f)?]),
         _ => None,
     }
 }
@@ -201,9 +201,9 @@ fn run_native<const N: usize>(
 #[inline(always)]
 fn answer_to(quick: Quick, args: &[Value], ev: &Evaluator<'_>) -> Option<Value> {
     match args {
-        [a] => quick(ev, &[a]),
-        [a, b] => quick(ev, &[a, b]),
-        [a, b, c] => quick(ev, &[a, b, c]),
+        [a] => quick.ask(ev, &[a]),
+        [a, b] => quick.ask(ev, &[a, b]),
+        [a, b, c] => quick.ask(ev, &[a, b, c]),
         _ => None,
     }
 }

@@ -4,6 +4,7 @@ use std::rc::Rc;
 
 use super::call::Site;
 use super::keywords::call_with_keywords;
+use crate::builtins::with_first;
 use crate::eval::code::{CodeKind, Params};
 use crate::eval::run::{Slots, make_cells};
 use crate::eval::words::Words;
@@ -11,20 +12,23 @@ use crate::eval::{Evaluator, Frame, Located};
 use crate::value::held::nothing_is_open;
 use crate::value::{Function, R, Value};
 
+/// How a function is entered with values by position: `first`, if it is not `Unbound`, comes before them.
+pub type Given = fn(&Rc<Function>, Words<Value>, &mut [Value], &Evaluator<'_>) -> Words<R>;
+
 /// How a function is entered from the place of a call: the receiver, if it is not `Unbound`, comes before the arguments.
 pub type Entry = fn(&Rc<Function>, Words<Value>, &Site, &Evaluator<'_>, &mut Frame<'_>) -> Words<R>;
 
-/// The entry of functions of that kind with so many variables.
-pub fn entry_of(kind: CodeKind, params: &Params, slots: usize) -> Entry {
+/// The entries of functions of that kind with so many variables.
+pub fn entries_of(kind: CodeKind, params: &Params, slots: usize) -> (Entry, Given) {
     if !params.is_simple() || kind != CodeKind::Plain {
-        return enter_generally;
+        return (enter_generally, enter_with_any);
     }
     match slots {
-        0..=2 => enter::<2>,
-        3..=4 => enter::<4>,
-        5..=8 => enter::<8>,
-        9..=16 => enter::<16>,
-        _ => enter_generally,
+        0..=2 => (enter::<2>, enter_with::<2>),
+        3..=4 => (enter::<4>, enter_with::<4>),
+        5..=8 => (enter::<8>, enter_with::<8>),
+        9..=16 => (enter::<16>, enter_with::<16>),
+        _ => (enter_generally, enter_with_any),
     }
 }
 
@@ -38,7 +42,7 @@ pub(super) fn call_script(
     f: &mut Frame<'_>,
 ) -> R {
     let receiver = Words::of(receiver.unwrap_or_default());
-    (function.code.entry)(function, receiver, site, ev, f).whole()
+    (function.code.entry.0)(function, receiver, site, ev, f).whole()
 }
 
 /// Any function with any arguments.
@@ -54,7 +58,7 @@ fn enter_generally(
     Words::of(result)
 }
 
-/// A function of at most `N` variables, which lie on the native stack, and a value for each of its parameters.
+/// A function of at most `N` variables, which lie on the native stack, and no more values than it has parameters.
 fn enter<const N: usize>(
     function: &Rc<Function>,
     receiver: Words<Value>,
@@ -65,7 +69,8 @@ fn enter<const N: usize>(
     let code = &*function.code;
     let receiver = receiver.whole();
     let first = usize::from(!receiver.is_unbound());
-    if site.args.len() + first != code.params.positional {
+    let given = site.args.len() + first;
+    if given > code.params.positional {
         return enter_generally(function, Words::of(receiver), site, ev, f);
     }
     let mut slots = Slots::<N>::empty();
@@ -77,15 +82,67 @@ fn enter<const N: usize>(
             Err(raised) => return Words::of(Err(raised)),
         }
     }
+    if given < code.params.positional
+        && let Err(raised) = ev.fill_defaults(function, places)
+    {
+        return Words::of(Err(raised).at(ev, f, site.span));
+    }
+    Words::of(run_here(function, places, ev).at(ev, f, site.span))
+}
+
+/// Any function with values by position.
+fn enter_with_any(
+    function: &Rc<Function>,
+    first: Words<Value>,
+    args: &mut [Value],
+    ev: &Evaluator<'_>,
+) -> Words<R> {
+    let first = first.whole();
+    Words::of(match first.is_unbound() {
+        true => ev.call_bound(function, args, &[]),
+        false => with_first(first, args, |all| ev.call_bound(function, all, &[])),
+    })
+}
+
+/// A function of at most `N` variables with no more values than it has parameters.
+fn enter_with<const N: usize>(
+    function: &Rc<Function>,
+    first: Words<Value>,
+    args: &mut [Value],
+    ev: &Evaluator<'_>,
+) -> Words<R> {
+    let code = &*function.code;
+    let first = first.whole();
+    let before = usize::from(!first.is_unbound());
+    let given = args.len() + before;
+    if given > code.params.positional {
+        return enter_with_any(function, Words::of(first), args, ev);
+    }
+    let mut slots = Slots::<N>::empty();
+    let places = slots.first(N);
+    places[0].fill(first);
+    for (place, arg) in places[before..].iter_mut().zip(args) {
+        place.fill(std::mem::take(arg));
+    }
+    if given < code.params.positional
+        && let Err(raised) = ev.fill_defaults(function, places)
+    {
+        return Words::of(Err(raised));
+    }
+    Words::of(run_here(function, places, ev))
+}
+
+/// Runs a plain function whose parameters are bound.
+#[inline(always)]
+fn run_here(function: &Rc<Function>, places: &mut [Value], ev: &Evaluator<'_>) -> R {
+    let code = &*function.code;
     nothing_is_open();
     let core = &*ev.core;
     let depth = core.depth.get();
     if depth >= core.limits.call_depth {
-        return Words::of(Err(ev.recursion_error()).at(ev, f, site.span));
+        return Err(ev.recursion_error());
     }
-    if let Err(raised) = ev.safepoint() {
-        return Words::of(Err(raised).at(ev, f, site.span));
-    }
+    ev.safepoint()?;
     if !code.cells.is_empty() {
         make_cells(code, places);
     }
@@ -100,7 +157,10 @@ fn enter<const N: usize>(
     } else {
         ev.run_deeper(function, places)
     };
-    core.line.set(line);
+    // The outermost function of a thread leaves the line in which it ended.
+    if depth > 0 {
+        core.line.set(line);
+    }
     core.depth.set(depth);
-    Words::of(result.at(ev, f, site.span))
+    result
 }

@@ -10,9 +10,10 @@ use super::names::Peek;
 use super::operand::Operand;
 use crate::builtins::{Builtin, Quick};
 use crate::errors::ExceptionKind;
+use crate::eval::words::Words;
 use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
 use crate::source::Span;
-use crate::value::{Function, Instance, Module, R, Symbol, Value};
+use crate::value::{Class, Function, Instance, Module, R, Symbol, Value};
 
 /// The functions that a call has found in two classes. A class in the same state has the same functions, and keeps them.
 #[derive(Default)]
@@ -57,6 +58,8 @@ pub struct CallMethod {
     pub attribute_span: Span,
     /// The functions of classes.
     pub methods: Methods,
+    /// The kind of values of a builtin type that were the receiver last, and what their method answers at once.
+    pub quick: Cell<Option<(u64, Quick)>>,
     /// What else is known about the method.
     pub cache: Cache,
     /// Where it is in a module.
@@ -66,22 +69,39 @@ pub struct CallMethod {
 impl Expression for CallMethod {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
-        if let Operand::Local(local) = &self.receiver
-            && let Value::Instance(instance) = local.peek(f)
-            && !instance.in_dict.get()
-            && let Some(function) = self.methods.of(instance.class.version())
-        {
-            let receiver = Some(Value::Instance(instance.clone()));
-            return call_script(&function, receiver, &self.site, ev, f);
+        if let Operand::Local(local) = &self.receiver {
+            match local.peek(f) {
+                Value::Instance(instance) => {
+                    if !instance.in_dict.get()
+                        && let Some(function) = self.methods.of(instance.class.version())
+                    {
+                        let receiver = Some(Value::Instance(instance.clone()));
+                        return call_script(&function, receiver, &self.site, ev, f);
+                    }
+                }
+                receiver => {
+                    if let Some((kind, quick)) = self.quick.get()
+                        && kind == receiver.kind()
+                        && let Some(answer) = answer(quick, Some(receiver), &self.site, ev, f)
+                    {
+                        return Ok(answer);
+                    }
+                }
+            }
         }
-        self.call(ev, f)
+        self.call(ev, f).whole()
     }
 }
 
 impl CallMethod {
     /// A call of what is not a known function of the class of a local variable.
     #[inline(never)]
-    fn call(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+    fn call(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Words<R> {
+        Words::of(self.call_any(ev, f))
+    }
+
+    #[inline(always)]
+    fn call_any(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         if !matches!(self.receiver, Operand::Item(_))
             && let Some(Some(answer)) = self.receiver.look(f, |receiver| match receiver {
                 Value::Module(module) => self.answer_of_module(module, ev, f),
@@ -126,24 +146,28 @@ impl CallMethod {
         Some(function)
     }
 
-    /// What a method of a builtin type answers at once.
-    #[inline(always)]
+    /// What a method of a builtin type answers at once. Such types never change.
+    #[inline]
     fn quick(&self, receiver: &Value, ev: &Evaluator<'_>) -> Option<Quick> {
-        let class = match receiver {
-            Value::Instance(instance) if !instance.in_dict.get() => &instance.class,
-            Value::List(_) => &ev.core.types.list,
-            Value::Dict(_) => &ev.core.types.dict,
-            Value::Set(_) => &ev.core.types.set,
-            Value::Str(_) => &ev.core.types.str,
-            _ => return None,
-        };
-        match self.cache.get(class.version()) {
-            Some(Hint::Quick(quick)) => Some(quick),
-            Some(_) => None,
-            None => match self.cache.learn(class, self.name) {
-                Some(Hint::Quick(quick)) => Some(quick),
-                _ => None,
-            },
+        match (self.quick.get(), receiver) {
+            (_, Value::Instance(instance)) if !instance.in_dict.get() => {
+                self.learn_quick(&instance.class)
+            }
+            (Some((kind, quick)), receiver) if kind == receiver.kind() => Some(quick),
+            (_, Value::List(_) | Value::Dict(_) | Value::Set(_) | Value::Str(_)) => {
+                let quick = self.learn_quick(ev.core.types.of(receiver))?;
+                self.quick.set(Some((receiver.kind(), quick)));
+                Some(quick)
+            }
+            _ => None,
+        }
+    }
+
+    fn learn_quick(&self, class: &Class) -> Option<Quick> {
+        let known = self.cache.get(class.version());
+        match known.or_else(|| self.cache.learn(class, self.name))? {
+            Hint::Quick(quick) => Some(quick),
+            _ => None,
         }
     }
 

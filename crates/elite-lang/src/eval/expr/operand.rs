@@ -125,6 +125,15 @@ impl Operand {
         }
     }
 
+    /// The same for all that is no item of a container.
+    #[inline(always)]
+    pub fn look_near<T>(&self, f: &Frame<'_>, look: impl FnOnce(&Value) -> T) -> Option<T> {
+        match self {
+            Operand::Item(_) | Operand::Expr(_) => None,
+            near => near.look(f, look),
+        }
+    }
+
     /// A copy of its value, if that can be looked at without evaluating anything and is bound.
     #[inline]
     pub fn copied(&self, f: &Frame<'_>) -> Option<Value> {

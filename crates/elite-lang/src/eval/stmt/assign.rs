@@ -9,13 +9,14 @@ use crate::eval::expr::binary::{Operator, op};
 use crate::eval::expr::names::{Const, Peek};
 use crate::eval::expr::operand::{Operand, by_operand};
 use crate::eval::run::with_slots;
+use crate::eval::words::Words;
 use crate::eval::{
     Evaluator, Executes, Expr, Expression, Flow, Frame, Located, Statement, attempt,
 };
 use crate::ops::arith::fast;
 use crate::source::Span;
 use crate::value::trash::Nodes;
-use crate::value::{R, Value};
+use crate::value::{List, R, Value};
 
 /// `name = value` for a local name, by what the value is.
 pub struct AssignLocal<V> {
@@ -90,35 +91,39 @@ pub struct AssignItems<const N: usize> {
 impl<const N: usize> Statement for AssignItems<N> {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
-        let items = match self.value.look(f, items_of::<N>) {
-            Some(Some(items)) => items,
-            _ => {
-                let value = attempt!(self.value.eval(ev, f));
-                match items_of(&value) {
-                    Some(items) => items,
-                    None => return self.targets.assign(ev, f, value).into(),
+        let value = attempt!(self.value.eval(ev, f));
+        match &value {
+            Value::Tuple(tuple) if tuple.items().len() == N => {
+                for (slot, item) in self.slots.iter().zip(tuple.items()) {
+                    f.slots[*slot as usize].put(item.clone());
                 }
             }
-        };
-        for (slot, item) in self.slots.iter().zip(items) {
-            f.slots[*slot as usize].put(item);
+            Value::List(list) => match items_of(list) {
+                Some(items) => self.put(items, f),
+                None => return self.targets.assign(ev, f, value).into(),
+            },
+            _ => return self.targets.assign(ev, f, value).into(),
         }
+        value.discard();
         Flow::Next
     }
 }
 
-/// The items of a tuple or list of that many.
-#[inline(always)]
-fn items_of<const N: usize>(value: &Value) -> Option<[Value; N]> {
-    let cloned = |items: &[Value]| -> Option<[Value; N]> {
-        let items: &[Value; N] = items.try_into().ok()?;
-        Some(items.clone())
-    };
-    match value {
-        Value::Tuple(tuple) => cloned(tuple.items()),
-        Value::List(list) => cloned(&list.borrow()),
-        _ => None,
+impl<const N: usize> AssignItems<N> {
+    #[inline(never)]
+    fn put(&self, items: [Value; N], f: &mut Frame<'_>) {
+        for (slot, item) in self.slots.iter().zip(items) {
+            f.slots[*slot as usize].put(item);
+        }
     }
+}
+
+/// The items of a list of that many. All are taken before the first is put anywhere: what leaves there may change the list.
+#[inline]
+fn items_of<const N: usize>(list: &List) -> Option<[Value; N]> {
+    let items = list.borrow();
+    let items: &[Value; N] = items.as_slice().try_into().ok()?;
+    Some(items.clone())
 }
 
 /// The same as `AssignPair` for more targets.
@@ -145,36 +150,63 @@ impl Statement for AssignEach {
     }
 }
 
-/// `object.name = value`
-pub struct AssignAttribute {
-    /// The attribute.
-    pub target: AttributeTarget,
-    /// The value.
-    pub value: Operand,
+/// `object.name = value`, by what the value is.
+struct AssignAttribute<V> {
+    target: AttributeTarget,
+    value: V,
 }
 
-impl Statement for AssignAttribute {
+impl<V: Expression> Statement for AssignAttribute<V> {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let value = attempt!(self.value.eval(ev, f));
-        self.target.assign(ev, f, value).into()
+        if let Operand::Local(local) = &self.target.value
+            && let Value::Instance(instance) = local.peek(f)
+        {
+            return match self.target.set_at_once(instance, value) {
+                Ok(()) => Flow::Next,
+                Err(value) => self.target.assign_words(ev, f, Words::of(value)).into(),
+            };
+        }
+        self.target.assign_words(ev, f, Words::of(value)).into()
     }
 }
 
-/// `container[index] = value`
-pub struct AssignItem {
-    /// The item.
-    pub target: ItemTarget,
-    /// The value.
-    pub value: Operand,
+/// The statement `object.name = value`.
+pub fn assign_attribute(target: AttributeTarget, value: Operand) -> Box<dyn Executes> {
+    by_operand!(value, value => Box::new(AssignAttribute { target, value }))
 }
 
-impl Statement for AssignItem {
+/// `container[index] = value`, by what the value is.
+struct AssignItem<V> {
+    target: ItemTarget,
+    value: V,
+}
+
+impl<V: Expression> Statement for AssignItem<V> {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let value = attempt!(self.value.eval(ev, f));
-        self.target.assign(ev, f, value).into()
+        if let Some(Value::Int(at)) = self.target.index.peek(f)
+            && let Operand::Local(local) = &self.target.value
+            && let Value::List(list) = local.peek(f)
+            && (list.noted.get() || !value.holds_values())
+        {
+            return match list.replace_at(*at, value) {
+                Ok(old) => {
+                    old.discard();
+                    Flow::Next
+                }
+                Err(value) => self.target.assign_words(ev, f, Words::of(value)).into(),
+            };
+        }
+        self.target.assign_words(ev, f, Words::of(value)).into()
     }
+}
+
+/// The statement `container[index] = value`.
+pub fn assign_item(target: ItemTarget, value: Operand) -> Box<dyn Executes> {
+    by_operand!(value, value => Box::new(AssignItem { target, value }))
 }
 
 /// `name op= value` for a local name, the value being something that can be looked at.

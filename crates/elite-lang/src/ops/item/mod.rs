@@ -5,6 +5,7 @@ pub mod slice;
 
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
+use crate::eval::words::Words;
 use crate::value::symbol::known;
 use crate::value::{R, Raised, Str, Value};
 
@@ -39,8 +40,13 @@ impl Evaluator<'_> {
     }
 
     /// `value[index]` where that runs no script code and is no error; None otherwise.
-    #[inline]
-    pub fn item_at_once(&self, value: &Value, index: &Value) -> Option<Value> {
+    #[inline(never)]
+    pub fn item_at_once(&self, value: &Value, index: &Value) -> Words<Option<Value>> {
+        Words::of(self.found_at_once(value, index))
+    }
+
+    #[inline(always)]
+    fn found_at_once(&self, value: &Value, index: &Value) -> Option<Value> {
         match (value, index) {
             (Value::List(list), Value::Int(at)) => list.at(*at),
             (Value::Tuple(tuple), Value::Int(at)) => {
