@@ -48,6 +48,7 @@ pub fn find(owner: Option<&str>, module: Option<&str>, name: &str) -> Option<Qui
         (None, None, "float") => quick!(float),
         (None, None, "getattr") => quick!(attribute),
         (None, None, "int") => quick!(int),
+        (None, None, "str") => quick!(short::str),
         (None, None, "isinstance") => quick!(is_instance),
         (None, None, "len") => quick!(len),
         (None, None, "max") => quick!(max),
@@ -151,6 +152,7 @@ fn float(_: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
     match args {
         [Value::Float(float)] => Some(Value::Float(*float)),
         [Value::Int(int)] => Some(Value::Float(*int as f64)),
+        [Value::Str(text)] => short::float(text).map(Value::Float),
         _ => None,
     }
 }
@@ -160,6 +162,7 @@ fn int(_: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
         [Value::Int(int)] => Some(Value::Int(*int)),
         [Value::Bool(flag)] => Some(Value::Int(i64::from(*flag))),
         [Value::Float(float)] if float.abs() < 9.0e18 => Some(from_f64(*float)),
+        [Value::Str(text)] => short::int(text).map(Value::Int),
         _ => None,
     }
 }

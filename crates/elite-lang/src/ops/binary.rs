@@ -45,9 +45,18 @@ pub fn text(op: BinaryOp) -> &'static str {
     }
 }
 
+/// Lists of so many items together are put together at once.
+const FEW: usize = 64;
+
 impl Evaluator<'_> {
     /// `a op b`
     pub fn binary(&self, op: BinaryOp, a: &Value, b: &Value) -> R {
+        if let (BinaryOp::Add, Value::List(a), Value::List(b)) = (op, a, b)
+            && a.len() + b.len() <= FEW
+        {
+            let (a, b) = (a.borrow(), b.borrow());
+            return Ok(Value::list([a.as_slice(), b.as_slice()].concat()));
+        }
         if let Some(value) = self.number_binary(op, a, b)? {
             return Ok(value);
         }

@@ -87,17 +87,26 @@ impl Dict {
         }))
     }
 
-    /// Replaces the value of a key with its hash, if it is there and no script code has to compare keys: the value that was
-    /// there, otherwise the new one back.
+    /// Replaces the value of a key with its hash, or adds both if there is room, unless script code has to compare keys: the value
+    /// that was there (`Unbound` if none was), otherwise the new one back.
     #[inline]
-    pub fn replace_at_once(&self, hash: u64, key: &Value, value: Value) -> Result<Value, Value> {
-        self.table
-            .change(|table| match table.find_at_once(hash, key) {
-                Ok(Some(index)) if !table.of_variables() => {
-                    Ok(std::mem::replace(&mut table.entries[index].value, value))
+    pub fn set_at_once(&self, hash: u64, key: &Value, value: Value) -> Result<Value, Value> {
+        self.table.change(|table| {
+            if table.of_variables() {
+                return Err(value);
+            }
+            match table.find_at_once(hash, key) {
+                Ok(Some(index)) => {
+                    let entry = &mut table.entries[index];
+                    Ok(std::mem::replace(&mut entry.value, value))
+                }
+                Ok(None) if table.has_room_for(1) => {
+                    table.push(hash, key.clone(), value);
+                    Ok(Value::Unbound)
                 }
                 _ => Err(value),
-            })
+            }
+        })
     }
 
     /// Whether a key with its hash is there, if no script code has to compare keys.
@@ -159,12 +168,10 @@ impl Dict {
     #[inline]
     pub fn growth(&self, more: usize) -> usize {
         let table = self.table.borrow();
-        let needed = table.entries.len() + more;
-        let scanned = needed <= SCAN_MAX || needed * 3 <= table.slots.len() * 2;
-        if scanned && needed <= table.entries.capacity() {
-            return 0;
+        match table.has_room_for(more) {
+            true => 0,
+            false => table.growth_to(table.entries.len() + more),
         }
-        table.growth_to(needed)
     }
 
     /// Moves the entry at an index from `find` to the front.

@@ -351,10 +351,8 @@ impl Value {
             // Numbers have no identity of their own here; equal bits are the same object.
             (Value::Int(a), Value::Int(b)) => a == b,
             (Value::Float(a), Value::Float(b)) => a.to_bits() == b.to_bits(),
-            _ => match (self.address(), other.address()) {
-                (Some(a), Some(b)) => {
-                    a == b && std::mem::discriminant(self) == std::mem::discriminant(other)
-                }
+            _ => match (self.counted(), other.counted()) {
+                (Some(a), Some(b)) => self.kind() == other.kind() && Rc::ptr_eq(a, b),
                 _ => false,
             },
         }

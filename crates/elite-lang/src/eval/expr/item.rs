@@ -2,6 +2,7 @@
 
 use std::rc::Rc;
 
+use super::names::Peek;
 use super::operand::Operand;
 use crate::eval::words::Words;
 use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
@@ -22,8 +23,9 @@ pub struct Item {
 impl Expression for Item {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
-        if let Some(index) = self.index.peek(f)
-            && let Some(Some(item)) = self.value.look_near(f, |value| found(value, index, ev))
+        if let Operand::Local(local) = &self.value
+            && let Some(index) = self.index.peek(f)
+            && let Some(item) = found(local.peek(f), index, ev)
         {
             return Ok(item);
         }

@@ -46,6 +46,12 @@ impl Methods {
     }
 }
 
+/// The kind of instances of a class in the state `version`: none that a value of another type has.
+#[inline(always)]
+fn kind_of_class(version: u32) -> u64 {
+    1 << 32 | u64::from(version)
+}
+
 /// `receiver.name(a, b)` without stars and keywords: no bound method is made.
 pub struct CallMethod {
     /// The object before the dot.
@@ -58,7 +64,7 @@ pub struct CallMethod {
     pub attribute_span: Span,
     /// The functions of classes.
     pub methods: Methods,
-    /// The kind of values of a builtin type that were the receiver last, and what their method answers at once.
+    /// The kind of values that were the receiver last, and what their method answers at once.
     pub quick: Cell<Option<(u64, Quick)>>,
     /// What else is known about the method.
     pub cache: Cache,
@@ -72,11 +78,19 @@ impl Expression for CallMethod {
         if let Operand::Local(local) = &self.receiver {
             match local.peek(f) {
                 Value::Instance(instance) => {
-                    if !instance.in_dict.get()
-                        && let Some(function) = self.methods.of(instance.class.version())
-                    {
-                        let receiver = Some(Value::Instance(instance.clone()));
-                        return call_script(&function, receiver, &self.site, ev, f);
+                    if !instance.in_dict.get() {
+                        let version = instance.class.version();
+                        if let Some(function) = self.methods.of(version) {
+                            let receiver = Some(Value::Instance(instance.clone()));
+                            return call_script(&function, receiver, &self.site, ev, f);
+                        }
+                        if let Some((kind, quick)) = self.quick.get()
+                            && kind == kind_of_class(version)
+                            && let receiver = Some(local.peek(f))
+                            && let Some(answer) = answer(quick, receiver, &self.site, ev, f)
+                        {
+                            return Ok(answer);
+                        }
                     }
                 }
                 receiver => {
@@ -102,28 +116,45 @@ impl CallMethod {
 
     #[inline(always)]
     fn call_any(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
-        if !matches!(self.receiver, Operand::Item(_))
-            && let Some(Some(answer)) = self.receiver.look(f, |receiver| match receiver {
-                Value::Module(module) => self.answer_of_module(module, ev, f),
-                receiver => {
-                    let quick = self.quick(receiver, ev)?;
-                    answer(quick, Some(receiver), &self.site, ev, f)
-                }
-            })
-        {
-            return Ok(answer);
-        }
         let receiver = self.receiver.eval(ev, f)?;
-        if let Value::Instance(instance) = &receiver {
-            if let Some(function) = self.function_of(instance) {
-                return call_script(&function, Some(receiver), &self.site, ev, f);
+        match &receiver {
+            Value::Instance(instance) => {
+                if let Some(function) = self.function_of(instance) {
+                    return call_script(&function, Some(receiver), &self.site, ev, f);
+                }
             }
-        } else if let Some(quick) = self.quick(&receiver, ev)
-            && let Some(answer) = answer(quick, Some(&receiver), &self.site, ev, f)
-        {
-            return Ok(answer);
+            Value::Module(module) => {
+                if let Some(answer) = self.answer_of_module(module, ev, f) {
+                    receiver.discard();
+                    return Ok(answer);
+                }
+            }
+            _ => {}
+        }
+        if let Some(quick) = self.quick(&receiver, ev) {
+            if let [arg] = &*self.site.args
+                && let Operand::Expr(_) = arg
+            {
+                let arg = arg.eval(ev, f)?;
+                return match quick.ask(ev, &[&receiver, &arg]) {
+                    Some(answer) => Ok(answer),
+                    None => self.call_with(receiver, arg, ev, f),
+                };
+            }
+            if let Some(answer) = answer(quick, Some(&receiver), &self.site, ev, f) {
+                receiver.discard();
+                return Ok(answer);
+            }
         }
         self.call_by_class(receiver, ev, f)
+    }
+
+    /// A call with one argument, which has been evaluated.
+    #[inline(never)]
+    fn call_with(&self, receiver: Value, arg: Value, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        let method = { ev.attribute(&receiver, self.name) }.at(ev, f, self.attribute_span)?;
+        ev.call_from(&method, &mut [arg], &[], Some(&mut *f))
+            .at(ev, f, self.site.span)
     }
 
     /// The function that the class of an instance has, if the instance has no attribute of that name.
@@ -151,8 +182,12 @@ impl CallMethod {
     fn quick(&self, receiver: &Value, ev: &Evaluator<'_>) -> Option<Quick> {
         match (self.quick.get(), receiver) {
             (_, Value::Instance(instance)) if !instance.in_dict.get() => {
-                self.learn_quick(&instance.class)
+                let quick = self.learn_quick(&instance.class)?;
+                let kind = kind_of_class(instance.class.version());
+                self.quick.set(Some((kind, quick)));
+                Some(quick)
             }
+            (_, Value::Instance(_)) => None,
             (Some((kind, quick)), receiver) if kind == receiver.kind() => Some(quick),
             (_, Value::List(_) | Value::Dict(_) | Value::Set(_) | Value::Str(_)) => {
                 let quick = self.learn_quick(ev.core.types.of(receiver))?;

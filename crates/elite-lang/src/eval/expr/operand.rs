@@ -156,6 +156,14 @@ impl Operand {
     }
 }
 
+/// Whatever kind it is of.
+impl Expression for Operand {
+    #[inline(always)]
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        Operand::eval(self, ev, f)
+    }
+}
+
 /// Makes a node of an operand, of a type of its own for each kind: nothing is left to ask then when the node runs.
 macro_rules! by_operand {
     ($operand:expr, $value:ident => $node:expr) => {

@@ -61,20 +61,38 @@ impl Statement for Assign {
 }
 
 /// `a, b = x, y`: the values are taken first, no tuple is made.
-pub struct AssignPair {
-    /// The targets.
-    pub targets: [Destination; 2],
-    /// Their values.
-    pub values: [Operand; 2],
+struct AssignPair<V, W> {
+    targets: [Destination; 2],
+    values: (V, W),
 }
 
-impl Statement for AssignPair {
+impl<V: Expression, W: Expression> Statement for AssignPair<V, W> {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
-        let first = attempt!(self.values[0].eval(ev, f));
-        let second = attempt!(self.values[1].eval(ev, f));
+        let first = attempt!(self.values.0.eval(ev, f));
+        let second = attempt!(self.values.1.eval(ev, f));
         attempt!(self.targets[0].assign(ev, f, first));
         self.targets[1].assign(ev, f, second).into()
+    }
+}
+
+/// The statement `a, b = x, y`.
+pub fn assign_pair(targets: [Destination; 2], values: (Operand, Operand)) -> Box<dyn Executes> {
+    use Operand::{Expr, Local};
+    match values {
+        (Local(a), Local(b)) => Box::new(AssignPair {
+            targets,
+            values: (a, b),
+        }),
+        (Local(a), Expr(b)) => Box::new(AssignPair {
+            targets,
+            values: (a, b),
+        }),
+        (Expr(a), Local(b)) => Box::new(AssignPair {
+            targets,
+            values: (a, b),
+        }),
+        values => Box::new(AssignPair { targets, values }),
     }
 }
 

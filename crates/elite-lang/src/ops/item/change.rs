@@ -44,8 +44,8 @@ impl Evaluator<'_> {
         }
         match value {
             Value::Dict(dict) => match quick_hash(index) {
-                // Most often the key is there already.
-                Some(hash) => match dict.replace_at_once(hash, index, item) {
+                // Most often the key is there already, or there is room for it.
+                Some(hash) => match dict.set_at_once(hash, index, item) {
                     Ok(old) => {
                         old.discard();
                         Ok(())
@@ -131,6 +131,9 @@ impl Evaluator<'_> {
     /// A value as one byte.
     pub fn byte(&self, value: &Value) -> R<u8> {
         let error = || self.value_error("byte must be in range(0, 256)");
+        if let Value::BigInt(_) = value {
+            return Err(error());
+        }
         u8::try_from(self.index(value)?).map_err(|_| error())
     }
 

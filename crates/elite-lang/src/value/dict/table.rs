@@ -192,6 +192,14 @@ impl Table {
         entry.is_absent(self.of_variables())
     }
 
+    /// Whether `more` entries fit as it is.
+    #[inline]
+    pub(super) fn has_room_for(&self, more: usize) -> bool {
+        let needed = self.entries.len() + more;
+        let is_placed = needed <= SCAN_MAX || needed * 3 <= self.slots.len() * 2;
+        is_placed && needed <= self.entries.capacity()
+    }
+
     pub(super) fn append(&mut self, hash: u64, key: Value, value: Value) {
         match self.of_variables() {
             true => self.append_variable(hash, key, value),
