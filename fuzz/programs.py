@@ -112,7 +112,7 @@ class Programs:
 
     def statement(self, depth=0):
         r = self.r
-        pick = r.randrange(22)
+        pick = r.randrange(25)
         name = r.choice(NAMES)
         if pick < 5 or depth > 2:
             return [f"{name} = {self.expression()}"]
@@ -175,7 +175,72 @@ class Programs:
             return [f"c = eval({self.value() + ' or ' + self.value()!r}, {{'a': a, 'b': b, 'c': c, 'itertools': itertools}})"]
         if pick == 20:
             return [f"n = 0", f"while {self.expression()}:", "    n += 1", "    if n > 3: break"] + indented(self.block(depth + 1))
+        if pick == 21:
+            return self.mixed()
+        if pick == 22:
+            return self.changing()
+        if pick == 23:
+            return self.calls()
         return [f"{name} = {self.expression()}, {self.expression()}"]
+
+    def mixed(self):
+        """One place in a program that meets values of several kinds one after the other."""
+        r = self.r
+        use = r.choice([
+            f"x = o[{self.of(SMALL)}]", f"x = o[{self.slice()}]", f"x = o[k]", f"o[k] = {self.value()}; x = o", f"o[k] += 1; x = o", "x, y = o; x = y, x",
+            "x, y, *z = o; x = x, z", "x = [y for y in o]", "x = o == k", "x = o < k", "x = k in o", "x = o is k", "x = not o", "x = o and k or 5", "x = o + o",
+            "x = o * 2", "x = -o", "o += k; x = o", "o -= k; x = o", "x = f'{o}{k!r}'", "x = '%s-%s' % (o, k)", "x = len(o)", "x = o.n", "o.n = k; x = o.n",
+            "x = o.get(k, 7)", "o.append(k); x = o", "o.add(k); x = sorted(map(repr, o))", "x = o.pop()", "x = o.count(k)", "x = o.upper()", "x = o.strip().lower()",
+            "x = o.replace(k, 'q')", "x = o.split(k)", "x = o.join(['a', 'b'])", "x = o.startswith(k)", "x = isinstance(o, (int, list)), isinstance(k, str)",
+            "x = str(o), int(o)", "x = float(o)", "x = max(o, k)", "x = sum(o)", "x = list(zip(o, o))", "x = dict(enumerate(o))", "x = {o: k}[o]", "x = d[o]",
+            "d[o] = k; x = d.get(o), len(d)", "x = d.setdefault(o, []); x.append(k)", "x = s.add(o), len(s), o in s", "x = abs(o), bool(o)", "x = o // 7, o % 7",
+            "x = o >> 1, o & 255, o ^ 3", "x = o ** 2", "x = 0 <= o < 10", "x = getattr(o, 'real', k)", "x = g(o)", "x = g(o, k)", "x = g(*[o, k])", "x = g(y=o)",
+            "x = h(o, k)", "x = h(*o)", "x = (o, k)[::-1]", "x = [*o, k]", "x = next(iter(o))", "x = o.real if o else k", "x = yes(o)", "x = o(k)", "del o[k]; x = o",
+        ])
+        values = ", ".join(self.of(*POOLS) for _ in range(r.choice([3, 4, 6])))
+        keys = ", ".join(self.of(SMALL, TEXTS, NUMBERS) for _ in range(3))
+        return ["r, d, s = [], {1: 2, 'a': 3, (1, 2): 4}, {1}", "def g(x, y=3): return y, x", "def h(*x): return x", "def yes(x):", "    if x: return x", "    return 'no'",
+                f"for k in [{keys}]:", f"    for o in [{values}]:", "        try:"] + ["            " + line for line in use.split("; ")] + \
+               ["            r.append(x)", "        except Exception as e:", "            r.append((type(e).__name__, str(e)))", f"{r.choice(NAMES)} = r"]
+
+    def changing(self):
+        """Classes that change while one place of a program reads, sets and calls what they have."""
+        r = self.r
+        value = lambda: self.of(*POOLS[:5])
+        start = [r.choice(["def m(self, x=0): return 'm', x", "m = 5", "m = property(lambda self: 'p')", "m = staticmethod(lambda *x: ('s', x))",
+                           "m = classmethod(lambda c, x=1: (c.__name__, x))", "n = 4", "pass", "def __getattr__(self, name): return 'ga ' + name",
+                           "def __init__(self, *x): self.n = x", "def __eq__(self, other): return other", "def __setattr__(self, k, v): object.__setattr__(self, k, (v, 1))"])
+                 for _ in range(r.choice([1, 2]))]
+        change = lambda: r.choice(["K.m = lambda self, *x: ('new', x)", f"K.m = {value()}", "del K.m", "o.m = lambda *x: ('own', x)", f"o.m = {value()}", "del o.m", "B.m = lambda self: 'base'",
+                                   "K.m = property(lambda self: 'late')", f"o.n = {value()}", "del o.n", f"K.n = {value()}", "o.__dict__['m'] = 9", "o = C()", "o = K()",
+                                   "K.__getattr__ = lambda self, name: name", "vars(o).clear()", "C.m = 7", "K.__eq__ = lambda self, x: 'eq'", "K.__len__ = lambda self: 3",
+                                   "K.__getitem__ = lambda self, k: k", "K.__call__ = lambda self, *x: x", "K.__bool__ = lambda self: False", "o, p = p, o"])
+        use = r.choice(["o.m", "o.m()", "o.m(i)", "o.m(i, i)", "o.n", "o.m(x=i)", "o.m, o.n", "p.m()", "o == i", "len(o)", "o[i]", "o(i)", "bool(o)", "getattr(o, 'm')", "hasattr(o, 'm')",
+                        "K.m", "o.m if o else 0", "[q.m() for q in (o, p)]", "str(o.n)", "sorted(vars(o))", "K().n", "isinstance(o, C)"])
+        lines = ["class B: pass", "class K(B):"] + indented(start) + ["class C(B):", "    def m(self, *x): return 'C', x", "r = []", "try:", "    o, p = K(), C()",
+                 "    for i in range(6):", "        try:", f"            x = {use}", "            r.append('method' if callable(x) else x)",
+                 "        except Exception as e:", "            r.append((type(e).__name__, str(e)))", "        try:"]
+        for at in range(4):
+            lines += [f"            if i == {at}: {change()}"]
+        return lines + ["        except Exception as e:", "            r.append((type(e).__name__, str(e)))", "except Exception as e:", "    r = repr(e)",
+                        f"{r.choice(NAMES)} = r if '<' not in repr(r) else len(r)"]
+
+    def calls(self):
+        """Functions of all kinds, called in all ways from one place after the other."""
+        r = self.r
+        params = r.choice(["", "x", "x, y", "x, y=2", "x=1, y=2, z=3", "*x", "x, *y", "**x", "x, **y", "*, x", "*, x=1", "x, /", "x, /, y=1, *z, k=4, **w", "x=[]",
+                           "a1, a2, a3, a4, a5, a6=6", "x, *, y=3"])
+        body = r.choice(["return sorted(locals().items(), key=repr)", "return x", "x.append(1); return x", "return (lambda: x)()", "yield x", "global gg; gg = 1; return gg",
+                         "return [x for _ in range(2)]", "try: return x", "x += 1; return x", "return 1", "return y, x", "def q(): nonlocal x; x = 5; return x"])
+        body = body.split("; ") if not body.startswith(("try", "def")) else {"try": ["try: return x", "finally: x = 0"],
+                                                                            "def": ["def q():", "    nonlocal x", "    x = 5", "    return x", "return q(), x"]}[body[:3]]
+        calls = [r.choice(["f()", "f(1)", "f(1, 2)", "f(1, 2, 3)", "f(x=1)", "f(1, x=2)", "f(1, y=2)", "f(y=2, x=1)", "f(*(1, 2))", "f(*[])", "f(**{'x': 3})", "f(1, *[2], **{'z': 3})",
+                           "f(k=1)", "f(*'ab')", "f(**{'x': 1}, y=2)", "f(1, 2, 3, 4, 5, 6, 7)", "[f(i) for i in (1, 2)]", "next(f(1))", "list(map(f, [1, 2]))", "f.__code__.co_argcount",
+                           "functools.partial(f, 1)()", "f(*f.__defaults__ or ())", "sorted([2, 1], key=f)", "functools.reduce(f, [1, 2, 3])"]) for _ in range(4)]
+        lines = [f"def f({params}):"] + indented(body) + ["r = []"]
+        for call in calls:
+            lines += ["try:", f"    r.append({call})", "except Exception as e:", "    r.append((type(e).__name__, str(e)))"]
+        return lines + [f"{r.choice(NAMES)} = r if '<' not in repr(r) else len(r)"]
 
     def block(self, depth):
         lines = []

@@ -50,6 +50,12 @@ impl Evaluator<'_> {
     ) -> R {
         match callee {
             Value::Function(function) => self.call_function(function, args, keywords),
+            Value::BoundMethod(method)
+                if keywords.is_empty()
+                    && let Value::Function(function) = &method.function =>
+            {
+                self.call_method(function, method.receiver.clone(), args)
+            }
             Value::BoundMethod(method) if let Value::Function(function) = &method.function => {
                 with_first(method.receiver.clone(), args, |all| {
                     self.call_function(function, all, keywords)

@@ -202,7 +202,7 @@ fn format(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         None => String::new(),
         Some(Value::Str(text)) => ev.copied_text(text.as_str())?,
         Some(other) => {
-            let name = ev.core.types.name_of(other);
+            let name = ev.core.types.name_of_argument(other);
             return Err(ev.type_error(format!("format() argument 2 must be str, not {name}")));
         }
     };

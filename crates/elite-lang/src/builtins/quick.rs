@@ -5,6 +5,7 @@ use std::rc::Rc;
 
 use super::{Builtin, short};
 use crate::eval::Evaluator;
+use crate::eval::words::Words;
 use crate::ops::hash::quick_hash;
 use crate::stdlib::collections::deque;
 use crate::stdlib::heap;
@@ -14,7 +15,26 @@ use crate::value::symbol::known;
 use crate::value::{BoundMethod, List, Value};
 
 /// The answer of a builtin to these arguments by position (the receiver is the first one), if it has one at once.
-pub type Quick = fn(&Evaluator<'_>, &[&Value]) -> Option<Value>;
+#[derive(Clone, Copy)]
+pub struct Quick(fn(&Evaluator<'_>, &[&Value]) -> Words<Option<Value>>);
+
+impl Quick {
+    /// Asks for it.
+    #[inline(always)]
+    pub fn ask(self, ev: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
+        (self.0)(ev, args).whole()
+    }
+}
+
+/// The same function with its answer in registers.
+macro_rules! quick {
+    ($answer:expr) => {
+        Quick(|ev, args| {
+            let answer: fn(&Evaluator<'_>, &[&Value]) -> Option<Value> = $answer;
+            Words::of(answer(ev, args))
+        })
+    };
+}
 
 /// Longest list whose items are moved up at once.
 const SHORT: usize = 64;
@@ -22,51 +42,54 @@ const SHORT: usize = 64;
 /// The quick answers of a builtin: a method of a type, a function of a module, or a global one.
 pub fn find(owner: Option<&str>, module: Option<&str>, name: &str) -> Option<Quick> {
     Some(match (owner, module, name) {
-        (None, None, "abs") => abs,
-        (None, None, "bool") => truth,
-        (None, None, "chr") => chr,
-        (None, None, "float") => float,
-        (None, None, "getattr") => attribute,
-        (None, None, "int") => int,
-        (None, None, "isinstance") => is_instance,
-        (None, None, "len") => len,
-        (None, None, "max") => max,
-        (None, None, "min") => min,
-        (None, None, "ord") => ord,
-        (Some("dict"), None, "get") => get,
-        (Some("list"), None, "append") => append,
-        (Some("list"), None, "pop") => pop,
-        (Some("set"), None, "add") => add,
-        (Some("str"), None, "endswith") => short::endswith,
-        (Some("str"), None, "find") => short::find,
-        (Some("str"), None, "isalnum") => |_, args| short::all(args, char::is_alphanumeric),
-        (Some("str"), None, "isalpha") => |_, args| short::all(args, char::is_alphabetic),
-        (Some("str"), None, "isdigit") => |_, args| short::all(args, |c| c.is_ascii_digit()),
-        (Some("str"), None, "isspace") => short::is_space,
-        (Some("str"), None, "join") => short::join,
-        (Some("str"), None, "lower") => short::lower,
-        (Some("str"), None, "lstrip") => short::lstrip,
-        (Some("str"), None, "replace") => short::replace,
-        (Some("str"), None, "rstrip") => short::rstrip,
-        (Some("str"), None, "split") => short::split,
-        (Some("str"), None, "startswith") => short::startswith,
-        (Some("str"), None, "strip") => short::strip,
-        (Some("str"), None, "upper") => short::upper,
-        (Some("deque"), None, "append") => |_, args| deque::push_at_once(args, false),
-        (Some("deque"), None, "appendleft") => |_, args| deque::push_at_once(args, true),
-        (Some("deque"), None, "pop") => |_, args| deque::pop_at_once(args, false),
-        (Some("deque"), None, "popleft") => |_, args| deque::pop_at_once(args, true),
-        (None, Some("heapq"), "heappop") => heap::pop_at_once,
-        (None, Some("heapq"), "heappush") => heap::push_at_once,
-        (None, Some("math"), "atan2") => |_, args| two_floats(args, f64::atan2),
-        (None, Some("math"), "cos") => |_, args| one_float(args, f64::cos),
-        (None, Some("math"), "exp") => |_, args| one_float(args, f64::exp),
-        (None, Some("math"), "fabs") => |_, args| one_float(args, f64::abs),
-        (None, Some("math"), "sin") => |_, args| one_float(args, f64::sin),
-        (None, Some("math"), "sqrt") => |_, args| one_float(args, f64::sqrt),
-        (None, Some("math"), "tan") => |_, args| one_float(args, f64::tan),
-        (None, Some("math"), "floor") => |_, args| rounded(args, f64::floor),
-        (None, Some("math"), "ceil") => |_, args| rounded(args, f64::ceil),
+        (None, None, "abs") => quick!(abs),
+        (None, None, "bool") => quick!(truth),
+        (None, None, "chr") => quick!(chr),
+        (None, None, "float") => quick!(float),
+        (None, None, "getattr") => quick!(attribute),
+        (None, None, "int") => quick!(int),
+        (None, None, "str") => quick!(short::str),
+        (None, None, "isinstance") => quick!(is_instance),
+        (None, None, "len") => quick!(len),
+        (None, None, "max") => quick!(max),
+        (None, None, "min") => quick!(min),
+        (None, None, "ord") => quick!(ord),
+        (Some("dict"), None, "get") => quick!(get),
+        (Some("list"), None, "append") => quick!(append),
+        (Some("list"), None, "pop") => quick!(pop),
+        (Some("set"), None, "add") => quick!(add),
+        (Some("str"), None, "endswith") => quick!(short::endswith),
+        (Some("str"), None, "find") => quick!(short::find),
+        (Some("str"), None, "isalnum") => quick!(|_, args| short::all(args, char::is_alphanumeric)),
+        (Some("str"), None, "isalpha") => quick!(|_, args| short::all(args, char::is_alphabetic)),
+        (Some("str"), None, "isdigit") => {
+            quick!(|_, args| short::all(args, |c| c.is_ascii_digit()))
+        }
+        (Some("str"), None, "isspace") => quick!(short::is_space),
+        (Some("str"), None, "join") => quick!(short::join),
+        (Some("str"), None, "lower") => quick!(short::lower),
+        (Some("str"), None, "lstrip") => quick!(short::lstrip),
+        (Some("str"), None, "replace") => quick!(short::replace),
+        (Some("str"), None, "rstrip") => quick!(short::rstrip),
+        (Some("str"), None, "split") => quick!(short::split),
+        (Some("str"), None, "startswith") => quick!(short::startswith),
+        (Some("str"), None, "strip") => quick!(short::strip),
+        (Some("str"), None, "upper") => quick!(short::upper),
+        (Some("deque"), None, "append") => quick!(|_, args| deque::push_at_once(args, false)),
+        (Some("deque"), None, "appendleft") => quick!(|_, args| deque::push_at_once(args, true)),
+        (Some("deque"), None, "pop") => quick!(|_, args| deque::pop_at_once(args, false)),
+        (Some("deque"), None, "popleft") => quick!(|_, args| deque::pop_at_once(args, true)),
+        (None, Some("heapq"), "heappop") => quick!(heap::pop_at_once),
+        (None, Some("heapq"), "heappush") => quick!(heap::push_at_once),
+        (None, Some("math"), "atan2") => quick!(|_, args| two_floats(args, f64::atan2)),
+        (None, Some("math"), "cos") => quick!(|_, args| one_float(args, f64::cos)),
+        (None, Some("math"), "exp") => quick!(|_, args| one_float(args, f64::exp)),
+        (None, Some("math"), "fabs") => quick!(|_, args| one_float(args, f64::abs)),
+        (None, Some("math"), "sin") => quick!(|_, args| one_float(args, f64::sin)),
+        (None, Some("math"), "sqrt") => quick!(|_, args| one_float(args, f64::sqrt)),
+        (None, Some("math"), "tan") => quick!(|_, args| one_float(args, f64::tan)),
+        (None, Some("math"), "floor") => quick!(|_, args| rounded(args, f64::floor)),
+        (None, Some("math"), "ceil") => quick!(|_, args| rounded(args, f64::ceil)),
         _ => return None,
     })
 }
@@ -129,6 +152,7 @@ fn float(_: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
     match args {
         [Value::Float(float)] => Some(Value::Float(*float)),
         [Value::Int(int)] => Some(Value::Float(*int as f64)),
+        [Value::Str(text)] => short::float(text).map(Value::Float),
         _ => None,
     }
 }
@@ -138,6 +162,7 @@ fn int(_: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
         [Value::Int(int)] => Some(Value::Int(*int)),
         [Value::Bool(flag)] => Some(Value::Int(i64::from(*flag))),
         [Value::Float(float)] if float.abs() < 9.0e18 => Some(from_f64(*float)),
+        [Value::Str(text)] => short::int(text).map(Value::Int),
         _ => None,
     }
 }
@@ -188,11 +213,8 @@ fn get(_: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
         [Value::Dict(dict), key, default] => (dict, *key, *default),
         _ => return None,
     };
-    match dict.find(quick_hash(key)?, key) {
-        Found::At(at) => Some(dict.value_at(at)),
-        Found::Nowhere => Some(default.clone()),
-        Found::Ask(..) => None,
-    }
+    let found = dict.get_at_once(quick_hash(key)?, key)?;
+    Some(found.unwrap_or_else(|| default.clone()))
 }
 
 /// An attribute in a slot of an instance, or a method of its class.
@@ -243,7 +265,7 @@ fn add(_: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
 #[inline]
 pub fn contains(container: &Value, item: &Value) -> Option<bool> {
     let found = match container {
-        Value::Dict(dict) => dict.find(quick_hash(item)?, item),
+        Value::Dict(dict) => return dict.has_at_once(quick_hash(item)?, item),
         Value::Set(set) | Value::FrozenSet(set) => set.find(quick_hash(item)?, item),
         _ => return None,
     };

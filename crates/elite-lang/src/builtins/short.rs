@@ -2,8 +2,12 @@
 //!
 //! Longer texts and other letters go the usual way, which lets others have their turn meanwhile and knows all of Unicode.
 
+use std::rc::Rc;
+
+use compact_str::ToCompactString as _;
+
 use crate::eval::Evaluator;
-use crate::value::Value;
+use crate::value::{Str, Value};
 
 /// Longest text, in bytes, that is answered about here.
 const SHORT: usize = 64;
@@ -157,4 +161,49 @@ pub(super) fn join(ev: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
         [separator, Value::Tuple(parts)] => joined(short(separator)?, parts.items()),
         _ => None,
     }
+}
+
+/// Longest text of a number that is read at once.
+const NUMERAL_MAX: usize = 18;
+
+/// `str(value)` of integers and of what is a text already.
+pub fn str(_: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
+    match args {
+        [Value::Int(int)] => {
+            let text = int.to_compact_string();
+            let length = text.len();
+            Some(Value::Str(Rc::new(Str::counted(text, length))))
+        }
+        [text @ Value::Str(_)] => Some((*text).clone()),
+        _ => None,
+    }
+}
+
+/// The integer that a text of a sign and a few digits stands for.
+pub fn int(text: &Str) -> Option<i64> {
+    let bytes = text.as_str().as_bytes();
+    let digits = bytes.strip_prefix(b"-").unwrap_or(bytes);
+    if digits.is_empty() || digits.len() > NUMERAL_MAX {
+        return None;
+    }
+    let mut number = 0;
+    for digit in digits {
+        if !digit.is_ascii_digit() {
+            return None;
+        }
+        number = number * 10 + i64::from(digit - b'0');
+    }
+    Some(if digits.len() < bytes.len() {
+        -number
+    } else {
+        number
+    })
+}
+
+/// The float that a short text of digits, sign, point and exponent stands for.
+pub fn float(text: &Str) -> Option<f64> {
+    let text = text.as_str();
+    let plain = |byte: &u8| matches!(byte, b'0'..=b'9' | b'.' | b'-' | b'+' | b'e' | b'E');
+    let is_plain = text.len() <= NUMERAL_MAX && text.as_bytes().iter().all(plain);
+    is_plain.then(|| text.parse().ok())?
 }

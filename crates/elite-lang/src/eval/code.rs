@@ -5,8 +5,9 @@ use std::collections::{BTreeMap, HashMap};
 use std::rc::{Rc, Weak};
 use std::sync::Arc;
 
+use super::expr::enter::{Entry, Given};
 use super::steps::Step;
-use super::{Evaluator, Expr, Flow, Frame, Statement, attempt};
+use super::{Evaluator, Executes, Expr, Flow, Frame, attempt};
 use crate::source::{SourceFile, Span};
 use crate::value::by_symbol::SymbolSet;
 use crate::value::module::Namespace;
@@ -196,6 +197,8 @@ pub struct Code {
     pub kind: CodeKind,
     /// What runs.
     pub body: Body,
+    /// How calls enter it, and natives with values.
+    pub entry: (Entry, Given),
     /// What the body refers to beyond itself.
     pub refers: Refers,
     /// The names in it and in the rest of the text.
@@ -243,6 +246,8 @@ pub enum Body {
     Block(Block),
     /// A single expression (lambdas).
     Expression(Expr),
+    /// A single `return` of an expression, with its line.
+    Return(u32, Expr),
     /// The steps of a generator.
     Steps(Nodes<Step>),
 }
@@ -259,6 +264,10 @@ impl Body {
                 Flow::Next | Flow::Break | Flow::Continue => Ok(Value::None),
             },
             Body::Expression(expr) => expr.eval(ev, f),
+            Body::Return(line, expr) => {
+                ev.core.line.set(*line);
+                expr.eval(ev, f)
+            }
             // Only generators have steps; they stand at them and never run to the end at once.
             Body::Steps(_) => Ok(Value::None),
         }
@@ -269,7 +278,7 @@ impl Body {
     pub fn steps(&self) -> Option<&[Step]> {
         match self {
             Body::Steps(steps) => Some(steps),
-            Body::Block(_) | Body::Expression(_) => None,
+            Body::Block(_) | Body::Expression(_) | Body::Return(..) => None,
         }
     }
 }
@@ -287,12 +296,12 @@ pub struct Block {
 
 struct Line {
     number: u32,
-    statement: Box<dyn Statement>,
+    statement: Box<dyn Executes>,
 }
 
 impl Block {
     /// A block of these statements, each with its line.
-    pub fn new(statements: Vec<(u32, Box<dyn Statement>)>) -> Self {
+    pub fn new(statements: Vec<(u32, Box<dyn Executes>)>) -> Self {
         let lines = statements
             .into_iter()
             .map(|(number, statement)| Line { number, statement });

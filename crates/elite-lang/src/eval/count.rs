@@ -63,6 +63,7 @@ impl Mark {
 }
 
 impl Statement for Mark {
+    #[inline(always)]
     fn exec(&self, _: &Evaluator<'_>, _: &mut Frame<'_>) -> Flow {
         self.pass();
         Flow::Next
@@ -78,6 +79,7 @@ pub struct MarkThen {
 }
 
 impl Expression for MarkThen {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         self.mark.pass();
         self.then.eval(ev, f)

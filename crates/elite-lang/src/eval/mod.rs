@@ -23,12 +23,14 @@ pub mod stmt;
 pub mod types;
 pub mod walk;
 pub mod watch;
+pub mod words;
 
 use std::cell::Cell;
 use std::rc::Rc;
 
 pub use self::core::Core;
 use self::coroutine::Outlet;
+use self::words::{Truth, Words};
 use crate::limits::memory;
 use crate::value::{Function, Held, Instance, R, Raised, Value};
 
@@ -51,19 +53,60 @@ impl Frame<'_> {
 }
 
 /// An expression that can be evaluated.
-pub trait Expression {
+pub trait Expression: Sized {
     /// Its value.
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R;
 
     /// Its truth, without making a value of it where possible.
+    #[inline(always)]
     fn truth(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<bool> {
-        let value = self.eval(ev, f)?;
+        let value = self.eval_words(ev, f).whole()?;
         ev.truth(&value)
     }
+}
 
-    /// Evaluates it as the callee of a method call: the function and its receiver, if it is one.
-    fn as_constant(&self) -> Option<&Value> {
-        None
+/// An expression as a part of another node: the same, with results in registers.
+pub trait Evaluates {
+    /// See `Expression::eval`.
+    fn eval_words(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Words<R>;
+    /// See `Expression::truth`.
+    fn truth_words(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Truth;
+}
+
+impl<E: Expression> Evaluates for E {
+    fn eval_words(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Words<R> {
+        Words::of(self.eval(ev, f))
+    }
+
+    fn truth_words(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Truth {
+        self.truth(ev, f).into()
+    }
+}
+
+impl dyn Evaluates {
+    /// Its value.
+    #[inline(always)]
+    pub fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        self.eval_words(ev, f).whole()
+    }
+
+    /// Its truth.
+    #[inline(always)]
+    pub fn truth(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<bool> {
+        self.truth_words(ev, f).into()
+    }
+}
+
+/// Whatever stands there.
+impl Expression for Expr {
+    #[inline(always)]
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        (**self).eval(ev, f)
+    }
+
+    #[inline(always)]
+    fn truth(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<bool> {
+        (**self).truth(ev, f)
     }
 }
 
@@ -73,8 +116,28 @@ pub trait Statement {
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow;
 }
 
+/// A statement as a part of a block: the same, with how it ended in registers.
+pub trait Executes {
+    /// See `Statement::exec`.
+    fn exec_words(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Words<Flow>;
+}
+
+impl<S: Statement> Executes for S {
+    fn exec_words(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Words<Flow> {
+        Words::of(self.exec(ev, f))
+    }
+}
+
+impl dyn Executes {
+    /// Executes it.
+    #[inline(always)]
+    pub fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        self.exec_words(ev, f).whole()
+    }
+}
+
 /// A boxed expression.
-pub type Expr = Box<dyn Expression>;
+pub type Expr = Box<dyn Evaluates>;
 
 /// How a statement ended.
 pub enum Flow {

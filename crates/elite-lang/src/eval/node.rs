@@ -194,6 +194,7 @@ impl Pass {
 }
 
 impl Statement for Pass {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, _: &mut Frame<'_>) -> Flow {
         self.run(ev);
         Flow::Next
@@ -209,6 +210,7 @@ pub struct PassThen {
 }
 
 impl Expression for PassThen {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         self.passes.iter().for_each(|pass| pass.run(ev));
         self.then.eval(ev, f)

@@ -6,6 +6,7 @@ use std::rc::Rc;
 use super::code::{Code, CodeKind};
 use super::generator::Generator;
 use super::pace::VALUE;
+use super::words::Words;
 use super::{Evaluator, Frame};
 use crate::value::held::nothing_is_open;
 use crate::value::{CellVar, Dict, Function, R, Symbol, Value};
@@ -28,13 +29,10 @@ impl<const N: usize> Slots<N> {
 }
 
 impl<const N: usize> Drop for Slots<N> {
-    /// Most slots hold numbers or nothing, which need no call.
     #[inline(always)]
     fn drop(&mut self) {
         for slot in self.0.iter_mut() {
-            if !slot.is_flat() {
-                drop(std::mem::take(slot));
-            }
+            std::mem::take(slot).discard();
         }
     }
 }
@@ -87,7 +85,7 @@ impl Evaluator<'_> {
     /// Runs a body on a further segment of stack.
     #[cold]
     #[inline(never)]
-    fn run_deeper(&self, function: &Rc<Function>, slots: &mut [Value]) -> R {
+    pub fn run_deeper(&self, function: &Rc<Function>, slots: &mut [Value]) -> R {
         let code = &*function.code;
         self.with_stack(code.stack_bytes, || {
             code.body.run(self, &mut Frame { slots, function })
@@ -105,21 +103,35 @@ impl Evaluator<'_> {
     }
 
     /// Calls a script function with arguments that are values already.
+    #[inline]
     pub fn call_function(
         &self,
         function: &Rc<Function>,
         args: &mut [Value],
         keywords: &[(Symbol, Value)],
     ) -> R {
+        match keywords {
+            [] => (function.code.entry.1)(function, Words::of(Value::Unbound), args, self).whole(),
+            _ => self.call_bound(function, args, keywords),
+        }
+    }
+
+    /// The same without keywords and with one more argument before the others.
+    #[inline]
+    pub fn call_method(&self, function: &Rc<Function>, first: Value, args: &mut [Value]) -> R {
+        (function.code.entry.1)(function, Words::of(first), args, self).whole()
+    }
+
+    /// Calls a script function of any kind, its arguments bound as Python does.
+    #[inline(never)]
+    pub fn call_bound(
+        &self,
+        function: &Rc<Function>,
+        args: &mut [Value],
+        keywords: &[(Symbol, Value)],
+    ) -> R {
         with_slots(function.code.slots, |slots| {
-            let params = &function.code.params;
-            if keywords.is_empty() && params.is_simple() && args.len() == params.positional {
-                for (slot, arg) in slots.iter_mut().zip(args) {
-                    *slot = std::mem::take(arg);
-                }
-            } else {
-                self.bind(function, args, keywords, slots)?;
-            }
+            self.bind(function, args, keywords, slots)?;
             self.run(function, slots)
         })
     }
@@ -355,7 +367,7 @@ impl Evaluator<'_> {
 }
 
 /// Variables that inner functions share move into cells.
-fn make_cells(code: &Code, slots: &mut [Value]) {
+pub fn make_cells(code: &Code, slots: &mut [Value]) {
     for slot in &code.cells {
         let slot = &mut slots[*slot as usize];
         *slot = Value::Cell(CellVar::new(std::mem::take(slot)));

@@ -11,7 +11,7 @@ use super::generator::{Stepped, ToGenerator};
 use super::stmt::loops::LoopTarget;
 use super::stmt::target::Target;
 use super::walk::Walk;
-use super::{Evaluator, Expr, Flow, Frame, Located, Statement};
+use super::{Evaluator, Executes, Expr, Flow, Frame, Located};
 use crate::errors::ExceptionKind;
 use crate::source::Span;
 use crate::value::{Function, R, Raised, Value, trash};
@@ -24,7 +24,7 @@ pub enum Step {
     /// A statement without `yield`, and where `break` and `continue` in it lead.
     Run {
         line: u32,
-        statement: Box<dyn Statement>,
+        statement: Box<dyn Executes>,
         on_break: Place,
         on_continue: Place,
     },

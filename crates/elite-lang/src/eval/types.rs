@@ -246,6 +246,14 @@ impl Types {
             .collect()
     }
 
+    /// The same for messages about an argument of the wrong type, which say `None` of `None`.
+    pub fn name_of_argument(&self, value: &Value) -> Rc<str> {
+        match value {
+            Value::None => "None".into(),
+            other => self.name_of(other),
+        }
+    }
+
     /// The name of a value's type, as messages use it.
     pub fn name_of(&self, value: &Value) -> Rc<str> {
         self.of(value).type_name()

@@ -4,7 +4,7 @@ use std::rc::Rc;
 
 use super::{Evaluator, Frame, Located};
 use crate::source::Span;
-use crate::value::{List, R, Tuple, Value};
+use crate::value::{List, R, Str, Tuple, Value};
 
 /// What a loop with two targets gets each turn.
 pub enum Pair {
@@ -22,6 +22,8 @@ pub enum Walk {
     List(Rc<List>, usize),
     /// A tuple and the next index.
     Tuple(Rc<Tuple>, usize),
+    /// A text of ASCII and the next index.
+    Text(Rc<Str>, usize),
     /// An iterator.
     Iterator(Value),
 }
@@ -30,7 +32,7 @@ impl Walk {
     /// Runs `each` on what it refers to.
     pub fn visit(&self, each: &mut dyn FnMut(&Value)) {
         match self {
-            Walk::Range(..) => {}
+            Walk::Range(..) | Walk::Text(..) => {}
             Walk::List(list, _) => each(&Value::List(list.clone())),
             Walk::Tuple(tuple, _) => each(&Value::Tuple(tuple.clone())),
             Walk::Iterator(iterator) => each(iterator),
@@ -44,6 +46,7 @@ impl Walk {
             Value::Range(range) => Walk::Range(range.start, range.step, range.len()),
             Value::List(list) => Walk::List(list, 0),
             Value::Tuple(tuple) => Walk::Tuple(tuple, 0),
+            Value::Str(text) if text.is_ascii() => Walk::Text(text, 0),
             iterator @ (Value::Iter(_) | Value::Generator(_)) => Walk::Iterator(iterator),
             other => Walk::Iterator(ev.iter(&other).at(ev, f, span)?),
         })
@@ -69,6 +72,11 @@ impl Walk {
             Walk::Tuple(tuple, index) => {
                 *index += 1;
                 Ok(tuple.items().get(*index - 1).cloned())
+            }
+            Walk::Text(text, index) => {
+                let byte = text.as_str().as_bytes().get(*index);
+                *index += 1;
+                Ok(byte.and_then(|byte| ev.core.ascii.get(usize::from(*byte)).cloned()))
             }
             Walk::Iterator(iterator) => ev.next(iterator).at(ev, f, span),
         }

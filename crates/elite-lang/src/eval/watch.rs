@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use super::{Evaluator, Expr, Expression, Flow, Frame, Statement};
+use super::{Evaluator, Executes, Expr, Expression, Flow, Frame, Statement};
 use crate::debug::{Debugger, Site};
 use crate::value::{R, Raised};
 
@@ -13,7 +13,7 @@ pub struct Watched {
     /// Where it stands.
     pub site: Rc<Site>,
     /// The statement; None for one that does nothing.
-    pub inner: Option<Box<dyn Statement>>,
+    pub inner: Option<Box<dyn Executes>>,
     /// It has no statements in it.
     pub is_simple: bool,
     /// Something in it may call, so that its variables may be looked at meanwhile.
@@ -21,6 +21,7 @@ pub struct Watched {
 }
 
 impl Statement for Watched {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let debugger = &self.debugger;
         if let Err(raised) = debugger.reach(ev, f, &self.site, self.keeps) {
@@ -55,6 +56,7 @@ pub struct WatchedTest {
 }
 
 impl Expression for WatchedTest {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let debugger = &self.debugger;
         let is_told = match &self.begun_at {

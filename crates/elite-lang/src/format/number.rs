@@ -65,7 +65,12 @@ fn character(int: &Int, spec: &Spec, ev: &Evaluator<'_>, out: &mut String) -> R<
         Int::Small(code) => u32::try_from(*code)
             .ok()
             .and_then(crate::value::surrogate::char_of),
-        Int::Big(_) => None,
+        Int::Big(_) => {
+            return Err(ev.raise(
+                crate::errors::ExceptionKind::OverflowError,
+                "Python int too large to convert to C long",
+            ));
+        }
     };
     let Some(c) = code else {
         return Err(ev.raise(

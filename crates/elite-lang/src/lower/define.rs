@@ -3,10 +3,11 @@
 use crate::value::trash::Nodes;
 use std::rc::Rc;
 
-use super::{Extent, Lower};
+use super::{Extent, Lower, NODE};
 use crate::ast::{self, Constant, ExprKind, Stmt, StmtKind};
 use crate::eval::Expr;
 use crate::eval::code::{Body, Code, CodeKind, Params};
+use crate::eval::expr::enter::entries_of;
 use crate::eval::expr::function::{Annotations, MakeFunction};
 use crate::eval::expr::names::Local;
 use crate::eval::stmt::define::{DefineClass, DefineFunction};
@@ -31,7 +32,12 @@ struct Parts<'p> {
 impl Lower<'_> {
     fn code(&self, parts: Parts<'_>) -> Rc<Code> {
         let layout = parts.layout;
+        let kind = match layout.is_generator {
+            true => CodeKind::Generator,
+            false => CodeKind::Plain,
+        };
         let code = Rc::new(Code {
+            entry: entries_of(kind, &parts.params, layout.slot_names.len()),
             name: parts.name.into(),
             qualname: format!("{}{}", self.prefix, parts.name).into(),
             doc: parts.doc,
@@ -46,11 +52,7 @@ impl Lower<'_> {
                 .map(|(name, _)| self.symbol(name))
                 .collect(),
             cells: layout.cells.clone().into(),
-            kind: if layout.is_generator {
-                CodeKind::Generator
-            } else {
-                CodeKind::Plain
-            },
+            kind,
             body: parts.body,
             names: self.names.clone(),
             module: Some(Rc::downgrade(self.namespace)),
@@ -150,7 +152,7 @@ impl Lower<'_> {
         let prefix = format!("{}{}.<locals>.", self.prefix, def.name.name);
         let (body, extent) = self.frame(def.scope, prefix, |lower| match layout.is_generator {
             true => lower.generator_body(&def.body),
-            false => Body::Block(lower.block(&def.body)),
+            false => lower.function_body(&def.body),
         });
         let code = self.code(Parts {
             name: &def.name.name,
@@ -168,6 +170,24 @@ impl Lower<'_> {
             decorators,
             target: self.name_target(&def.name.name, def.name.span),
         }
+    }
+
+    /// A body that is no generator's. A single `return` needs no block, unless somebody looks at single statements.
+    fn function_body(&mut self, body: &[Stmt]) -> Body {
+        let is_seen = self.counters.is_some() || self.debugger.is_some() || !self.passes.is_empty();
+        let (doc, rest) = match body {
+            [doc, rest @ ..] if docstring(body).is_some() => (Some(doc), rest),
+            _ => (None, body),
+        };
+        if let [statement] = rest
+            && let StmtKind::Return(Some(value)) = &statement.kind
+            && !is_seen
+            && !self.is_given_up_after(NODE * (1 + usize::from(doc.is_some())))
+        {
+            let line = self.line(statement.span);
+            return Body::Return(line, self.deeper(|lower| lower.expr(value)));
+        }
+        Body::Block(self.block(body))
     }
 
     fn decorators(&mut self, decorators: &[ast::Expr]) -> Nodes<(Expr, Span)> {

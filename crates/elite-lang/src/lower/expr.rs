@@ -1,5 +1,6 @@
 //! Expressions.
 
+use std::cell::Cell;
 use std::rc::Rc;
 
 use super::{Lower, NODE, WHOLE};
@@ -12,7 +13,7 @@ use crate::eval::expr::arguments::{CallArg, CallWith};
 use crate::eval::expr::attribute::{Attribute, Cache, Member};
 use crate::eval::expr::binary::{Unary, binary};
 use crate::eval::expr::boolean::{And, IfElse, Not, Or};
-use crate::eval::expr::call::{Call, CallMethod, Site, SuperCall};
+use crate::eval::expr::call::{Call, Site};
 use crate::eval::expr::compare::{Chain, compare};
 use crate::eval::expr::comprehension::{
     Clause, Clauses, DictComprehension, GeneratorExpression, ListComprehension, SetComprehension,
@@ -22,8 +23,9 @@ use crate::eval::expr::display::{
     TupleDisplay,
 };
 use crate::eval::expr::fstring::{FString, Part};
-use crate::eval::expr::item::{Item, SliceExpr};
+use crate::eval::expr::item::{Item, SliceExpr, Sliced};
 use crate::eval::expr::keywords::CallKeywords;
+use crate::eval::expr::method::{CallMethod, Methods, SuperCall};
 use crate::eval::expr::names::{
     ClassName, Const, Free, Global, Local, LocalCell, MappedName, Named,
 };
@@ -79,7 +81,10 @@ impl Lower<'_> {
             ExprKind::Compare { left, rest } => self.comparison(left, rest, span),
             ExprKind::Call { function, args } => self.call(function, args, span),
             ExprKind::Attribute { value, name } => Box::new(self.attribute(value, name, span)),
-            ExprKind::Subscript { value, index } => Box::new(self.item(value, index, span)),
+            ExprKind::Subscript { value, index } => match part_of(index) {
+                Some((lower, upper)) => Box::new(self.sliced(value, lower, upper, span)),
+                None => Box::new(self.item(value, index, span)),
+            },
             ExprKind::Slice { lower, upper, step } => {
                 let (lower, upper, step) = (self.boxed(lower), self.boxed(upper), self.boxed(step));
                 Box::new(SliceExpr { lower, upper, step })
@@ -198,7 +203,7 @@ impl Lower<'_> {
                 let attribute = self.deeper(|lower| lower.attribute(value, name, expr.span));
                 Operand::Attribute(Box::new(attribute))
             }
-            ExprKind::Subscript { value, index } => {
+            ExprKind::Subscript { value, index } if part_of(index).is_none() => {
                 let item = self.deeper(|lower| lower.item(value, index, expr.span));
                 Operand::Item(Box::new(item))
             }
@@ -208,9 +213,29 @@ impl Lower<'_> {
 
     fn item(&mut self, value: &ast::Expr, index: &ast::Expr, span: Span) -> Item {
         Item {
-            keeps: keeps_locals(index),
             value: self.operand(value),
             index: self.operand(index),
+            span,
+        }
+    }
+
+    fn sliced(
+        &mut self,
+        value: &ast::Expr,
+        lower: Option<&ast::Expr>,
+        upper: Option<&ast::Expr>,
+        span: Span,
+    ) -> Sliced {
+        let value = self.operand(value);
+        let mut bound = |bound: Option<&ast::Expr>| match bound {
+            Some(bound) => self.operand(bound),
+            None => Operand::Const(Value::None),
+        };
+        let (lower, upper) = (bound(lower), bound(upper));
+        Sliced {
+            value,
+            lower,
+            upper,
             span,
         }
     }
@@ -341,6 +366,8 @@ impl Lower<'_> {
             let (receiver, name) = (self.operand(value), self.symbol(&name.name));
             let (attribute_span, cache) = (function.span, Cache::default());
             return Box::new(CallMethod {
+                methods: Methods::default(),
+                quick: Cell::default(),
                 receiver,
                 name,
                 site: Site::new(args(self), span),
@@ -533,6 +560,18 @@ impl Lower<'_> {
         self.scope = outer;
         self.prefix = outer_prefix;
         node
+    }
+}
+
+/// The bounds of a slice without a step.
+fn part_of(index: &ast::Expr) -> Option<(Option<&ast::Expr>, Option<&ast::Expr>)> {
+    match &index.kind {
+        ExprKind::Slice {
+            lower,
+            upper,
+            step: None,
+        } => Some((lower.as_deref(), upper.as_deref())),
+        _ => None,
     }
 }
 

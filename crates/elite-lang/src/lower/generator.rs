@@ -6,7 +6,7 @@ use crate::eval::code::Body;
 use crate::eval::expr::operand::Operand;
 use crate::eval::steps::{Place, Step};
 use crate::eval::stmt::target::Target;
-use crate::eval::{Expr, Statement};
+use crate::eval::{Executes, Expr};
 use crate::limits::memory::Budget;
 use crate::lint::visit;
 use crate::source::Span;
@@ -224,7 +224,7 @@ impl Lower<'_> {
         }
     }
 
-    fn run_step(node: Box<dyn Statement>, line: u32, made: &mut Made) {
+    fn run_step(node: Box<dyn Executes>, line: u32, made: &mut Made) {
         let index = made.add(Step::Run {
             line,
             statement: node,

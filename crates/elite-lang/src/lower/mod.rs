@@ -19,8 +19,9 @@ use crate::eval::Core;
 use crate::eval::code::{Block, Body, Code, CodeKind, Params, Refers, TextNames};
 use crate::eval::coroutine::{LEVEL, RESERVE};
 use crate::eval::count::{Counters, Mark, MarkThen};
+use crate::eval::expr::enter::entries_of;
 use crate::eval::node::{Pass, PassThen};
-use crate::eval::{Expr, Statement};
+use crate::eval::{Executes, Expr};
 use crate::limits::memory::Budget;
 use crate::resolve::{FrameLayout, Place, Resolution, ScopePlaces};
 use crate::source::{SourceFile, Span};
@@ -115,7 +116,7 @@ struct Extent {
 }
 
 /// A statement with its line.
-type Line = (u32, Box<dyn Statement>);
+type Line = (u32, Box<dyn Executes>);
 
 /// The nodes of a text in the table of the interpreter.
 fn passes(core: &Core, nodes: &[NodeMark], budget: &Budget<'_>) -> BTreeMap<NodePlace, Vec<Pass>> {
@@ -297,6 +298,7 @@ impl<'l> Lower<'l> {
             free_names: Box::default(),
             cells: layout.cells.clone().into(),
             kind: CodeKind::Plain,
+            entry: entries_of(CodeKind::Plain, &Params::default(), usize::MAX),
             body,
             names: self.names.clone(),
             module: Some(Rc::downgrade(self.namespace)),

@@ -9,23 +9,23 @@ use crate::eval::code::Block;
 use crate::eval::expr::attribute::Cache;
 use crate::eval::stmt::assert::{Assert, AssertComparison};
 use crate::eval::stmt::assign::{
-    Assign, AssignAttribute, AssignEach, AssignItem, AssignItems, AssignLocal, AssignPair,
-    AugAttribute, AugItem, AugName, augmented_local,
+    Assign, AssignEach, AssignItems, AugAttribute, AugItem, AugName, assign_attribute, assign_item,
+    assign_local, assign_pair, augmented_local,
 };
 use crate::eval::stmt::class_body::Annotate;
-use crate::eval::stmt::control::{Break, Continue, If, Return, ReturnNone};
+use crate::eval::stmt::control::{Break, Continue, If, ReturnNone, return_value};
 use crate::eval::stmt::handle::{Finally, Handler, Try};
 use crate::eval::stmt::handle_star::TryStar;
 use crate::eval::stmt::import::{Import, ImportFrom, ImportStar};
-use crate::eval::stmt::loops::{For, While};
+use crate::eval::stmt::loops::{For, Turns, While};
 use crate::eval::stmt::simple::{Delete, ExprStatement, Print, Raise};
 use crate::eval::stmt::with::With;
-use crate::eval::{Expr, Statement};
+use crate::eval::{Executes, Expr};
 use crate::resolve::Place;
 use crate::source::Span;
 use crate::value::Value;
 
-type Node = Box<dyn Statement>;
+type Node = Box<dyn Executes>;
 
 impl Lower<'_> {
     /// The node of a statement; None for those that do nothing.
@@ -62,7 +62,7 @@ impl Lower<'_> {
             StmtKind::Break => Box::new(Break),
             StmtKind::Continue => Box::new(Continue),
             StmtKind::Return(None) => Box::new(ReturnNone),
-            StmtKind::Return(Some(value)) => Box::new(Return(self.operand(value))),
+            StmtKind::Return(Some(value)) => return_value(self.operand(value)),
             StmtKind::Raise { exception, cause } => {
                 let exception = exception.as_ref().map(|expr| self.expr(expr));
                 let cause = cause.as_ref().map(|expr| self.expr(expr));
@@ -122,10 +122,12 @@ impl Lower<'_> {
                 })
             }
             StmtKind::While { test, body, orelse } => Box::new(While {
-                line: self.line(test.span),
                 test: self.loop_test(test),
-                body: self.block(body),
-                orelse: self.block(orelse),
+                turns: Turns {
+                    line: self.line(test.span),
+                    body: self.block(body),
+                    orelse: self.block(orelse),
+                },
             }),
             StmtKind::For {
                 target,
@@ -135,10 +137,12 @@ impl Lower<'_> {
             } => Box::new(For {
                 iterable: self.expr(iterable),
                 span: iterable.span,
-                line: self.line(statement.span),
                 target: self.loop_target(target),
-                body: self.block(body),
-                orelse: self.block(orelse),
+                turns: Turns {
+                    line: self.line(statement.span),
+                    body: self.block(body),
+                    orelse: self.block(orelse),
+                },
             }),
             StmtKind::With { items, body } => self.with(items, body, statement.span),
             StmtKind::Try {
@@ -185,11 +189,9 @@ impl Lower<'_> {
                     .all(|expr| !matches!(expr.kind, ExprKind::Starred(_)))
             {
                 if let ([first, second], [x, y]) = (&names[..], &values[..]) {
-                    let values = [self.operand(x), self.operand(y)];
-                    return Box::new(AssignPair {
-                        targets: [self.destination(first), self.destination(second)],
-                        values,
-                    });
+                    let values = (self.operand(x), self.operand(y));
+                    let targets = [self.destination(first), self.destination(second)];
+                    return assign_pair(targets, values);
                 }
                 let values = values.iter().map(|value| self.operand(value)).collect();
                 let targets = names.iter().map(|name| self.destination(name)).collect();
@@ -209,25 +211,16 @@ impl Lower<'_> {
             }
             if let ExprKind::Attribute { .. } = &target.kind {
                 let value = self.operand(value);
-                return Box::new(AssignAttribute {
-                    target: self.attribute_target(target),
-                    value,
-                });
+                return assign_attribute(self.attribute_target(target), value);
             }
             if let ExprKind::Subscript { .. } = &target.kind {
                 let value = self.operand(value);
-                return Box::new(AssignItem {
-                    target: self.item_target(target),
-                    value,
-                });
+                return assign_item(self.item_target(target), value);
             }
             if let ExprKind::Name(name) = &target.kind
                 && let Place::Local(slot) = self.place(name)
             {
-                return Box::new(AssignLocal {
-                    slot,
-                    value: self.operand(value),
-                });
+                return assign_local(slot, self.operand(value));
             }
         }
         let value = self.operand(value);

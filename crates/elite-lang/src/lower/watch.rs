@@ -6,13 +6,13 @@ use super::Lower;
 use crate::ast::{self, ExprKind, Stmt, StmtKind};
 use crate::debug::{Site, is_place};
 use crate::eval::watch::{Watched, WatchedTest};
-use crate::eval::{Expr, Statement};
+use crate::eval::{Executes, Expr};
 use crate::lint::visit;
 use crate::source::Span;
 
 impl Lower<'_> {
     /// The node of a statement, watched where the program is.
-    pub(super) fn watched(&mut self, statement: &Stmt) -> Option<Box<dyn Statement>> {
+    pub(super) fn watched(&mut self, statement: &Stmt) -> Option<Box<dyn Executes>> {
         let Some(debugger) = self.debugger.clone().filter(|_| is_place(statement)) else {
             return self.statement(statement);
         };
@@ -27,7 +27,7 @@ impl Lower<'_> {
         }))
     }
 
-    fn statement_at(&mut self, statement: &Stmt, site: &Rc<Site>) -> Option<Box<dyn Statement>> {
+    fn statement_at(&mut self, statement: &Stmt, site: &Rc<Site>) -> Option<Box<dyn Executes>> {
         let outer = self.loop_site.replace(site.clone());
         let node = self.statement(statement);
         self.loop_site = outer;

@@ -139,13 +139,13 @@ impl Evaluator<'_> {
         {
             return Ok(Some(value));
         }
-        let big = |op: fn(BigInt, BigInt) -> BigInt| Value::bigint(op(a.to_big(), b.to_big()));
+        let big = |op: fn(&BigInt, &BigInt) -> BigInt| Value::bigint(op(&a.as_big(), &b.as_big()));
         let value = match op {
             BinaryOp::Add => big(|a, b| a + b),
             BinaryOp::Sub => big(|a, b| a - b),
             BinaryOp::Mul => {
                 self.check_bits(a.bits() + b.bits())?;
-                Value::bigint(self.big_product(&a.to_big(), &b.to_big())?)
+                Value::bigint(self.big_product(&a.as_big(), &b.as_big())?)
             }
             BinaryOp::Div => return self.int_true_division(&a, &b).map(Some),
             BinaryOp::FloorDiv if b.is_zero() => {
@@ -154,8 +154,8 @@ impl Evaluator<'_> {
             BinaryOp::Mod if b.is_zero() => {
                 return Err(self.zero_division("integer modulo by zero"));
             }
-            BinaryOp::FloorDiv => Value::bigint(self.big_divmod(&a.to_big(), &b.to_big())?.0),
-            BinaryOp::Mod => Value::bigint(self.big_divmod(&a.to_big(), &b.to_big())?.1),
+            BinaryOp::FloorDiv => Value::bigint(self.big_divmod(&a.as_big(), &b.as_big())?.0),
+            BinaryOp::Mod => Value::bigint(self.big_divmod(&a.as_big(), &b.as_big())?.1),
             BinaryOp::Pow => return self.int_pow(&a, &b).map(Some),
             BinaryOp::BitAnd => big(|a, b| a & b),
             BinaryOp::BitOr => big(|a, b| a | b),

@@ -45,9 +45,18 @@ pub fn text(op: BinaryOp) -> &'static str {
     }
 }
 
+/// Lists of so many items together are put together at once.
+const FEW: usize = 64;
+
 impl Evaluator<'_> {
     /// `a op b`
     pub fn binary(&self, op: BinaryOp, a: &Value, b: &Value) -> R {
+        if let (BinaryOp::Add, Value::List(a), Value::List(b)) = (op, a, b)
+            && a.len() + b.len() <= FEW
+        {
+            let (a, b) = (a.borrow(), b.borrow());
+            return Ok(Value::list([a.as_slice(), b.as_slice()].concat()));
+        }
         if let Some(value) = self.number_binary(op, a, b)? {
             return Ok(value);
         }
@@ -174,11 +183,10 @@ impl Evaluator<'_> {
     /// Calls what was found in the class of `receiver` as its method.
     pub fn call_method_value(&self, method: &Value, receiver: &Value, args: &mut [Value]) -> R {
         match method {
-            Value::Function(_) | Value::Builtin(_) => {
-                crate::builtins::with_first(receiver.clone(), args, |all| {
-                    self.call(method, all, &[])
-                })
-            }
+            Value::Function(function) => self.call_method(function, receiver.clone(), args),
+            Value::Builtin(_) => crate::builtins::with_first(receiver.clone(), args, |all| {
+                self.call(method, all, &[])
+            }),
             // A descriptor may be found through a descriptor.
             _ => self.recurse(|| {
                 let bound = self.bind_attribute(method, receiver, self.core.types.of(receiver))?;

@@ -13,7 +13,7 @@ use crate::value::surrogate::{code_of, may_have_surrogates};
 use crate::value::symbol::known;
 use crate::value::{LongRange, R, Str, Symbol, Value};
 
-/// The result of comparing two numbers of the commonest types; None if they are of others.
+/// The result of comparing two numbers of the commonest types, or whether two short texts are equal; None for others.
 #[inline(always)]
 pub fn fast(op: CompareOp, a: &Value, b: &Value) -> Option<bool> {
     match (a, b) {
@@ -25,7 +25,25 @@ pub fn fast(op: CompareOp, a: &Value, b: &Value) -> Option<bool> {
         (Value::Int(a), Value::Float(b)) if a.unsigned_abs() < 1 << 53 => {
             Some(holds(op, &(*a as f64), b))
         }
+        (Value::Str(a), Value::Str(b)) if matches!(op, CompareOp::Eq | CompareOp::Ne) => {
+            let equal = same_text(a, b)?;
+            Some(equal == (op == CompareOp::Eq))
+        }
         _ => None,
+    }
+}
+
+/// Whether two texts are equal; None if it takes long to say.
+#[inline(never)]
+fn same_text(a: &Rc<Str>, b: &Rc<Str>) -> Option<bool> {
+    if Rc::ptr_eq(a, b) {
+        return Some(true);
+    }
+    let (a, b) = (a.as_str(), b.as_str());
+    match a.len() == b.len() {
+        true if a.len() > STRIDE => None,
+        true => Some(a == b),
+        false => Some(false),
     }
 }
 

@@ -74,8 +74,16 @@ impl Evaluator<'_> {
             return self.int_to_f64(&int);
         }
         if let Value::Instance(instance) = value {
-            if let Some(extended) = instance.extended() {
-                return self.to_f64(&extended);
+            let is_own = matches!(
+                instance.class.lookup(known::FLOAT),
+                Some(Value::Function(_))
+            );
+            match instance.extended() {
+                Some(Value::Float(float)) => return Ok(float),
+                Some(extended) if !is_own && Int::of(&extended).is_some() => {
+                    return self.to_f64(&extended);
+                }
+                _ => {}
             }
             if let Some(result) = self.special(value, known::FLOAT, &mut [])? {
                 return match result {

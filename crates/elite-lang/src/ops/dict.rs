@@ -208,7 +208,14 @@ impl Evaluator<'_> {
     /// `dict.get(key)`.
     #[inline]
     pub fn dict_get(&self, dict: &Dict, key: &Value) -> R<Option<Value>> {
-        Ok(self.dict_find(dict, key)?.map(|index| dict.value_at(index)))
+        let hash = self.hash(key)?;
+        match dict.get_at_once(hash, key) {
+            Some(found) => Ok(found),
+            None => {
+                let found = self.dict_find_hashed(dict, hash, key)?;
+                Ok(found.map(|index| dict.value_at(index)))
+            }
+        }
     }
 
     /// `dict[key] = value`.

@@ -60,6 +60,7 @@ pub fn quick_equal(a: &Value, b: &Value) -> Equal {
             quick_equal_bytes(a.as_str().as_bytes(), b.as_str().as_bytes())
         }
         (Value::Int(a), Value::Int(b)) => (a == b).into(),
+        (Value::Tuple(a), Value::Tuple(b)) if Rc::ptr_eq(a, b) => Equal::Yes,
         // A deleted entry of a table equals nothing.
         (Value::Unbound, _) | (_, Value::Unbound) => Equal::No,
         _ => quick_equal_at(a, b, 0, &mut QUICK_MAX.clone()),

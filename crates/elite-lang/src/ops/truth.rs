@@ -1,13 +1,29 @@
 //! Truth and length.
 
 use crate::eval::Evaluator;
+use crate::eval::words::Truth;
 use crate::value::symbol::known;
 use crate::value::{R, Value};
 
 impl Evaluator<'_> {
     /// Python's `bool(value)`.
-    #[inline]
+    #[inline(always)]
     pub fn truth(&self, value: &Value) -> R<bool> {
+        match value {
+            Value::Bool(flag) => Ok(*flag),
+            Value::None => Ok(false),
+            Value::Int(int) => Ok(*int != 0),
+            other => self.truth_of(other).into(),
+        }
+    }
+
+    #[inline(never)]
+    fn truth_of(&self, value: &Value) -> Truth {
+        Truth::from(self.truth_of_any(value))
+    }
+
+    #[inline(always)]
+    fn truth_of_any(&self, value: &Value) -> R<bool> {
         Ok(match value {
             Value::Bool(flag) => *flag,
             Value::None | Value::Unbound => false,

@@ -7,6 +7,7 @@
 mod branching;
 mod chains;
 mod circles;
+mod counts;
 mod likeness;
 mod mutation;
 mod shape;

@@ -74,6 +74,51 @@ impl Dict {
         }
     }
 
+    /// The value of a key with its hash, if it is there; None if script code has to compare keys.
+    #[inline]
+    pub fn get_at_once(&self, hash: u64, key: &Value) -> Option<Option<Value>> {
+        let table = self.table.borrow();
+        let found = table.find_at_once(hash, key).ok()?;
+        Some(found.and_then(|index| match &table.entries[index].value {
+            Value::Cell(variable) if table.of_variables() => {
+                Some(variable.value.get()).filter(|value| !value.is_unbound())
+            }
+            value => Some(value.clone()),
+        }))
+    }
+
+    /// Replaces the value of a key with its hash, or adds both if there is room, unless script code has to compare keys: the value
+    /// that was there (`Unbound` if none was), otherwise the new one back.
+    #[inline]
+    pub fn set_at_once(&self, hash: u64, key: &Value, value: Value) -> Result<Value, Value> {
+        self.table.change(|table| {
+            if table.of_variables() {
+                return Err(value);
+            }
+            match table.find_at_once(hash, key) {
+                Ok(Some(index)) => {
+                    let entry = &mut table.entries[index];
+                    Ok(std::mem::replace(&mut entry.value, value))
+                }
+                Ok(None) if table.has_room_for(1) => {
+                    table.push(hash, key.clone(), value);
+                    Ok(Value::Unbound)
+                }
+                _ => Err(value),
+            }
+        })
+    }
+
+    /// Whether a key with its hash is there, if no script code has to compare keys.
+    #[inline]
+    pub fn has_at_once(&self, hash: u64, key: &Value) -> Option<bool> {
+        let table = self.table.borrow();
+        match table.find_at_once(hash, key).ok()? {
+            Some(_) if table.of_variables() => None,
+            found => Some(found.is_some()),
+        }
+    }
+
     /// Changes whenever keys come or go; values may change without.
     pub fn generation(&self) -> u64 {
         self.table.borrow().generation
@@ -123,12 +168,10 @@ impl Dict {
     #[inline]
     pub fn growth(&self, more: usize) -> usize {
         let table = self.table.borrow();
-        let needed = table.entries.len() + more;
-        let scanned = needed <= SCAN_MAX || needed * 3 <= table.slots.len() * 2;
-        if scanned && needed <= table.entries.capacity() {
-            return 0;
+        match table.has_room_for(more) {
+            true => 0,
+            false => table.growth_to(table.entries.len() + more),
         }
-        table.growth_to(needed)
     }
 
     /// Moves the entry at an index from `find` to the front.

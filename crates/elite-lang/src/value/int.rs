@@ -1,5 +1,6 @@
 //! Integers of any size: arithmetic that starts in 64 bits and goes on in big integers when it must.
 
+use std::borrow::Cow;
 use std::rc::Rc;
 
 use num_bigint::{BigInt, Sign};
@@ -32,6 +33,14 @@ impl Int {
         match self {
             Int::Small(small) => BigInt::from(*small),
             Int::Big(big) => (**big).clone(),
+        }
+    }
+
+    /// The same, a big one where it lies.
+    pub fn as_big(&self) -> Cow<'_, BigInt> {
+        match self {
+            Int::Small(small) => Cow::Owned(BigInt::from(*small)),
+            Int::Big(big) => Cow::Borrowed(big),
         }
     }
 

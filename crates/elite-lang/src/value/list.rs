@@ -4,6 +4,7 @@ use std::cell::Cell;
 
 use super::held::Look;
 use super::{Held, Value, trash};
+use crate::ops::item::place_of;
 
 /// A list. Nothing may hold a borrow of the items while it runs script code.
 #[derive(Default)]
@@ -77,6 +78,19 @@ impl List {
         })
     }
 
+    /// Puts an item in the place that an index means, which counts from the end if it is negative: the one that was there, or, if
+    /// there is none, the new one back.
+    #[inline(always)]
+    pub fn replace_at(&self, index: i64, value: Value) -> Result<Value, Value> {
+        self.has_changed();
+        self.items.change(|items| {
+            match place_of(index, items.len()).and_then(|place| items.get_mut(place)) {
+                Some(place) => Ok(std::mem::replace(place, value)),
+                None => Err(value),
+            }
+        })
+    }
+
     /// Number of items.
     #[inline]
     pub fn len(&self) -> usize {
@@ -92,6 +106,13 @@ impl List {
     #[inline]
     pub fn get(&self, index: usize) -> Option<Value> {
         self.items.borrow().get(index).cloned()
+    }
+
+    /// The item that an index means, which counts from the end if it is negative.
+    #[inline(always)]
+    pub fn at(&self, index: i64) -> Option<Value> {
+        let items = self.items.borrow();
+        items.get(place_of(index, items.len())?).cloned()
     }
 
     /// Appends an item if there is room for it; whether there was.
@@ -140,6 +161,13 @@ enum Items {
 }
 
 impl Tuple {
+    /// The item that an index means, which counts from the end if it is negative.
+    #[inline(always)]
+    pub fn at(&self, index: i64) -> Option<Value> {
+        let items = self.items();
+        items.get(place_of(index, items.len())?).cloned()
+    }
+
     /// A tuple of these items.
     pub fn new(items: Vec<Value>) -> Self {
         Tuple::of(Items::Many(items))

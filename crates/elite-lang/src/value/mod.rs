@@ -7,6 +7,7 @@ pub mod attrs;
 pub mod by_symbol;
 pub mod bytes;
 pub mod class;
+pub mod count;
 pub mod dict;
 pub mod embed;
 pub mod exception;
@@ -105,57 +106,10 @@ pub enum Value {
 }
 
 impl Clone for Value {
-    /// Numbers, the commonest values, are copied without a call.
+    /// Without a call, whatever it is (`count`).
     #[inline(always)]
     fn clone(&self) -> Self {
-        match self {
-            Value::Int(int) => Value::Int(*int),
-            Value::Float(float) => Value::Float(*float),
-            other => other.clone_other(),
-        }
-    }
-}
-
-impl Value {
-    #[inline(never)]
-    fn clone_other(&self) -> Self {
-        match self {
-            Value::Int(int) => Value::Int(*int),
-            Value::Float(float) => Value::Float(*float),
-            Value::Unbound => Value::Unbound,
-            Value::None => Value::None,
-            Value::Ellipsis => Value::Ellipsis,
-            Value::NotImplemented => Value::NotImplemented,
-            Value::Bool(flag) => Value::Bool(*flag),
-            Value::BigInt(rc) => Value::BigInt(rc.clone()),
-            Value::Complex(rc) => Value::Complex(rc.clone()),
-            Value::Str(rc) => Value::Str(rc.clone()),
-            Value::Bytes(rc) => Value::Bytes(rc.clone()),
-            Value::ByteArray(rc) => Value::ByteArray(rc.clone()),
-            Value::List(rc) => Value::List(rc.clone()),
-            Value::Tuple(rc) => Value::Tuple(rc.clone()),
-            Value::Dict(rc) => Value::Dict(rc.clone()),
-            Value::DictView(rc) => Value::DictView(rc.clone()),
-            Value::Set(rc) => Value::Set(rc.clone()),
-            Value::FrozenSet(rc) => Value::FrozenSet(rc.clone()),
-            Value::Range(rc) => Value::Range(rc.clone()),
-            Value::LongRange(rc) => Value::LongRange(rc.clone()),
-            Value::Slice(rc) => Value::Slice(rc.clone()),
-            Value::Function(rc) => Value::Function(rc.clone()),
-            Value::BoundMethod(rc) => Value::BoundMethod(rc.clone()),
-            Value::Builtin(rc) => Value::Builtin(rc.clone()),
-            Value::Class(rc) => Value::Class(rc.clone()),
-            Value::Instance(rc) => Value::Instance(rc.clone()),
-            Value::Module(rc) => Value::Module(rc.clone()),
-            Value::Iter(rc) => Value::Iter(rc.clone()),
-            Value::Generator(rc) => Value::Generator(rc.clone()),
-            Value::Property(rc) => Value::Property(rc.clone()),
-            Value::StaticMethod(rc) => Value::StaticMethod(rc.clone()),
-            Value::ClassMethod(rc) => Value::ClassMethod(rc.clone()),
-            Value::Super(rc) => Value::Super(rc.clone()),
-            Value::Cell(rc) => Value::Cell(rc.clone()),
-            Value::Code(rc) => Value::Code(rc.clone()),
-        }
+        self.copied()
     }
 }
 
@@ -262,25 +216,10 @@ impl Value {
         )
     }
 
-    /// Replaces it. Numbers go over and away without a call: the commonest values of variables are numbers.
+    /// Replaces it; the one before goes as in `discard`.
     #[inline(always)]
     pub fn put(&mut self, value: Value) {
-        let old = std::mem::replace(self, value);
-        if old.is_flat() {
-            std::mem::forget(old);
-        } else {
-            drop(old);
-        }
-    }
-
-    /// Drops it; numbers go away without a call.
-    #[inline(always)]
-    pub fn discard(self) {
-        if self.is_flat() {
-            std::mem::forget(self);
-        } else {
-            drop(self);
-        }
+        std::mem::replace(self, value).discard();
     }
 
     /// Puts a value into an empty slot.
@@ -303,7 +242,14 @@ impl Value {
 
     /// A new tuple.
     pub fn tuple(items: Vec<Value>) -> Value {
-        Value::Tuple(Rc::new(Tuple::new(items)))
+        let items = match <[Value; 2]>::try_from(items) {
+            Ok(two) => return Value::Tuple(Rc::new(Tuple::of_two(two))),
+            Err(items) => items,
+        };
+        Value::Tuple(Rc::new(match <[Value; 3]>::try_from(items) {
+            Ok(three) => Tuple::of_three(three),
+            Err(items) => Tuple::new(items),
+        }))
     }
 
     /// A new tuple of two items.
@@ -405,10 +351,8 @@ impl Value {
             // Numbers have no identity of their own here; equal bits are the same object.
             (Value::Int(a), Value::Int(b)) => a == b,
             (Value::Float(a), Value::Float(b)) => a.to_bits() == b.to_bits(),
-            _ => match (self.address(), other.address()) {
-                (Some(a), Some(b)) => {
-                    a == b && std::mem::discriminant(self) == std::mem::discriminant(other)
-                }
+            _ => match (self.counted(), other.counted()) {
+                (Some(a), Some(b)) => self.kind() == other.kind() && Rc::ptr_eq(a, b),
                 _ => false,
             },
         }

@@ -102,7 +102,22 @@ impl Table {
         }
     }
 
+    #[inline]
     fn find(&self, hash: u64, key: &Value) -> Found {
+        // Most often the first slot says it.
+        let first = hash as usize & (self.slots.len() - 1);
+        match self.slots.get(first) {
+            Some(slot) if slot.is_free() => return Found::Nowhere,
+            Some(slot) if slot.hash == hash && quick_equal(&slot.key, key) == Equal::Yes => {
+                return Found::At(first);
+            }
+            _ => {}
+        }
+        self.find_further(hash, key)
+    }
+
+    #[inline(never)]
+    fn find_further(&self, hash: u64, key: &Value) -> Found {
         let mut found = None;
         // Only what lies on the way of the hash is looked at, whoever has to compare it.
         let mut asked = Vec::new();
@@ -129,6 +144,15 @@ impl Table {
     }
 
     fn insert_clean(&mut self, hash: u64, key: Value) {
+        let first = hash as usize & (self.slots.len() - 1);
+        if let Some(slot) = self.slots.get_mut(first)
+            && slot.is_free()
+        {
+            *slot = Slot { hash, key };
+            self.used += 1;
+            self.filled += 1;
+            return;
+        }
         let mut free = None;
         self.probe(hash, |index, slot| {
             if slot.is_free() {

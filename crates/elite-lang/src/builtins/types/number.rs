@@ -11,7 +11,7 @@ use crate::eval::{Core, Evaluator};
 use crate::value::bytes::Data;
 use crate::value::int::{Int, from_f64};
 use crate::value::symbol::known;
-use crate::value::{Bytes, R, Value};
+use crate::value::{Bytes, R, Symbol, Value};
 
 pub(super) fn install(core: &Rc<Core>) {
     let types = &core.types;
@@ -186,6 +186,9 @@ fn int(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     };
     let text = match value {
         Value::Str(text) => numeral(ev, text.as_str())?,
+        value if base.is_none() && has_own(value, [known::INT, known::INDEX]) => {
+            return ev.int_of(value);
+        }
         other => match ev.plain(other) {
             Value::Str(text) => numeral(ev, text.as_str())?,
             plain => match ev.bytes_like(&plain) {
@@ -210,6 +213,15 @@ fn int(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             )))
         }
     }
+}
+
+/// Whether the class of a value has one of these methods from a script: that comes before the text or number that it extends.
+fn has_own(value: &Value, names: [Symbol; 2]) -> bool {
+    let Value::Instance(instance) = value else {
+        return false;
+    };
+    let own = |name: Symbol| matches!(instance.class.lookup(name), Some(Value::Function(_)));
+    names.into_iter().any(own)
 }
 
 /// A text without the blanks around it.
@@ -322,6 +334,9 @@ fn float(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let Some(value) = args[0].given() else {
         return Ok(Value::Float(0.0));
     };
+    if has_own(value, [known::FLOAT, known::INDEX]) {
+        return ev.to_f64(value).map(Value::Float);
+    }
     let text = match ev.plain(value) {
         Value::Str(text) => numeral(ev, text.as_str())?,
         plain => match ev.bytes_like(&plain) {

@@ -33,6 +33,7 @@ pub struct CallWith {
 }
 
 impl Expression for CallWith {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let callee = self.function.eval(ev, f)?;
         let mut positional = Values::from(Vec::with_capacity(self.args.len()));
@@ -60,6 +61,9 @@ impl Expression for CallWith {
     }
 }
 
+/// So many items are copied at once.
+const FEW: usize = 64;
+
 /// Evaluates arguments with stars and keywords; `names` keeps the names of the keywords while they are in use. `callee` is
 /// only for messages.
 #[allow(clippy::too_many_arguments)] // three of them are results
@@ -83,6 +87,17 @@ pub fn gather<'e>(
             CallArg::Positional(expr) => positional.push(expr.eval(ev, f)?),
             CallArg::Star(expr) => {
                 let iterable = expr.eval(ev, f)?;
+                match &iterable {
+                    Value::Tuple(tuple) if tuple.items().len() <= FEW => {
+                        positional.extend_from_slice(tuple.items());
+                        continue;
+                    }
+                    Value::List(list) if list.len() <= FEW => {
+                        positional.extend_from_slice(&list.borrow());
+                        continue;
+                    }
+                    _ => {}
+                }
                 let items = ev.collect(&iterable).map_err(|raised| {
                     let raised = ev.not_unpackable(raised, &iterable);
                     let plain = !matches!(

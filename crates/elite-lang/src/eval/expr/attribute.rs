@@ -179,6 +179,7 @@ pub struct Attribute {
 }
 
 impl Expression for Attribute {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         match self.look(f, Value::clone) {
             Some(found) => Ok(found),

@@ -38,6 +38,7 @@ two_operands!(
 );
 
 impl<O: Operator, A: Peek, B: Peek> Expression for PeekPeek<O, A, B> {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let (a, b) = (self.left.peek(f), self.right.peek(f));
         if let Some(value) = fast(O::OP, a, b) {
@@ -55,6 +56,7 @@ two_operands!(
 );
 
 impl<O: Operator, B: Peek> Expression for ExprPeek<O, B> {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let a = self.left.eval(ev, f)?;
         let b = self.right.peek(f);
@@ -72,6 +74,7 @@ two_operands!(
 );
 
 impl<O: Operator, A: Peek> Expression for PeekExpr<O, A> {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         self.left.check(ev, f)?;
         let a = self.left.peek(f).clone();
@@ -89,6 +92,7 @@ two_operands!(
 );
 
 impl<O: Operator> Expression for ExprExpr<O> {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let a = self.left.eval(ev, f)?;
         let b = self.right.eval(ev, f)?;
@@ -147,6 +151,7 @@ pub struct Unary {
 }
 
 impl Expression for Unary {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let value = self.operand.eval(ev, f)?;
         ev.unary(self.op, &value).at(ev, f, self.span)

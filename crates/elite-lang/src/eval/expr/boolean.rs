@@ -9,6 +9,7 @@ use crate::value::{R, Value};
 pub struct And(pub Nodes<Operand>);
 
 impl Expression for And {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let Some((last, before)) = self.0.split_last() else {
             return Ok(Value::Bool(true));
@@ -22,6 +23,7 @@ impl Expression for And {
         last.eval(ev, f)
     }
 
+    #[inline(always)]
     fn truth(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<bool> {
         for operand in &self.0 {
             if !operand.truth(ev, f)? {
@@ -36,6 +38,7 @@ impl Expression for And {
 pub struct Or(pub Nodes<Operand>);
 
 impl Expression for Or {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let Some((last, before)) = self.0.split_last() else {
             return Ok(Value::Bool(false));
@@ -49,6 +52,7 @@ impl Expression for Or {
         last.eval(ev, f)
     }
 
+    #[inline(always)]
     fn truth(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<bool> {
         for operand in &self.0 {
             if operand.truth(ev, f)? {
@@ -63,10 +67,12 @@ impl Expression for Or {
 pub struct Not(pub Operand);
 
 impl Expression for Not {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         self.truth(ev, f).map(Value::Bool)
     }
 
+    #[inline(always)]
     fn truth(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<bool> {
         self.0.truth(ev, f).map(|flag| !flag)
     }
@@ -81,6 +87,7 @@ pub struct IfElse {
 }
 
 impl Expression for IfElse {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         if self.test.truth(ev, f)? {
             self.body.eval(ev, f)
@@ -89,6 +96,7 @@ impl Expression for IfElse {
         }
     }
 
+    #[inline(always)]
     fn truth(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<bool> {
         if self.test.truth(ev, f)? {
             self.body.truth(ev, f)

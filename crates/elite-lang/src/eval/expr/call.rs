@@ -2,19 +2,16 @@
 
 use std::rc::Rc;
 
-use super::attribute::{Cache, Hint, Member};
-use super::keywords::call_with_keywords;
-use super::names::Peek;
+use super::enter::call_script;
 use super::operand::Operand;
 use crate::builtins::{Builtin, BuiltinBody, Quick};
-use crate::errors::ExceptionKind;
 use crate::eval::run::{Slots, with_slots};
-use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
+use crate::eval::{Evaluator, Expression, Frame, Located};
 use crate::source::Span;
 use crate::value::class::Making;
 use crate::value::instance::Payload;
 use crate::value::trash::Nodes;
-use crate::value::{Class, Function, Instance, Module, R, Symbol, Value};
+use crate::value::{Class, Function, Instance, R, Value};
 
 /// `function(a, b)` without stars and keywords.
 pub struct Call {
@@ -55,6 +52,7 @@ enum Callee {
 }
 
 impl Expression for Call {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let callee = self.function.look(f, |callee| match callee {
             Value::Function(function) => Callee::Script(function.clone()),
@@ -102,7 +100,7 @@ impl Call {
 /// The answer to a call whose arguments are variables of the frame and constants, which are looked at where they lie, or
 /// other variables, attributes and items, of which there are copies.
 #[inline(always)]
-fn answer(
+pub(super) fn answer(
     quick: Quick,
     receiver: Option<&Value>,
     site: &Site,
@@ -113,11 +111,11 @@ fn answer(
         return answer_to_copies(quick, receiver, &site.args, ev, f);
     }
     match (receiver, &*site.args) {
-        (None, [a]) => quick(ev, &[a.bound(f)?]),
-        (None, [a, b]) => quick(ev, &[a.bound(f)?, b.bound(f)?]),
-        (Some(receiver), []) => quick(ev, &[receiver]),
-        (Some(receiver), [a]) => quick(ev, &[receiver, a.bound(f)?]),
-        (Some(receiver), [a, b]) => quick(ev, &[receiver, a.bound(f)?, b.bound(f)?]),
+        (None, [a]) => quick.ask(ev, &[a.bound(f)?]),
+        (None, [a, b]) => quick.ask(ev, &[a.bound(f)?, b.bound(f)?]),
+        (Some(receiver), []) => quick.ask(ev, &[receiver]),
+        (Some(receiver), [a]) => quick.ask(ev, &[receiver, a.bound(f)?]),
+        (Some(receiver), [a, b]) => quick.ask(ev, &[receiver, a.bound(f)?, b.bound(f)?]),
         _ => None,
     }
 }
@@ -131,17 +129,17 @@ fn answer_to_copies(
     f: &Frame<'_>,
 ) -> Option<Value> {
     match (receiver, args) {
-        (None, [a]) => quick(ev, &[&a.copied(f)?]),
-        (None, [a, b]) => quick(ev, &[&a.copied(f)?, &b.copied(f)?]),
-        (Some(receiver), [a]) => quick(ev, &[receiver, &a.copied(f)?]),
-        (Some(receiver), [a, b]) => quick(ev, &[receiver, &a.copied(f)?, &b.copied(f)?]),
+        (None, [a]) => quick.ask(ev, &[&a.copied(f)?]),
+        (None, [a, b]) => quick.ask(ev, &[&a.copied(f)?, &b.copied(f)?]),
+        (Some(receiver), [a]) => quick.ask(ev, &[receiver, &a.copied(f)?]),
+        (Some(receiver), [a, b]) => quick.ask(ev, &[receiver, &a.copied(f)?, &b.copied(f)?]),
         _ => None,
     }
 }
 
 /// Calls a function written in Rust, its receiver (if any) before the arguments.
 #[inline]
-fn call_native(
+pub(super) fn call_native(
     builtin: &Rc<Builtin>,
     receiver: Option<Value>,
     site: &Site,
@@ -203,16 +201,16 @@ fn run_native<const N: usize>(
 #[inline(always)]
 fn answer_to(quick: Quick, args: &[Value], ev: &Evaluator<'_>) -> Option<Value> {
     match args {
-        [a] => quick(ev, &[a]),
-        [a, b] => quick(ev, &[a, b]),
-        [a, b, c] => quick(ev, &[a, b, c]),
+        [a] => quick.ask(ev, &[a]),
+        [a, b] => quick.ask(ev, &[a, b]),
+        [a, b, c] => quick.ask(ev, &[a, b, c]),
         _ => None,
     }
 }
 
 /// Calls anything with arguments that are evaluated into a buffer.
 #[inline(never)]
-fn call_other(
+pub(super) fn call_other(
     callee: &Value,
     args: &[Operand],
     ev: &Evaluator<'_>,
@@ -298,298 +296,5 @@ pub(super) fn with_args(
             }
             inner(ev, f, &mut values)
         }
-    }
-}
-
-/// Calls a script function, its receiver (if any) before the arguments.
-#[inline]
-fn call_script(
-    function: &Rc<Function>,
-    receiver: Option<Value>,
-    site: &Site,
-    ev: &Evaluator<'_>,
-    f: &mut Frame<'_>,
-) -> R {
-    let code = &*function.code;
-    let given = site.args.len() + usize::from(receiver.is_some());
-    if !code.params.is_simple() || given > code.params.positional || code.slots > 16 {
-        return call_with_keywords(function, receiver, &site.args, &[], ev, f, site.span);
-    }
-    match code.slots {
-        0..=2 => enter::<2>(function, receiver, site, ev, f),
-        3..=4 => enter::<4>(function, receiver, site, ev, f),
-        5..=8 => enter::<8>(function, receiver, site, ev, f),
-        _ => enter::<16>(function, receiver, site, ev, f),
-    }
-}
-
-/// Calls a function of at most `N` variables, which lie on the native stack; the arguments are evaluated straight into them.
-#[inline(never)]
-fn enter<const N: usize>(
-    function: &Rc<Function>,
-    receiver: Option<Value>,
-    site: &Site,
-    ev: &Evaluator<'_>,
-    f: &mut Frame<'_>,
-) -> R {
-    let mut slots = Slots::<N>::empty();
-    let slots = slots.first(function.code.slots);
-    let first = usize::from(receiver.is_some());
-    if let Some(receiver) = receiver {
-        slots[0].fill(receiver);
-    }
-    for (slot, arg) in slots[first..].iter_mut().zip(&site.args) {
-        slot.fill(arg.eval(ev, f)?);
-    }
-    if first + site.args.len() < function.code.params.positional {
-        ev.fill_defaults(function, slots).at(ev, f, site.span)?;
-    }
-    ev.run(function, slots).at(ev, f, site.span)
-}
-
-/// `receiver.name(a, b)` without stars and keywords: no bound method is made.
-pub struct CallMethod {
-    /// The object before the dot.
-    pub receiver: Operand,
-    /// The method.
-    pub name: Symbol,
-    /// With what.
-    pub site: Site,
-    /// Where the attribute is written.
-    pub attribute_span: Span,
-    /// What is known about the method.
-    pub cache: Cache,
-    /// Where it is in a module.
-    pub member: Member,
-}
-
-/// What the method of an instance turns out to be.
-enum Method {
-    /// A function of the class; the instance has no attribute of that name.
-    Script(Rc<Function>),
-    /// One that may have an answer at once.
-    Quick(Quick),
-    Other,
-}
-
-impl Expression for CallMethod {
-    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
-        if let Operand::Local(local) = &self.receiver
-            && let Value::Instance(instance) = local.peek(f)
-        {
-            match self.method_of(instance) {
-                Method::Script(function) => {
-                    let receiver = Some(Value::Instance(instance.clone()));
-                    return call_script(&function, receiver, &self.site, ev, f);
-                }
-                Method::Quick(quick) => {
-                    let receiver = Some(local.peek(f));
-                    if let Some(answer) = answer(quick, receiver, &self.site, ev, f) {
-                        return Ok(answer);
-                    }
-                }
-                Method::Other => {}
-            }
-        } else if !matches!(self.receiver, Operand::Item(_))
-            && let Some(Some(answer)) = self.receiver.look(f, |receiver| match receiver {
-                Value::Module(module) => self.answer_of_module(module, ev, f),
-                receiver => {
-                    let quick = self.quick(receiver, ev)?;
-                    answer(quick, Some(receiver), &self.site, ev, f)
-                }
-            })
-        {
-            return Ok(answer);
-        }
-        let receiver = self.receiver.eval(ev, f)?;
-        if let Value::Instance(instance) = &receiver {
-            match self.method_of(instance) {
-                Method::Script(function) => {
-                    return call_script(&function, Some(receiver), &self.site, ev, f);
-                }
-                Method::Quick(quick) => {
-                    if let Some(answer) = answer(quick, Some(&receiver), &self.site, ev, f) {
-                        return Ok(answer);
-                    }
-                }
-                Method::Other => {}
-            }
-        } else if let Some(quick) = self.quick(&receiver, ev)
-            && let Some(answer) = answer(quick, Some(&receiver), &self.site, ev, f)
-        {
-            return Ok(answer);
-        }
-        self.call_by_class(receiver, ev, f)
-    }
-}
-
-impl CallMethod {
-    /// What the method of an instance is, as far as its class alone says.
-    #[inline(always)]
-    fn method_of(&self, instance: &Instance) -> Method {
-        if instance.in_dict.get() {
-            return Method::Other;
-        }
-        let class = &*instance.class;
-        let hint = self
-            .cache
-            .get(class.version())
-            .or_else(|| self.cache.learn(class, self.name));
-        match hint {
-            Some(Hint::Method(location)) => match class.function_at(location) {
-                Some(function) => Method::Script(function),
-                None => Method::Other,
-            },
-            Some(Hint::Quick(quick)) => Method::Quick(quick),
-            _ => Method::Other,
-        }
-    }
-
-    /// What a method of a builtin type answers at once.
-    #[inline(always)]
-    fn quick(&self, receiver: &Value, ev: &Evaluator<'_>) -> Option<Quick> {
-        let class = match receiver {
-            Value::List(_) => &ev.core.types.list,
-            Value::Dict(_) => &ev.core.types.dict,
-            Value::Set(_) => &ev.core.types.set,
-            Value::Str(_) => &ev.core.types.str,
-            _ => return None,
-        };
-        match self.cache.get(class.version()) {
-            Some(Hint::Quick(quick)) => Some(quick),
-            Some(_) => None,
-            None => match self.cache.learn(class, self.name) {
-                Some(Hint::Quick(quick)) => Some(quick),
-                _ => None,
-            },
-        }
-    }
-
-    /// What a function of a module answers at once.
-    #[inline]
-    fn answer_of_module(
-        &self,
-        module: &Rc<Module>,
-        ev: &Evaluator<'_>,
-        f: &Frame<'_>,
-    ) -> Option<Value> {
-        let cell = self.member.of(module, self.name)?;
-        let quick = Builtin::quick_of(&cell.value.borrow())?;
-        answer(quick, None, &self.site, ev, f)
-    }
-
-    /// Calls a method of a builtin type.
-    #[inline(never)]
-    fn call_by_class(&self, receiver: Value, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
-        if let Value::Module(module) = &receiver
-            && let Some(cell) = self.member.of(module, self.name)
-        {
-            let callee = cell.value.get();
-            match &callee {
-                Value::Builtin(builtin) => {
-                    return call_native(builtin, None, &self.site, ev, f);
-                }
-                Value::Function(function) => {
-                    return call_script(function, None, &self.site, ev, f);
-                }
-                _ => {}
-            }
-        }
-        let by_class = match &receiver {
-            Value::Class(_) | Value::Module(_) | Value::Super(_) | Value::Function(_) => false,
-            Value::Instance(instance) => !instance.in_dict.get(),
-            _ => true,
-        };
-        if by_class {
-            let class = ev.core.types.of(&receiver);
-            let hint = self
-                .cache
-                .get(class.version())
-                .or_else(|| self.cache.learn(class, self.name));
-            let method = match hint {
-                Some(Hint::Method(location) | Hint::Static(location)) => class.at(location),
-                Some(Hint::Quick(_)) => class.lookup(self.name).unwrap_or_default(),
-                _ => Value::Unbound,
-            };
-            match &method {
-                Value::Function(function) => {
-                    return call_script(function, Some(receiver), &self.site, ev, f);
-                }
-                Value::Builtin(builtin) => {
-                    return call_native(builtin, Some(receiver), &self.site, ev, f);
-                }
-                Value::StaticMethod(function) => {
-                    if let Value::Function(function) = &**function {
-                        return call_script(function, None, &self.site, ev, f);
-                    }
-                }
-                // The hint says what it is; anything else goes the general way.
-                _ => {}
-            }
-        }
-        self.call_generally(&receiver, ev, f)
-    }
-
-    #[inline(never)]
-    fn call_generally(&self, receiver: &Value, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
-        if let Value::Super(sup) = receiver
-            && let Some(Value::Function(function)) =
-                sup.receiver_class.lookup_after(&sup.class, self.name)
-        {
-            let receiver = Some(sup.receiver.clone());
-            return call_script(&function, receiver, &self.site, ev, f);
-        }
-        let callee = ev
-            .attribute(receiver, self.name)
-            .at(ev, f, self.attribute_span)?;
-        match &callee {
-            Value::Function(function) => call_script(function, None, &self.site, ev, f),
-            Value::BoundMethod(method) => match &method.function {
-                Value::Function(function) => {
-                    let receiver = Some(method.receiver.clone());
-                    call_script(function, receiver, &self.site, ev, f)
-                }
-                _ => call_other(&callee, &self.site.args, ev, f, self.site.span),
-            },
-            _ => call_other(&callee, &self.site.args, ev, f, self.site.span),
-        }
-    }
-}
-
-/// `super()` without arguments: the class the method is written in, and the method's first argument.
-pub struct SuperCall {
-    /// The name `super`; if it is not the builtin, it is called without arguments.
-    pub function: Expr,
-    /// The implicit variable `__class__`.
-    pub class: Expr,
-    /// The first parameter of the method.
-    pub receiver: Option<Expr>,
-    /// Where it is written.
-    pub span: Span,
-}
-
-impl Expression for SuperCall {
-    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
-        let callee = self.function.eval(ev, f)?;
-        let is_super =
-            matches!(&callee, Value::Class(class) if Rc::ptr_eq(class, &ev.core.types.super_));
-        if !is_super {
-            return ev
-                .call_from(&callee, &mut [], &[], Some(&mut *f))
-                .at(ev, f, self.span);
-        }
-        let Some(receiver) = &self.receiver else {
-            let error = ev.raise(ExceptionKind::RuntimeError, "super(): no arguments");
-            return Err(error).at(ev, f, self.span);
-        };
-        let class = self.class.eval(ev, f)?;
-        let receiver = receiver.eval(ev, f).map_err(|raised| {
-            if ev.is_kind(&raised, ExceptionKind::UnboundLocalError) {
-                return ev.raise(ExceptionKind::RuntimeError, "super(): arg[0] deleted");
-            }
-            raised
-        });
-        let receiver = receiver.at(ev, f, self.span)?;
-        ev.make_super(&class, &receiver).at(ev, f, self.span)
     }
 }

@@ -46,6 +46,7 @@ impl<O: Ordering, A: Peek, B: Peek> PeekPeek<O, A, B> {
 }
 
 impl<O: Ordering, A: Peek, B: Peek> Expression for PeekPeek<O, A, B> {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         match fast(O::OP, self.left.peek(f), self.right.peek(f)) {
             Some(flag) => Ok(Value::Bool(flag)),
@@ -53,6 +54,7 @@ impl<O: Ordering, A: Peek, B: Peek> Expression for PeekPeek<O, A, B> {
         }
     }
 
+    #[inline(always)]
     fn truth(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<bool> {
         match fast(O::OP, self.left.peek(f), self.right.peek(f)) {
             Some(flag) => Ok(flag),
@@ -82,6 +84,7 @@ impl<O: Ordering, B: Peek> ExprPeek<O, B> {
 }
 
 impl<O: Ordering, B: Peek> Expression for ExprPeek<O, B> {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let a = self.left.eval(ev, f)?;
         match fast(O::OP, &a, self.right.peek(f)) {
@@ -90,6 +93,7 @@ impl<O: Ordering, B: Peek> Expression for ExprPeek<O, B> {
         }
     }
 
+    #[inline(always)]
     fn truth(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<bool> {
         let a = self.left.eval(ev, f)?;
         match fast(O::OP, &a, self.right.peek(f)) {
@@ -104,6 +108,7 @@ two_operands!(
 );
 
 impl<O: Ordering> Expression for ExprExpr<O> {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let a = self.left.eval(ev, f)?;
         let b = self.right.eval(ev, f)?;
@@ -113,6 +118,7 @@ impl<O: Ordering> Expression for ExprExpr<O> {
         }
     }
 
+    #[inline(always)]
     fn truth(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<bool> {
         let a = self.left.eval(ev, f)?;
         let b = self.right.eval(ev, f)?;
@@ -137,10 +143,12 @@ struct Membership {
 }
 
 impl Expression for Membership {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         self.truth(ev, f).map(Value::Bool)
     }
 
+    #[inline(always)]
     fn truth(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<bool> {
         let looked = self
             .left
@@ -195,6 +203,7 @@ pub struct Chain {
 }
 
 impl Expression for Chain {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let mut left = self.first.eval(ev, f)?;
         let mut result = Value::Bool(true);

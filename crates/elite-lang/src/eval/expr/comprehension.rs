@@ -93,6 +93,7 @@ pub struct ListComprehension {
 }
 
 impl Expression for ListComprehension {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let mut items = Vec::new();
         self.clauses.run(ev, f, &mut |ev, f| {
@@ -116,6 +117,7 @@ pub struct SetComprehension {
 }
 
 impl Expression for SetComprehension {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let set = Set::new();
         self.clauses.run(ev, f, &mut |ev, f| {
@@ -139,6 +141,7 @@ pub struct DictComprehension {
 }
 
 impl Expression for DictComprehension {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let dict = Dict::new();
         self.clauses.run(ev, f, &mut |ev, f| {
@@ -161,6 +164,7 @@ pub struct GeneratorExpression {
 }
 
 impl Expression for GeneratorExpression {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let iterable = self.iterable.eval(ev, f)?;
         let iterator = ev.iter(&iterable).at(ev, f, self.span)?;

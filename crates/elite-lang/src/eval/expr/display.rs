@@ -39,6 +39,7 @@ fn gather(elements: &[Element], ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<Vec<
 pub struct ListDisplay(pub Nodes<Element>);
 
 impl Expression for ListDisplay {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         gather(&self.0, ev, f).map(Value::list)
     }
@@ -51,6 +52,7 @@ pub struct TupleDisplay(pub Nodes<Element>);
 pub struct PairDisplay(pub [Operand; 2]);
 
 impl Expression for PairDisplay {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let first = self.0[0].eval(ev, f)?;
         let second = self.0[1].eval(ev, f)?;
@@ -62,6 +64,7 @@ impl Expression for PairDisplay {
 pub struct TripleDisplay(pub [Operand; 3]);
 
 impl Expression for TripleDisplay {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let first = self.0[0].eval(ev, f)?;
         let second = self.0[1].eval(ev, f)?;
@@ -71,6 +74,7 @@ impl Expression for TripleDisplay {
 }
 
 impl Expression for TupleDisplay {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         gather(&self.0, ev, f).map(Value::tuple)
     }
@@ -88,6 +92,7 @@ pub struct SetDisplay {
 }
 
 impl Expression for SetDisplay {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let set = Set::new();
         // Those before the first `*` are evaluated before the first of them is asked for its hash.
@@ -136,6 +141,7 @@ pub enum DictElement {
 pub struct DictDisplay(pub Nodes<DictElement>, pub Span);
 
 impl Expression for DictDisplay {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let dict = Dict::new();
         for element in self.0.iter() {

@@ -30,6 +30,7 @@ pub enum Part {
 pub struct FString(pub Nodes<Part>);
 
 impl Expression for FString {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let mut out = String::with_capacity(16 * self.0.len());
         join(&self.0, ev, f, &mut out)?;

@@ -91,6 +91,7 @@ pub fn closure(places: &[Place], f: &Frame<'_>) -> Box<[Rc<CellVar>]> {
 }
 
 impl Expression for MakeFunction {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         self.make(ev, f).map(Value::Function)
     }

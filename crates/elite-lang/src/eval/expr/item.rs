@@ -4,6 +4,7 @@ use std::rc::Rc;
 
 use super::names::Peek;
 use super::operand::Operand;
+use crate::eval::words::Words;
 use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
 use crate::ops::item::place_of;
 use crate::source::Span;
@@ -15,25 +16,33 @@ pub struct Item {
     pub value: Operand,
     /// The index.
     pub index: Operand,
-    /// Evaluating the index leaves local variables as they are.
-    pub keeps: bool,
     /// Where it is written.
     pub span: Span,
 }
 
 impl Expression for Item {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
-        let found = match self.index.peek(f) {
-            Some(index) => self.value.look(f, |value| ev.item_at_once(value, index)),
-            None => self.index.look(f, |index| {
-                let value = |value: &Value| ev.item_at_once(value, index);
-                self.value.look(f, value).flatten()
-            }),
-        };
-        match found {
-            Some(Some(item)) => Ok(item),
-            _ => self.find(ev, f),
+        if let Operand::Local(local) = &self.value
+            && let Some(index) = self.index.peek(f)
+            && let Some(item) = found(local.peek(f), index, ev)
+        {
+            return Ok(item);
         }
+        self.find(ev, f).whole()
+    }
+}
+
+/// The item, if it is found without running script code.
+#[inline(always)]
+fn found(value: &Value, index: &Value, ev: &Evaluator<'_>) -> Option<Value> {
+    match index {
+        Value::Int(at) => match value {
+            Value::List(list) => list.at(*at),
+            Value::Tuple(tuple) => tuple.at(*at),
+            _ => ev.item_at_once(value, index).whole(),
+        },
+        _ => ev.item_at_once(value, index).whole(),
     }
 }
 
@@ -66,19 +75,27 @@ impl Item {
 
     /// The item, wherever container and index come from.
     #[inline(never)]
-    fn find(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
-        let span = self.span;
-        if let (Operand::Local(local), true) = (&self.value, self.keeps) {
-            local.check(ev, f)?;
-            let index = self.index.eval(ev, f)?;
-            return ev.item(local.peek(f), &index).at(ev, f, span);
-        }
+    fn find(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Words<R> {
+        Words::of(self.evaluated(ev, f))
+    }
+
+    #[inline(always)]
+    fn evaluated(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let value = self.value.eval(ev, f)?;
-        if let Some(index) = self.index.bound(f) {
-            return ev.item(&value, index).at(ev, f, span);
-        }
-        let index = self.index.eval(ev, f)?;
-        ev.item(&value, &index).at(ev, f, span)
+        let own;
+        let index = match self.index.bound(f) {
+            Some(index) => index,
+            None => {
+                own = self.index.eval(ev, f)?;
+                &own
+            }
+        };
+        let item = match found(&value, index, ev) {
+            Some(item) => item,
+            None => ev.item(&value, index).at(ev, f, self.span)?,
+        };
+        value.discard();
+        Ok(item)
     }
 }
 
@@ -91,6 +108,7 @@ pub struct SliceExpr {
 }
 
 impl Expression for SliceExpr {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let mut bound = |expr: &Option<Expr>| match expr {
             Some(expr) => expr.eval(ev, f),
@@ -98,5 +116,34 @@ impl Expression for SliceExpr {
         };
         let (start, stop, step) = (bound(&self.lower)?, bound(&self.upper)?, bound(&self.step)?);
         Ok(Value::Slice(Rc::new(Slice { start, stop, step })))
+    }
+}
+
+/// `value[lower:upper]`
+pub struct Sliced {
+    /// What a part is taken of.
+    pub value: Operand,
+    /// The bounds, nothing for the beginning and the end.
+    #[allow(missing_docs)]
+    pub lower: Operand,
+    #[allow(missing_docs)]
+    pub upper: Operand,
+    /// Where it is written.
+    pub span: Span,
+}
+
+impl Expression for Sliced {
+    #[inline(always)]
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        let value = self.value.eval(ev, f)?;
+        let start = self.lower.eval(ev, f)?;
+        let stop = self.upper.eval(ev, f)?;
+        if let Some(part) = ev.part_at_once(&value, &start, &stop) {
+            value.discard();
+            return Ok(part);
+        }
+        let step = Value::None;
+        let slice = Value::Slice(Rc::new(Slice { start, stop, step }));
+        ev.item(&value, &slice).at(ev, f, self.span)
     }
 }

@@ -24,6 +24,7 @@ pub struct CallKeywords {
 }
 
 impl Expression for CallKeywords {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let callee = self.function.eval(ev, f)?;
         let (function, receiver) = match &callee {
@@ -92,7 +93,7 @@ pub(super) fn call_with_keywords(
             .at(ev, f, span);
     }
     with_slots(function.code.slots, |slots| {
-        let mut more = Vec::new();
+        let mut more = Vec::with_capacity(given.saturating_sub(params.positional));
         let mut place = |index: usize, value: Value, slots: &mut [Value]| match params.positional {
             count if index < count => slots[index].put(value),
             _ => more.push(value),

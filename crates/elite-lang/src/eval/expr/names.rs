@@ -32,12 +32,9 @@ impl Peek for Const {
 }
 
 impl Expression for Const {
+    #[inline(always)]
     fn eval(&self, _: &Evaluator<'_>, _: &mut Frame<'_>) -> R {
         Ok(self.0.clone())
-    }
-
-    fn as_constant(&self) -> Option<&Value> {
-        Some(&self.0)
     }
 }
 
@@ -66,7 +63,7 @@ impl Peek for Local {
 }
 
 impl Expression for Local {
-    #[inline]
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         match &f.slots[self.slot as usize] {
             Value::Unbound => Err(unbound_local(ev, f, self.slot, self.span)),
@@ -74,6 +71,7 @@ impl Expression for Local {
         }
     }
 
+    #[inline(always)]
     fn truth(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<bool> {
         match &f.slots[self.slot as usize] {
             Value::Unbound => Err(unbound_local(ev, f, self.slot, self.span)),
@@ -108,6 +106,7 @@ pub struct LocalCell {
 }
 
 impl Expression for LocalCell {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         if let Value::Cell(cell) = &f.slots[self.slot as usize]
             && let value = cell.value.borrow()
@@ -128,6 +127,7 @@ pub struct Free {
 }
 
 impl Expression for Free {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let value = f.function.closure[self.index as usize].value.borrow();
         if value.is_unbound() {
@@ -201,7 +201,7 @@ fn undefined(ev: &Evaluator<'_>, f: &Frame<'_>, name: Symbol, span: Span) -> R {
 }
 
 impl Expression for Global {
-    #[inline]
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         self.value(ev, f)
     }
@@ -216,6 +216,7 @@ pub struct ClassName {
 }
 
 impl Expression for ClassName {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         match &f.slots[self.slot as usize] {
             Value::Unbound => self.global.value(ev, f),
@@ -235,6 +236,7 @@ pub struct MappedName {
 }
 
 impl Expression for MappedName {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let mapping = f.slots[self.slot as usize].clone();
         let found = match &mapping {
@@ -268,6 +270,7 @@ pub struct Named {
 }
 
 impl Expression for Named {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let value = self.value.eval(ev, f)?;
         self.target.assign(ev, f, value.clone())?;

@@ -3,7 +3,7 @@
 use super::attribute::Attribute;
 use super::item::Item;
 use super::names::{Const, Free, Global, Local, Peek};
-use crate::eval::{Evaluator, Expr, Expression, Frame};
+use crate::eval::{Evaluates, Evaluator, Expr, Expression, Frame};
 use crate::value::{CellVar, R, Value};
 
 /// A part of a node, as `lower` found it.
@@ -44,10 +44,10 @@ impl Operand {
         match self {
             Operand::Local(local) => local.eval(ev, f),
             Operand::Const(value) => Ok(value.clone()),
-            Operand::Free(free) => free.eval(ev, f),
-            Operand::Global(global) => global.eval(ev, f),
-            Operand::Attribute(attribute) => attribute.eval(ev, f),
-            Operand::Item(item) => item.eval(ev, f),
+            Operand::Free(free) => free.eval_words(ev, f).whole(),
+            Operand::Global(global) => global.eval_words(ev, f).whole(),
+            Operand::Attribute(attribute) => attribute.eval_words(ev, f).whole(),
+            Operand::Item(item) => item.eval_words(ev, f).whole(),
             Operand::Expr(expr) => expr.eval(ev, f),
         }
     }
@@ -56,12 +56,12 @@ impl Operand {
     #[inline(always)]
     pub fn truth(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<bool> {
         match self {
-            Operand::Local(local) => local.truth(ev, f),
+            Operand::Local(local) => local.truth_words(ev, f).into(),
             Operand::Const(value) => ev.truth(value),
-            Operand::Free(free) => free.truth(ev, f),
-            Operand::Global(global) => global.truth(ev, f),
-            Operand::Attribute(attribute) => attribute.truth(ev, f),
-            Operand::Item(item) => item.truth(ev, f),
+            Operand::Free(free) => free.truth_words(ev, f).into(),
+            Operand::Global(global) => global.truth_words(ev, f).into(),
+            Operand::Attribute(attribute) => attribute.truth_words(ev, f).into(),
+            Operand::Item(item) => item.truth_words(ev, f).into(),
             Operand::Expr(expr) => expr.truth(ev, f),
         }
     }
@@ -125,6 +125,15 @@ impl Operand {
         }
     }
 
+    /// The same for all that is no item of a container.
+    #[inline(always)]
+    pub fn look_near<T>(&self, f: &Frame<'_>, look: impl FnOnce(&Value) -> T) -> Option<T> {
+        match self {
+            Operand::Item(_) | Operand::Expr(_) => None,
+            near => near.look(f, look),
+        }
+    }
+
     /// A copy of its value, if that can be looked at without evaluating anything and is bound.
     #[inline]
     pub fn copied(&self, f: &Frame<'_>) -> Option<Value> {
@@ -146,6 +155,39 @@ impl Operand {
         }
     }
 }
+
+/// Whatever kind it is of.
+impl Expression for Operand {
+    #[inline(always)]
+    fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        Operand::eval(self, ev, f)
+    }
+}
+
+/// Makes a node of an operand, of a type of its own for each kind: nothing is left to ask then when the node runs.
+macro_rules! by_operand {
+    ($operand:expr, $value:ident => $node:expr) => {
+        match $operand {
+            $crate::eval::expr::operand::Operand::Local($value) => $node,
+            $crate::eval::expr::operand::Operand::Const(value) => {
+                let $value = $crate::eval::expr::names::Const(value);
+                $node
+            }
+            $crate::eval::expr::operand::Operand::Free($value) => $node,
+            $crate::eval::expr::operand::Operand::Global($value) => $node,
+            $crate::eval::expr::operand::Operand::Attribute(value) => {
+                let $value = *value;
+                $node
+            }
+            $crate::eval::expr::operand::Operand::Item(value) => {
+                let $value = *value;
+                $node
+            }
+            $crate::eval::expr::operand::Operand::Expr($value) => $node,
+        }
+    };
+}
+pub(crate) use by_operand;
 
 /// Declares a node of two operands by their kinds, for an operator as a type, with a constructor.
 macro_rules! two_operands {

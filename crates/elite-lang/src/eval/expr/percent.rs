@@ -20,6 +20,7 @@ pub struct PercentFormat {
 }
 
 impl Expression for PercentFormat {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         with_slots(self.items.len(), |slots| {
             for (slot, item) in slots.iter_mut().zip(&self.items) {

@@ -8,6 +8,7 @@ use crate::value::{R, Value};
 pub struct Whole(pub Nodes<Expr>);
 
 impl Expression for Whole {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         match self.0.first() {
             Some(expr) => expr.eval(ev, f),
@@ -15,6 +16,7 @@ impl Expression for Whole {
         }
     }
 
+    #[inline(always)]
     fn truth(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<bool> {
         match self.0.first() {
             Some(expr) => expr.truth(ev, f),

@@ -16,6 +16,7 @@ pub struct Yield {
 }
 
 impl Expression for Yield {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let value = match &self.value {
             Some(value) => value.eval(ev, f)?,
@@ -37,6 +38,7 @@ pub struct YieldFrom {
 }
 
 impl Expression for YieldFrom {
+    #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let iterable = self.value.eval(ev, f)?;
         delegate(&iterable, ev, f).at(ev, f, self.span)

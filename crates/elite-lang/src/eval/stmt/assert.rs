@@ -21,6 +21,7 @@ pub struct Assert {
 }
 
 impl Statement for Assert {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         if attempt!(self.test.truth(ev, f)) {
             return Flow::Next;
@@ -44,6 +45,7 @@ pub struct AssertComparison {
 }
 
 impl Statement for AssertComparison {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let left = attempt!(self.left.eval(ev, f));
         let right = attempt!(self.right.eval(ev, f));

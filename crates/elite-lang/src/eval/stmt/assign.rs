@@ -7,28 +7,35 @@ use super::target::{AttributeTarget, Destination, ItemTarget, Target, Unpack};
 use crate::ast::BinaryOp;
 use crate::eval::expr::binary::{Operator, op};
 use crate::eval::expr::names::{Const, Peek};
-use crate::eval::expr::operand::Operand;
+use crate::eval::expr::operand::{Operand, by_operand};
 use crate::eval::run::with_slots;
-use crate::eval::{Evaluator, Expr, Flow, Frame, Located, Statement, attempt};
+use crate::eval::words::Words;
+use crate::eval::{
+    Evaluator, Executes, Expr, Expression, Flow, Frame, Located, Statement, attempt,
+};
 use crate::ops::arith::fast;
 use crate::source::Span;
 use crate::value::trash::Nodes;
-use crate::value::{R, Value};
+use crate::value::{List, R, Value};
 
-/// `name = value` for a local name.
-pub struct AssignLocal {
-    /// Its slot.
-    pub slot: u32,
-    /// The value.
-    pub value: Operand,
+/// `name = value` for a local name, by what the value is.
+pub struct AssignLocal<V> {
+    slot: u32,
+    value: V,
 }
 
-impl Statement for AssignLocal {
+impl<V: Expression> Statement for AssignLocal<V> {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let value = attempt!(self.value.eval(ev, f));
         f.slots[self.slot as usize].put(value);
         Flow::Next
     }
+}
+
+/// The statement `name = value` for a local name.
+pub fn assign_local(slot: u32, value: Operand) -> Box<dyn Executes> {
+    by_operand!(value, value => Box::new(AssignLocal { slot, value }))
 }
 
 /// `a = b = value`
@@ -40,6 +47,7 @@ pub struct Assign {
 }
 
 impl Statement for Assign {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let value = attempt!(self.value.eval(ev, f));
         let Some((last, before)) = self.targets.split_last() else {
@@ -53,19 +61,38 @@ impl Statement for Assign {
 }
 
 /// `a, b = x, y`: the values are taken first, no tuple is made.
-pub struct AssignPair {
-    /// The targets.
-    pub targets: [Destination; 2],
-    /// Their values.
-    pub values: [Operand; 2],
+struct AssignPair<V, W> {
+    targets: [Destination; 2],
+    values: (V, W),
 }
 
-impl Statement for AssignPair {
+impl<V: Expression, W: Expression> Statement for AssignPair<V, W> {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
-        let first = attempt!(self.values[0].eval(ev, f));
-        let second = attempt!(self.values[1].eval(ev, f));
+        let first = attempt!(self.values.0.eval(ev, f));
+        let second = attempt!(self.values.1.eval(ev, f));
         attempt!(self.targets[0].assign(ev, f, first));
         self.targets[1].assign(ev, f, second).into()
+    }
+}
+
+/// The statement `a, b = x, y`.
+pub fn assign_pair(targets: [Destination; 2], values: (Operand, Operand)) -> Box<dyn Executes> {
+    use Operand::{Expr, Local};
+    match values {
+        (Local(a), Local(b)) => Box::new(AssignPair {
+            targets,
+            values: (a, b),
+        }),
+        (Local(a), Expr(b)) => Box::new(AssignPair {
+            targets,
+            values: (a, b),
+        }),
+        (Expr(a), Local(b)) => Box::new(AssignPair {
+            targets,
+            values: (a, b),
+        }),
+        values => Box::new(AssignPair { targets, values }),
     }
 }
 
@@ -80,36 +107,41 @@ pub struct AssignItems<const N: usize> {
 }
 
 impl<const N: usize> Statement for AssignItems<N> {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
-        let items = match self.value.look(f, items_of::<N>) {
-            Some(Some(items)) => items,
-            _ => {
-                let value = attempt!(self.value.eval(ev, f));
-                match items_of(&value) {
-                    Some(items) => items,
-                    None => return self.targets.assign(ev, f, value).into(),
+        let value = attempt!(self.value.eval(ev, f));
+        match &value {
+            Value::Tuple(tuple) if tuple.items().len() == N => {
+                for (slot, item) in self.slots.iter().zip(tuple.items()) {
+                    f.slots[*slot as usize].put(item.clone());
                 }
             }
-        };
-        for (slot, item) in self.slots.iter().zip(items) {
-            f.slots[*slot as usize].put(item);
+            Value::List(list) => match items_of(list) {
+                Some(items) => self.put(items, f),
+                None => return self.targets.assign(ev, f, value).into(),
+            },
+            _ => return self.targets.assign(ev, f, value).into(),
         }
+        value.discard();
         Flow::Next
     }
 }
 
-/// The items of a tuple or list of that many.
-#[inline(always)]
-fn items_of<const N: usize>(value: &Value) -> Option<[Value; N]> {
-    let cloned = |items: &[Value]| -> Option<[Value; N]> {
-        let items: &[Value; N] = items.try_into().ok()?;
-        Some(items.clone())
-    };
-    match value {
-        Value::Tuple(tuple) => cloned(tuple.items()),
-        Value::List(list) => cloned(&list.borrow()),
-        _ => None,
+impl<const N: usize> AssignItems<N> {
+    #[inline(never)]
+    fn put(&self, items: [Value; N], f: &mut Frame<'_>) {
+        for (slot, item) in self.slots.iter().zip(items) {
+            f.slots[*slot as usize].put(item);
+        }
     }
+}
+
+/// The items of a list of that many. All are taken before the first is put anywhere: what leaves there may change the list.
+#[inline]
+fn items_of<const N: usize>(list: &List) -> Option<[Value; N]> {
+    let items = list.borrow();
+    let items: &[Value; N] = items.as_slice().try_into().ok()?;
+    Some(items.clone())
 }
 
 /// The same as `AssignPair` for more targets.
@@ -121,6 +153,7 @@ pub struct AssignEach {
 }
 
 impl Statement for AssignEach {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let done = with_slots(self.values.len(), |places| {
             for (place, value) in places.iter_mut().zip(&self.values) {
@@ -135,34 +168,63 @@ impl Statement for AssignEach {
     }
 }
 
-/// `object.name = value`
-pub struct AssignAttribute {
-    /// The attribute.
-    pub target: AttributeTarget,
-    /// The value.
-    pub value: Operand,
+/// `object.name = value`, by what the value is.
+struct AssignAttribute<V> {
+    target: AttributeTarget,
+    value: V,
 }
 
-impl Statement for AssignAttribute {
+impl<V: Expression> Statement for AssignAttribute<V> {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let value = attempt!(self.value.eval(ev, f));
-        self.target.assign(ev, f, value).into()
+        if let Operand::Local(local) = &self.target.value
+            && let Value::Instance(instance) = local.peek(f)
+        {
+            return match self.target.set_at_once(instance, value) {
+                Ok(()) => Flow::Next,
+                Err(value) => self.target.assign_words(ev, f, Words::of(value)).into(),
+            };
+        }
+        self.target.assign_words(ev, f, Words::of(value)).into()
     }
 }
 
-/// `container[index] = value`
-pub struct AssignItem {
-    /// The item.
-    pub target: ItemTarget,
-    /// The value.
-    pub value: Operand,
+/// The statement `object.name = value`.
+pub fn assign_attribute(target: AttributeTarget, value: Operand) -> Box<dyn Executes> {
+    by_operand!(value, value => Box::new(AssignAttribute { target, value }))
 }
 
-impl Statement for AssignItem {
+/// `container[index] = value`, by what the value is.
+struct AssignItem<V> {
+    target: ItemTarget,
+    value: V,
+}
+
+impl<V: Expression> Statement for AssignItem<V> {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let value = attempt!(self.value.eval(ev, f));
-        self.target.assign(ev, f, value).into()
+        if let Some(Value::Int(at)) = self.target.index.peek(f)
+            && let Operand::Local(local) = &self.target.value
+            && let Value::List(list) = local.peek(f)
+            && (list.noted.get() || !value.holds_values())
+        {
+            return match list.replace_at(*at, value) {
+                Ok(old) => {
+                    old.discard();
+                    Flow::Next
+                }
+                Err(value) => self.target.assign_words(ev, f, Words::of(value)).into(),
+            };
+        }
+        self.target.assign_words(ev, f, Words::of(value)).into()
     }
+}
+
+/// The statement `container[index] = value`.
+pub fn assign_item(target: ItemTarget, value: Operand) -> Box<dyn Executes> {
+    by_operand!(value, value => Box::new(AssignItem { target, value }))
 }
 
 /// `name op= value` for a local name, the value being something that can be looked at.
@@ -175,6 +237,7 @@ struct AugLocalPeek<O, B> {
 }
 
 impl<O: Operator, B: Peek> Statement for AugLocalPeek<O, B> {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let slot = self.slot as usize;
         if let Some(value) = fast(O::OP, &f.slots[slot], self.value.peek(f)) {
@@ -198,6 +261,7 @@ struct AugLocal<O> {
 }
 
 impl<O: Operator> Statement for AugLocal<O> {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let slot = self.slot as usize;
         attempt!(self.local.check(ev, f));
@@ -239,7 +303,7 @@ pub fn augmented_local(
     value: Operand,
     target: Span,
     span: Span,
-) -> Box<dyn Statement> {
+) -> Box<dyn Executes> {
     macro_rules! pick {
         ($($name:ident),*) => {
             match binary {
@@ -252,7 +316,7 @@ pub fn augmented_local(
     )
 }
 
-fn shaped<O: Operator>(slot: u32, value: Operand, target: Span, span: Span) -> Box<dyn Statement> {
+fn shaped<O: Operator>(slot: u32, value: Operand, target: Span, span: Span) -> Box<dyn Executes> {
     let local = crate::eval::expr::names::Local { slot, span: target };
     let op = PhantomData::<O>;
     match value {
@@ -295,6 +359,7 @@ pub struct AugName {
 }
 
 impl Statement for AugName {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let old = attempt!(self.read.eval(ev, f));
         let value = attempt!(self.value.eval(ev, f));
@@ -320,6 +385,7 @@ pub struct AugAttribute {
 }
 
 impl Statement for AugAttribute {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         if let (Operand::Local(local), true) = (&self.target.value, self.keeps) {
             attempt!(local.check(ev, f));
@@ -387,6 +453,7 @@ pub struct AugItem {
 }
 
 impl Statement for AugItem {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         if let (Operand::Local(local), true) = (&self.container, self.keeps) {
             attempt!(local.check(ev, f));

@@ -8,7 +8,7 @@ use std::rc::Rc;
 
 use super::target::Target;
 use crate::errors::ExceptionKind;
-use crate::eval::{Evaluator, Expr, Flow, Frame, Located, Statement, attempt};
+use crate::eval::{Evaluator, Executes, Expr, Flow, Frame, Located, Statement, attempt};
 use crate::source::Span;
 use crate::value::{Dict, R, Raised, Value};
 
@@ -52,7 +52,7 @@ impl Target for ClassSlot {
 /// program.
 pub struct Annotate {
     /// The assignment it comes with.
-    pub assign: Option<Box<dyn Statement>>,
+    pub assign: Option<Box<dyn Executes>>,
     /// Where `__annotations__` of the body is.
     pub annotations: u32,
     /// The annotated name.
@@ -64,6 +64,7 @@ pub struct Annotate {
 }
 
 impl Statement for Annotate {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         if let Some(assign) = &self.assign {
             match assign.exec(ev, f) {

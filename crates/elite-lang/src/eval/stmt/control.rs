@@ -1,8 +1,8 @@
 //! `if`, `break`, `continue`, `return`, `pass`.
 
 use crate::eval::code::Block;
-use crate::eval::expr::operand::Operand;
-use crate::eval::{Evaluator, Expr, Flow, Frame, Statement, attempt};
+use crate::eval::expr::operand::{Operand, by_operand};
+use crate::eval::{Evaluator, Executes, Expr, Expression, Flow, Frame, Statement, attempt};
 use crate::value::Value;
 use crate::value::trash::Nodes;
 
@@ -15,6 +15,7 @@ pub struct If {
 }
 
 impl Statement for If {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         for (line, test, block) in &self.branches {
             ev.core.line.set(*line);
@@ -26,10 +27,11 @@ impl Statement for If {
     }
 }
 
-/// `return value`
-pub struct Return(pub Operand);
+/// `return value`, by what the value is.
+struct Return<V>(V);
 
-impl Statement for Return {
+impl<V: Expression> Statement for Return<V> {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         match self.0.eval(ev, f) {
             Ok(value) => Flow::Return(value),
@@ -38,10 +40,16 @@ impl Statement for Return {
     }
 }
 
+/// The statement `return value`.
+pub fn return_value(value: Operand) -> Box<dyn Executes> {
+    by_operand!(value, value => Box::new(Return(value)))
+}
+
 /// `return`
 pub struct ReturnNone;
 
 impl Statement for ReturnNone {
+    #[inline(always)]
     fn exec(&self, _: &Evaluator<'_>, _: &mut Frame<'_>) -> Flow {
         Flow::Return(Value::None)
     }
@@ -51,6 +59,7 @@ impl Statement for ReturnNone {
 pub struct Break;
 
 impl Statement for Break {
+    #[inline(always)]
     fn exec(&self, _: &Evaluator<'_>, _: &mut Frame<'_>) -> Flow {
         Flow::Break
     }
@@ -60,6 +69,7 @@ impl Statement for Break {
 pub struct Continue;
 
 impl Statement for Continue {
+    #[inline(always)]
     fn exec(&self, _: &Evaluator<'_>, _: &mut Frame<'_>) -> Flow {
         Flow::Continue
     }
@@ -69,6 +79,7 @@ impl Statement for Continue {
 pub struct Pass;
 
 impl Statement for Pass {
+    #[inline(always)]
     fn exec(&self, _: &Evaluator<'_>, _: &mut Frame<'_>) -> Flow {
         Flow::Next
     }

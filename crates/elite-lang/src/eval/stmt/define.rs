@@ -27,6 +27,7 @@ pub struct DefineFunction {
 }
 
 impl Statement for DefineFunction {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let decorators = attempt!(evaluate(&self.decorators, ev, f));
         let mut value = Value::Function(attempt!(self.function.make(ev, f)));
@@ -71,6 +72,7 @@ pub struct DefineClass {
 }
 
 impl Statement for DefineClass {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let decorators = attempt!(evaluate(&self.decorators, ev, f));
         let (mut bases, mut keywords, mut names) = (Vec::new(), Vec::new(), Vec::new());
@@ -264,6 +266,7 @@ impl Evaluator<'_> {
         let class = Class::new(name, base, parents, ancestors, true);
         self.core.note_class(&class);
         let (mut has_eq, mut has_hash) = (false, false);
+        let mut slots = Vec::new();
         for (name, value) in attrs {
             has_eq |= name == known::EQ;
             has_hash |= name == known::HASH;
@@ -272,7 +275,6 @@ impl Evaluator<'_> {
                     Value::Str(_) => vec![value.clone()].into(),
                     other => self.collect(other)?,
                 };
-                let mut slots = Vec::new();
                 for slot in &names {
                     let Value::Str(text) = slot else {
                         let name = self.core.types.name_of(slot);
@@ -288,7 +290,7 @@ impl Evaluator<'_> {
                     return Err(self.type_error(text));
                 }
                 if !slots.contains(&known::DICT) {
-                    class.set_slots(slots.into());
+                    class.set_slots(slots.clone().into());
                 }
             }
             let value = match (&value, name) {
@@ -301,6 +303,13 @@ impl Evaluator<'_> {
             };
             class.set(name, value);
             self.worked(ATTRIBUTE)?;
+        }
+        let taken = { slots.into_iter() }.find(|name| class.own_attrs().get(*name).is_some());
+        if let Some(name) = taken {
+            let name = self.repr(&self.core.symbols.value(name))?;
+            return Err(
+                self.value_error(format!("{name} in __slots__ conflicts with class variable"))
+            );
         }
         if has_eq && !has_hash {
             class.set(known::HASH, Value::None);

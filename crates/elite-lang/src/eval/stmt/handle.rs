@@ -34,6 +34,7 @@ pub struct Try {
 }
 
 impl Statement for Try {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         match self.body.exec(ev, f) {
             Flow::Next => self.orelse.exec(ev, f),
@@ -131,6 +132,7 @@ pub struct Finally {
 }
 
 impl Statement for Finally {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let flow = self.body.exec(ev, f);
         let raised = match &flow {

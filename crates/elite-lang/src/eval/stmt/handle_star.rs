@@ -21,6 +21,7 @@ pub struct TryStar {
 }
 
 impl Statement for TryStar {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         match self.body.exec(ev, f) {
             Flow::Next => self.orelse.exec(ev, f),

@@ -26,6 +26,7 @@ pub struct Import {
 }
 
 impl Statement for Import {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let module = attempt!(ev.import(&self.module).at(ev, f, self.span));
         let module = match self.module.split_once('.') {
@@ -50,6 +51,7 @@ pub struct ImportFrom {
 }
 
 impl Statement for ImportFrom {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let module = attempt!(ev.import(&self.module).at(ev, f, self.span));
         for (name, target, span) in &self.names {
@@ -103,6 +105,7 @@ pub struct ImportStar {
 }
 
 impl Statement for ImportStar {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let module = attempt!(ev.import(&self.module).at(ev, f, self.span));
         let Value::Module(module) = module else {

@@ -1,27 +1,34 @@
-//! `while` and `for`. Every turn passes a safepoint.
+//! `while` and `for`: one loop for both, which passes a safepoint every turn. Within generators, which stop in the midst of a
+//! turn, the same parts are steps (`steps`).
 
 use super::target::{Target, Unpack};
 use crate::eval::code::Block;
 use crate::eval::walk::{Pair, Walk};
+use crate::eval::words::Words;
 use crate::eval::{Evaluator, Expr, Flow, Frame, Statement, attempt};
 use crate::source::Span;
 use crate::value::{R, Value};
 
-/// `while test: … else: …`
-pub struct While {
-    /// The condition.
-    pub test: Expr,
-    /// Its line.
+/// What all loops have: what is done each turn, and at the end.
+pub struct Turns {
+    /// The line of the loop.
     pub line: u32,
     /// What is repeated.
     pub body: Block,
-    /// What runs when the condition fails.
+    /// What runs when there is no other turn.
     pub orelse: Block,
 }
 
-impl Statement for While {
-    fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
-        while attempt!(self.test.truth(ev, f)) {
+impl Turns {
+    /// Runs the loop; `next` prepares the next turn and says whether there is one.
+    #[inline(always)]
+    fn run(
+        &self,
+        ev: &Evaluator<'_>,
+        f: &mut Frame<'_>,
+        mut next: impl FnMut(&mut Frame<'_>) -> R<bool>,
+    ) -> Flow {
+        while attempt!(next(f)) {
             match self.body.exec(ev, f) {
                 Flow::Next | Flow::Continue => {}
                 Flow::Break => return Flow::Next,
@@ -31,6 +38,21 @@ impl Statement for While {
             attempt!(ev.safepoint());
         }
         self.orelse.exec(ev, f)
+    }
+}
+
+/// `while test: … else: …`
+pub struct While {
+    /// The condition.
+    pub test: Expr,
+    /// The rest.
+    pub turns: Turns,
+}
+
+impl Statement for While {
+    #[inline(always)]
+    fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        self.turns.run(ev, f, |f| self.test.truth(ev, f))
     }
 }
 
@@ -86,8 +108,18 @@ impl LoopTarget {
         Ok(true)
     }
 
-    #[inline]
+    #[inline(always)]
     fn assign(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>, item: Value) -> R<()> {
+        if let LoopTarget::Slot(slot) = self {
+            f.slots[*slot as usize].put(item);
+            return Ok(());
+        }
+        self.assign_other(ev, f, Words::of(item))
+    }
+
+    #[inline(never)]
+    fn assign_other(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>, item: Words<Value>) -> R<()> {
+        let item = item.whole();
         match self {
             LoopTarget::Pair(unpack) => unpack.assign(ev, f, item),
             LoopTarget::Slot(slot) => {
@@ -107,27 +139,16 @@ pub struct For {
     pub iterable: Expr,
     /// Where that is written.
     pub span: Span,
-    /// Its line.
-    pub line: u32,
-    /// What is repeated.
-    pub body: Block,
-    /// What runs at the end.
-    pub orelse: Block,
+    /// The rest.
+    pub turns: Turns,
 }
 
 impl Statement for For {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let iterable = attempt!(self.iterable.eval(ev, f));
         let mut walk = attempt!(Walk::over(iterable, ev, f, self.span));
-        while attempt!(self.target.bind_next(&mut walk, ev, f, self.span)) {
-            match self.body.exec(ev, f) {
-                Flow::Next | Flow::Continue => {}
-                Flow::Break => return Flow::Next,
-                other => return other,
-            }
-            ev.core.line.set(self.line);
-            attempt!(ev.safepoint());
-        }
-        self.orelse.exec(ev, f)
+        let next = |f: &mut Frame<'_>| self.target.bind_next(&mut walk, ev, f, self.span);
+        self.turns.run(ev, f, next)
     }
 }

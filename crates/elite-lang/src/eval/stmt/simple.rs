@@ -15,9 +15,13 @@ use crate::value::{Instance, R, Raised, Value};
 pub struct ExprStatement(pub Expr);
 
 impl Statement for ExprStatement {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         match self.0.eval(ev, f) {
-            Ok(_) => Flow::Next,
+            Ok(value) => {
+                value.discard();
+                Flow::Next
+            }
             Err(raised) => Flow::Raise(raised),
         }
     }
@@ -34,6 +38,7 @@ pub struct Print {
 }
 
 impl Statement for Print {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let mut text = String::new();
         for (index, value) in self.values.iter().enumerate() {
@@ -51,6 +56,7 @@ impl Statement for Print {
 pub struct Delete(pub Nodes<Box<dyn Target>>);
 
 impl Statement for Delete {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         for target in &self.0 {
             attempt!(target.delete(ev, f));
@@ -70,6 +76,7 @@ pub struct Raise {
 }
 
 impl Statement for Raise {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let Some(exception) = &self.exception else {
             return Flow::Raise(match ev.handled_exception() {

@@ -7,10 +7,11 @@ use crate::errors::ExceptionKind;
 use crate::eval::expr::names::Peek;
 use crate::eval::expr::operand::Operand;
 use crate::eval::run::with_slots;
+use crate::eval::words::Words;
 use crate::eval::{Evaluator, Frame, Located};
 use crate::source::Span;
 use crate::value::trash::Nodes;
-use crate::value::{CellVar, R, Raised, Symbol, Value};
+use crate::value::{CellVar, Instance, R, Raised, Symbol, Value};
 
 /// A place a value can be put.
 pub trait Target {
@@ -165,6 +166,28 @@ pub struct AttributeTarget {
 }
 
 impl AttributeTarget {
+    /// Sets the attribute of an instance whose class is known; the value back if more is to be done.
+    #[inline(always)]
+    pub fn set_at_once(&self, instance: &Instance, value: Value) -> Result<(), Value> {
+        if (instance.noted.get() || !value.holds_values())
+            && let Some(slot) = self.slot(instance.class.version())
+        {
+            return instance.set_slot(slot, value);
+        }
+        Err(value)
+    }
+
+    /// `assign`, with the value in registers.
+    #[inline(never)]
+    pub fn assign_words(
+        &self,
+        ev: &Evaluator<'_>,
+        f: &mut Frame<'_>,
+        value: Words<Value>,
+    ) -> R<()> {
+        self.assign(ev, f, value.whole())
+    }
+
     /// `object.name = value` for an object that has been evaluated.
     #[inline(always)]
     pub fn set(&self, ev: &Evaluator<'_>, f: &Frame<'_>, object: &Value, value: Value) -> R<()> {
@@ -280,8 +303,38 @@ pub struct ItemTarget {
     pub span: Span,
 }
 
+impl ItemTarget {
+    /// `assign`, with the value in registers.
+    #[inline(never)]
+    pub fn assign_words(
+        &self,
+        ev: &Evaluator<'_>,
+        f: &mut Frame<'_>,
+        value: Words<Value>,
+    ) -> R<()> {
+        self.assign(ev, f, value.whole())
+    }
+}
+
 impl Target for ItemTarget {
     fn assign(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>, value: Value) -> R<()> {
+        let mut value = value;
+        if let Some(Value::Int(at)) = self.index.peek(f)
+            && let Some(Some(list)) = self.value.look_near(f, |container| match container {
+                Value::List(list) if list.noted.get() || !value.holds_values() => {
+                    Some(list.clone())
+                }
+                _ => None,
+            })
+        {
+            match list.replace_at(*at, value) {
+                Ok(old) => {
+                    old.discard();
+                    return Ok(());
+                }
+                Err(back) => value = back,
+            }
+        }
         if let (Operand::Local(local), true) = (&self.value, self.keeps) {
             local.check(ev, f)?;
             let own;

@@ -22,6 +22,7 @@ pub struct With {
 }
 
 impl Statement for With {
+    #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let manager = attempt!(self.context.eval(ev, f));
         let enter = attempt!(method(ev, &manager, known::ENTER).at(ev, f, self.span));

@@ -3,6 +3,7 @@
 use super::slice::{Bounds, Indices};
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
+use crate::ops::hash::quick_hash;
 use crate::value::symbol::known;
 use crate::value::{ByteArray, List, R, Raised, Slice, Value};
 
@@ -20,7 +21,7 @@ impl Evaluator<'_> {
             });
             return match old {
                 Ok(old) => {
-                    drop(old);
+                    old.discard();
                     Ok(())
                 }
                 Err(_) => Err(self.assignment_error("list")),
@@ -42,7 +43,17 @@ impl Evaluator<'_> {
             self.core.note(value);
         }
         match value {
-            Value::Dict(dict) => self.dict_set(dict, index.clone(), item),
+            Value::Dict(dict) => match quick_hash(index) {
+                // Most often the key is there already, or there is room for it.
+                Some(hash) => match dict.set_at_once(hash, index, item) {
+                    Ok(old) => {
+                        old.discard();
+                        Ok(())
+                    }
+                    Err(item) => self.dict_set_hashed(dict, hash, index.clone(), item),
+                },
+                None => self.dict_set(dict, index.clone(), item),
+            },
             Value::List(list) => match index {
                 Value::Slice(slice) => self.set_list_slice(list, slice, &item),
                 _ => {
@@ -120,6 +131,9 @@ impl Evaluator<'_> {
     /// A value as one byte.
     pub fn byte(&self, value: &Value) -> R<u8> {
         let error = || self.value_error("byte must be in range(0, 256)");
+        if let Value::BigInt(_) = value {
+            return Err(error());
+        }
         u8::try_from(self.index(value)?).map_err(|_| error())
     }
 

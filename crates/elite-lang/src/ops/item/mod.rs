@@ -5,6 +5,7 @@ pub mod slice;
 
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
+use crate::eval::words::Words;
 use crate::value::symbol::known;
 use crate::value::{R, Raised, Str, Value};
 
@@ -30,12 +31,8 @@ impl Evaluator<'_> {
     #[inline]
     pub fn item(&self, value: &Value, index: &Value) -> R {
         if let (Value::List(list), Value::Int(at)) = (value, index) {
-            let items = list.borrow();
-            return match self
-                .place(*at, items.len())
-                .and_then(|place| items.get(place))
-            {
-                Some(item) => Ok(item.clone()),
+            return match list.at(*at) {
+                Some(item) => Ok(item),
                 None => Err(self.index_error("list")),
             };
         }
@@ -43,13 +40,15 @@ impl Evaluator<'_> {
     }
 
     /// `value[index]` where that runs no script code and is no error; None otherwise.
-    #[inline]
-    pub fn item_at_once(&self, value: &Value, index: &Value) -> Option<Value> {
+    #[inline(never)]
+    pub fn item_at_once(&self, value: &Value, index: &Value) -> Words<Option<Value>> {
+        Words::of(self.found_at_once(value, index))
+    }
+
+    #[inline(always)]
+    fn found_at_once(&self, value: &Value, index: &Value) -> Option<Value> {
         match (value, index) {
-            (Value::List(list), Value::Int(at)) => {
-                let items = list.borrow();
-                items.get(self.place(*at, items.len())?).cloned()
-            }
+            (Value::List(list), Value::Int(at)) => list.at(*at),
             (Value::Tuple(tuple), Value::Int(at)) => {
                 let items = tuple.items();
                 items.get(self.place(*at, items.len())?).cloned()
@@ -60,10 +59,7 @@ impl Evaluator<'_> {
                 self.core.ascii.get(usize::from(byte)).cloned()
             }
             (Value::Dict(dict), Value::Str(_) | Value::Int(_) | Value::Tuple(_)) => {
-                match dict.find(crate::ops::hash::quick_hash(index)?, index) {
-                    crate::value::dict::Found::At(at) => Some(dict.value_at(at)),
-                    _ => None,
-                }
+                dict.get_at_once(crate::ops::hash::quick_hash(index)?, index)?
             }
             _ => None,
         }

@@ -81,6 +81,9 @@ pub struct Indices {
     step: i64,
 }
 
+/// Longest part that is taken at once.
+const PART_MAX: usize = 64;
+
 impl Indices {
     /// The bounds within a sequence of `length` items.
     pub fn within(self, length: usize) -> Bounds {
@@ -148,6 +151,54 @@ impl Evaluator<'_> {
             }
             raised
         })
+    }
+
+    /// `value[start:stop]` of a list, a tuple or a text where that runs no script code and the part is short; None otherwise.
+    pub fn part_at_once(&self, value: &Value, start: &Value, stop: &Value) -> Option<Value> {
+        let bound = |value: &Value| match value {
+            Value::None => Some(None),
+            Value::Int(bound) => Some(Some(*bound)),
+            _ => None,
+        };
+        let indices = Indices {
+            start: bound(start)?,
+            stop: bound(stop)?,
+            step: 1,
+        };
+        let places = |length: usize| {
+            let bounds = indices.within(length);
+            let (start, stop) = (
+                bounds.start as usize,
+                bounds.stop.max(bounds.start) as usize,
+            );
+            (stop - start <= PART_MAX).then_some(start..stop)
+        };
+        match value {
+            Value::List(list) => {
+                let items = list.borrow();
+                let part = items.get(places(items.len())?)?;
+                Some(Value::list(part.to_vec()))
+            }
+            Value::Tuple(tuple) => {
+                let items = tuple.items();
+                match items.get(places(items.len())?)? {
+                    part if part.len() == items.len() => Some(value.clone()),
+                    part => Some(Value::tuple(part.to_vec())),
+                }
+            }
+            Value::Str(text) if text.is_ascii() => {
+                let places = places(text.len())?;
+                match text.as_str().get(places)? {
+                    "" => Some(self.core.empty_str.clone()),
+                    part if part.len() == text.len() => Some(value.clone()),
+                    part => match part.as_bytes() {
+                        [byte] => self.core.ascii.get(usize::from(*byte)).cloned(),
+                        _ => Some(Value::Str(Rc::new(Str::counted(part, part.len())))),
+                    },
+                }
+            }
+            _ => None,
+        }
     }
 
     pub(super) fn slice_of(&self, value: &Value, slice: &Slice) -> R {

@@ -84,6 +84,11 @@ impl Evaluator<'_> {
             }
             None => {
                 if let Some(extended) = instance.extended() {
+                    if crate::value::int::Int::of(&extended).is_some()
+                        || matches!(extended, Value::Float(_) | Value::Complex(_))
+                    {
+                        return Err(self.not_iterable(value));
+                    }
                     return self.iter(&extended);
                 }
                 // Items alone make a class of the script a sequence, not one of the library.

@@ -77,6 +77,9 @@ pub enum Found {
     Ask(Vec<(usize, Value)>, u64),
 }
 
+/// Script code has to say whether two keys are equal.
+pub(super) struct Unsure;
+
 pub(super) fn spread(hash: u64) -> usize {
     // The tables are indexed by the low bits; Python hashes of numbers need mixing first, of all their bits: those of `i << 45` or
     // of `i / 1024` differ in the upper ones only.
@@ -107,6 +110,46 @@ impl Table {
     }
 
     pub(super) fn find(&self, hash: u64, key: &Value) -> Found {
+        match self.find_at_once(hash, key) {
+            Ok(Some(index)) => Found::At(index),
+            Ok(None) => Found::Nowhere,
+            Err(Unsure) => self.find_or_ask(hash, key),
+        }
+    }
+
+    /// The entry of a key, unless script code has to compare some.
+    #[inline]
+    pub(super) fn find_at_once(&self, hash: u64, key: &Value) -> Result<Option<usize>, Unsure> {
+        let is_at = |index: usize| match self.entries.get(index) {
+            Some(entry) if entry.hash == hash => quick_equal(&entry.key, key),
+            _ => Equal::No,
+        };
+        if self.slots.is_empty() {
+            for index in 0..self.entries.len() {
+                match is_at(index) {
+                    Equal::Yes => return Ok(Some(index)),
+                    Equal::No => {}
+                    Equal::Ask => return Err(Unsure),
+                }
+            }
+            return Ok(None);
+        }
+        let mask = self.slots.len() - 1;
+        let mut at = spread(hash) & mask;
+        while self.slots[at] != EMPTY {
+            let index = self.slots[at] as usize;
+            match is_at(index) {
+                Equal::Yes => return Ok(Some(index)),
+                Equal::No => at = (at + 1) & mask,
+                Equal::Ask => return Err(Unsure),
+            }
+        }
+        Ok(None)
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn find_or_ask(&self, hash: u64, key: &Value) -> Found {
         // Only what lies on the way of the hash is looked at, whoever has to compare it.
         let mut asked = Vec::new();
         let mut look = |index: usize| {
@@ -147,6 +190,14 @@ impl Table {
     #[inline]
     pub(super) fn is_absent(&self, entry: &Entry) -> bool {
         entry.is_absent(self.of_variables())
+    }
+
+    /// Whether `more` entries fit as it is.
+    #[inline]
+    pub(super) fn has_room_for(&self, more: usize) -> bool {
+        let needed = self.entries.len() + more;
+        let is_placed = needed <= SCAN_MAX || needed * 3 <= self.slots.len() * 2;
+        is_placed && needed <= self.entries.capacity()
     }
 
     pub(super) fn append(&mut self, hash: u64, key: Value, value: Value) {

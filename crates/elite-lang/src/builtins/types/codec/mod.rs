@@ -364,10 +364,7 @@ impl Evaluator<'_> {
             return Ok(Codec::Utf8 { mark: false });
         };
         let text = text_argument(self, value).map_err(|_| {
-            let name = match value {
-                Value::None => "None".into(),
-                other => self.core.types.name_of(other),
-            };
+            let name = self.core.types.name_of_argument(value);
             self.type_error(format!(
                 "{method}() argument 'encoding' must be str, not {name}"
             ))

@@ -37,7 +37,7 @@ pub(super) fn replace(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         match ev.plain(&args[index]) {
             Value::Str(text) => Ok(text),
             other => {
-                let name = ev.core.types.name_of(&other);
+                let name = ev.core.types.name_of_argument(&other);
                 Err(ev.type_error(format!(
                     "replace() argument {index} must be str, not {name}"
                 )))

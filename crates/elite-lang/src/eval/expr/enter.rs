@@ -1,0 +1,166 @@
+//! Entering script functions: arguments are evaluated straight into the variables of the called function.
+
+use std::rc::Rc;
+
+use super::call::Site;
+use super::keywords::call_with_keywords;
+use crate::builtins::with_first;
+use crate::eval::code::{CodeKind, Params};
+use crate::eval::run::{Slots, make_cells};
+use crate::eval::words::Words;
+use crate::eval::{Evaluator, Frame, Located};
+use crate::value::held::nothing_is_open;
+use crate::value::{Function, R, Value};
+
+/// How a function is entered with values by position: `first`, if it is not `Unbound`, comes before them.
+pub type Given = fn(&Rc<Function>, Words<Value>, &mut [Value], &Evaluator<'_>) -> Words<R>;
+
+/// How a function is entered from the place of a call: the receiver, if it is not `Unbound`, comes before the arguments.
+pub type Entry = fn(&Rc<Function>, Words<Value>, &Site, &Evaluator<'_>, &mut Frame<'_>) -> Words<R>;
+
+/// The entries of functions of that kind with so many variables.
+pub fn entries_of(kind: CodeKind, params: &Params, slots: usize) -> (Entry, Given) {
+    if !params.is_simple() || kind != CodeKind::Plain {
+        return (enter_generally, enter_with_any);
+    }
+    match slots {
+        0..=2 => (enter::<2>, enter_with::<2>),
+        3..=4 => (enter::<4>, enter_with::<4>),
+        5..=8 => (enter::<8>, enter_with::<8>),
+        9..=16 => (enter::<16>, enter_with::<16>),
+        _ => (enter_generally, enter_with_any),
+    }
+}
+
+/// Calls a script function, its receiver (if any) before the arguments.
+#[inline(always)]
+pub(super) fn call_script(
+    function: &Rc<Function>,
+    receiver: Option<Value>,
+    site: &Site,
+    ev: &Evaluator<'_>,
+    f: &mut Frame<'_>,
+) -> R {
+    let receiver = Words::of(receiver.unwrap_or_default());
+    (function.code.entry.0)(function, receiver, site, ev, f).whole()
+}
+
+/// Any function with any arguments.
+fn enter_generally(
+    function: &Rc<Function>,
+    receiver: Words<Value>,
+    site: &Site,
+    ev: &Evaluator<'_>,
+    f: &mut Frame<'_>,
+) -> Words<R> {
+    let receiver = Some(receiver.whole()).filter(|value| !value.is_unbound());
+    let result = call_with_keywords(function, receiver, &site.args, &[], ev, f, site.span);
+    Words::of(result)
+}
+
+/// A function of at most `N` variables, which lie on the native stack, and no more values than it has parameters.
+fn enter<const N: usize>(
+    function: &Rc<Function>,
+    receiver: Words<Value>,
+    site: &Site,
+    ev: &Evaluator<'_>,
+    f: &mut Frame<'_>,
+) -> Words<R> {
+    let code = &*function.code;
+    let receiver = receiver.whole();
+    let first = usize::from(!receiver.is_unbound());
+    let given = site.args.len() + first;
+    if given > code.params.positional {
+        return enter_generally(function, Words::of(receiver), site, ev, f);
+    }
+    let mut slots = Slots::<N>::empty();
+    let places = slots.first(N);
+    places[0].fill(receiver);
+    for (place, arg) in places[first..].iter_mut().zip(&site.args) {
+        match arg.eval(ev, f) {
+            Ok(value) => place.fill(value),
+            Err(raised) => return Words::of(Err(raised)),
+        }
+    }
+    if given < code.params.positional
+        && let Err(raised) = ev.fill_defaults(function, places)
+    {
+        return Words::of(Err(raised).at(ev, f, site.span));
+    }
+    Words::of(run_here(function, places, ev).at(ev, f, site.span))
+}
+
+/// Any function with values by position.
+fn enter_with_any(
+    function: &Rc<Function>,
+    first: Words<Value>,
+    args: &mut [Value],
+    ev: &Evaluator<'_>,
+) -> Words<R> {
+    let first = first.whole();
+    Words::of(match first.is_unbound() {
+        true => ev.call_bound(function, args, &[]),
+        false => with_first(first, args, |all| ev.call_bound(function, all, &[])),
+    })
+}
+
+/// A function of at most `N` variables with no more values than it has parameters.
+fn enter_with<const N: usize>(
+    function: &Rc<Function>,
+    first: Words<Value>,
+    args: &mut [Value],
+    ev: &Evaluator<'_>,
+) -> Words<R> {
+    let code = &*function.code;
+    let first = first.whole();
+    let before = usize::from(!first.is_unbound());
+    let given = args.len() + before;
+    if given > code.params.positional {
+        return enter_with_any(function, Words::of(first), args, ev);
+    }
+    let mut slots = Slots::<N>::empty();
+    let places = slots.first(N);
+    places[0].fill(first);
+    for (place, arg) in places[before..].iter_mut().zip(args) {
+        place.fill(std::mem::take(arg));
+    }
+    if given < code.params.positional
+        && let Err(raised) = ev.fill_defaults(function, places)
+    {
+        return Words::of(Err(raised));
+    }
+    Words::of(run_here(function, places, ev))
+}
+
+/// Runs a plain function whose parameters are bound.
+#[inline(always)]
+fn run_here(function: &Rc<Function>, places: &mut [Value], ev: &Evaluator<'_>) -> R {
+    let code = &*function.code;
+    nothing_is_open();
+    let core = &*ev.core;
+    let depth = core.depth.get();
+    if depth >= core.limits.call_depth {
+        return Err(ev.recursion_error());
+    }
+    ev.safepoint()?;
+    if !code.cells.is_empty() {
+        make_cells(code, places);
+    }
+    core.depth.set(depth + 1);
+    let line = core.line.get();
+    let result = if ev.stack_left() >= code.stack_bytes {
+        let frame = &mut Frame {
+            slots: places,
+            function,
+        };
+        code.body.run(ev, frame)
+    } else {
+        ev.run_deeper(function, places)
+    };
+    // The outermost function of a thread leaves the line in which it ended.
+    if depth > 0 {
+        core.line.set(line);
+    }
+    core.depth.set(depth);
+    result
+}

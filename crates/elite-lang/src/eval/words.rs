@@ -1,0 +1,108 @@
+//! Results as two words, which the processor hands over in registers.
+//!
+//! A result of an expression or a statement is two words, but the compiler returns an enum of that size through memory: it is
+//! written by who makes it and read again by who asked. Nodes are called through here instead, so that between two nodes a
+//! result stays in registers.
+
+use std::marker::PhantomData;
+use std::mem::{ManuallyDrop, MaybeUninit, transmute_copy};
+
+use super::Flow;
+use crate::value::{R, Raised, Value};
+
+/// What is handed over as two words: a type of that size.
+///
+/// # Safety
+/// The type has the size and the alignment of two words.
+#[allow(unsafe_code)]
+pub unsafe trait TwoWords: Sized {}
+
+const _: () = assert!(size_of::<R>() == size_of::<Words<R>>());
+const _: () = assert!(align_of::<R>() == align_of::<Words<R>>());
+const _: () = assert!(size_of::<Value>() == size_of::<Words<Value>>());
+const _: () = assert!(align_of::<Value>() == align_of::<Words<Value>>());
+const _: () = assert!(size_of::<Option<Value>>() == size_of::<Words<Value>>());
+const _: () = assert!(align_of::<Option<Value>>() == align_of::<Words<Value>>());
+const _: () = assert!(size_of::<Flow>() == size_of::<Words<Flow>>());
+const _: () = assert!(align_of::<Flow>() == align_of::<Words<Flow>>());
+
+// SAFETY: asserted above.
+#[allow(unsafe_code)]
+unsafe impl TwoWords for Value {}
+
+// SAFETY: asserted above.
+#[allow(unsafe_code)]
+unsafe impl TwoWords for Option<Value> {}
+
+// SAFETY: asserted above.
+#[allow(unsafe_code)]
+unsafe impl TwoWords for R {}
+
+// SAFETY: asserted above.
+#[allow(unsafe_code)]
+unsafe impl TwoWords for Flow {}
+
+/// A `T` on its way from one node to another.
+#[must_use = "what is in it is never dropped otherwise"]
+#[repr(C)]
+pub struct Words<T> {
+    first: MaybeUninit<u64>,
+    /// A pointer, so that the compiler knows that an object may be behind it.
+    second: MaybeUninit<*const ()>,
+    of: PhantomData<T>,
+}
+
+impl<T: TwoWords> Words<T> {
+    /// Packs it.
+    #[inline(always)]
+    pub fn of(whole: T) -> Self {
+        let whole = ManuallyDrop::new(whole);
+        // SAFETY: the sizes are the same, and words that may be uninitialised take any bytes; the original is not dropped.
+        #[allow(unsafe_code)]
+        unsafe {
+            transmute_copy(&whole)
+        }
+    }
+
+    /// Unpacks it.
+    #[inline(always)]
+    pub fn whole(self) -> T {
+        // SAFETY: the words are those of a `T`, from `of`, and there is nobody else who has them.
+        #[allow(unsafe_code)]
+        unsafe {
+            transmute_copy(&self)
+        }
+    }
+}
+
+/// A truth, or why there is none: two words in registers as it is.
+pub enum Truth {
+    /// It does not hold.
+    No,
+    /// It holds.
+    Yes,
+    /// Finding out failed.
+    Raised(Raised),
+}
+
+impl From<R<bool>> for Truth {
+    #[inline(always)]
+    fn from(result: R<bool>) -> Self {
+        match result {
+            Ok(false) => Truth::No,
+            Ok(true) => Truth::Yes,
+            Err(raised) => Truth::Raised(raised),
+        }
+    }
+}
+
+impl From<Truth> for R<bool> {
+    #[inline(always)]
+    fn from(truth: Truth) -> Self {
+        match truth {
+            Truth::No => Ok(false),
+            Truth::Yes => Ok(true),
+            Truth::Raised(raised) => Err(raised),
+        }
+    }
+}
