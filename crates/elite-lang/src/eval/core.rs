@@ -26,8 +26,8 @@ use crate::value::{Dict, Function, Module, R, Value};
 pub(super) const SLICE: u32 = 4096;
 /// From this size on a task's memory is given back to the system when it ends.
 const LARGE: usize = 1 << 20;
-/// What a task has freed goes back in parts of about so many bytes, which take a few milliseconds.
-const GIVEN_BACK: usize = 16 << 20;
+/// What a task has freed goes back in parts of about so many bytes, which take a millisecond or two.
+const GIVEN_BACK: usize = 8 << 20;
 /// A task that holds no more keeps what it frees: it will want it again.
 const KEPT: usize = 64 << 20;
 /// Containers of one script's data that may be nested in a native operation (comparison, `repr`) at once.
