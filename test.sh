@@ -50,10 +50,11 @@ if cargo nextest --version >/dev/null 2>&1; then
         { apt-get update -qq && apt-get install -y -qq neovim >/dev/null; } || true
     fi
     start "Rust tests: build"
-    cargo nextest run --no-run --cargo-quiet
+    # The examples are compiled by the lints only.
+    cargo nextest run --tests --no-run --cargo-quiet
     start "Rust tests"
     failed=0
-    cargo nextest run --profile "$profile" --no-fail-fast --hide-progress-bar --status-level retry || failed=$?
+    cargo nextest run --tests --profile "$profile" --no-fail-fast --hide-progress-bar --status-level retry || failed=$?
     # nextest keeps its reports in the workspace, wherever cargo builds.
     python3 tests/test_report.py "target/nextest/$profile/report.xml"
     [ "$failed" -eq 0 ] || exit "$failed"
