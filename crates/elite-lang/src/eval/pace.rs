@@ -134,16 +134,17 @@ impl Evaluator<'_> {
 
     /// These values `count` times over.
     pub fn repeated(&self, items: Vec<Value>, count: usize) -> R<Vec<Value>> {
-        if count == 0 {
+        if count == 0 || items.is_empty() {
             return Ok(Vec::new());
         }
         let whole = items.len().saturating_mul(count);
         let mut out = Vec::with_capacity(whole);
         self.copy_values(&items, &mut out)?;
-        let unit = (COPIED / items.len().max(1)).max(1) * items.len();
         while out.len() < whole {
-            let more = unit.min(out.len()).min(whole - out.len());
-            out.extend_from_within(..more);
+            // The values from here on stand at the same place of the first round, and some rounds more may follow it.
+            let from = out.len() % items.len();
+            let more = COPIED.min(out.len() - from).min(whole - out.len());
+            out.extend_from_within(from..from + more);
             self.worked(more * VALUE)?;
         }
         Ok(out)

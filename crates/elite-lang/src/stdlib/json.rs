@@ -46,6 +46,7 @@ fn read(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     if args[2].given().is_some() {
         // Only one value, from a position on (`raw_decode`).
         let start = ev.clamped_index(&args[2])?.max(0) as usize;
+        ev.mark(&text)?;
         reader.at = text.byte_offset(start.min(text.len()));
         let value = reader.value()?;
         let end = text.char_index(reader.at);

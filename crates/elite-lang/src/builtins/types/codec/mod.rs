@@ -341,6 +341,8 @@ impl Evaluator<'_> {
                 }
             }
             if stopped {
+                // Where characters are is asked from here on.
+                self.mark(text)?;
                 let mut scratch = Vec::new();
                 let run = rest.chars().take_while(|c| !codec.put(*c, &mut scratch));
                 let count = if codec.takes_runs() { run.count() } else { 1 };
