@@ -12,11 +12,12 @@
 //! The fuel of the running script thread lies here as well: the alarm withholds it, so the next safepoint looks at the
 //! account, however much or little was left, and a loop that only counts fuel costs nothing more.
 
-use std::alloc::{GlobalAlloc, Layout, System};
+use std::alloc::{GlobalAlloc, Layout};
 use std::cell::Cell;
 
+use platform::memory::{self as pages, PAGE, System};
+
 use super::shelves::{self, Size};
-use platform::memory::{self as pages, PAGE};
 
 /// Hands requests to the system and counts them.
 pub struct CountingAllocator;

@@ -5,9 +5,11 @@
 //! comes from the system and subtracts what lies here, so that a block costs it nothing on its way from here and back. A shelf
 //! holds so little that it does not matter, and goes back to the system when its thread ends.
 
-use std::alloc::{GlobalAlloc, Layout, System};
+use std::alloc::{GlobalAlloc, Layout};
 use std::cell::Cell;
 use std::ptr::null_mut;
+
+use platform::memory::System;
 
 /// Number of small sizes: 24, 40, 56 … bytes, what the system's allocator rounds requests up to.
 const SIZES: usize = 16;
