@@ -8,6 +8,8 @@ use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::files::OpenMode;
+
 /// A folder, held open.
 #[derive(Debug)]
 pub struct Folder(imp::Held);
@@ -15,23 +17,6 @@ pub struct Folder(imp::Held);
 /// Something beneath it, held open: what was looked at is what is used.
 #[derive(Debug)]
 pub struct Found(imp::Held);
-
-/// How a file is wanted. Nothing waits at opening, and no terminal becomes that of this process.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Wanted {
-    /// To be read.
-    pub read: bool,
-    /// To be written.
-    pub write: bool,
-    /// Written at its end.
-    pub append: bool,
-    /// Made if it is not there.
-    pub create: bool,
-    /// Made, and an error if it is there.
-    pub exclusive: bool,
-    /// Emptied.
-    pub truncate: bool,
-}
 
 impl Folder {
     /// Holds a folder open.
@@ -58,12 +43,12 @@ impl Folder {
         imp::find(&self.0, way, true).map(Found)
     }
 
-    /// Opens or makes a file.
+    /// Opens or makes a file. Nothing waits at opening, and no terminal becomes that of this process.
     ///
     /// # Errors
     /// As [`Folder::find`].
-    pub fn file(&self, way: &Path, wanted: Wanted) -> io::Result<File> {
-        imp::file(&self.0, way, wanted)
+    pub fn file(&self, way: &Path, mode: OpenMode) -> io::Result<File> {
+        imp::file(&self.0, way, mode)
     }
 }
 
@@ -91,7 +76,7 @@ mod imp {
     use nix::fcntl::{OFlag, OpenHow, ResolveFlag, openat2};
     use nix::sys::stat::Mode;
 
-    use super::Wanted;
+    use crate::files::OpenMode;
 
     pub(super) type Held = OwnedFd;
 
@@ -110,24 +95,24 @@ mod imp {
         resolve(folder, way, flags, Mode::empty())
     }
 
-    pub(super) fn file(folder: &OwnedFd, way: &Path, wanted: Wanted) -> io::Result<File> {
+    pub(super) fn file(folder: &OwnedFd, way: &Path, mode: OpenMode) -> io::Result<File> {
         // A pipe that nobody reads would have kept whoever opens it waiting.
         let mut flags = OFlag::O_NONBLOCK | OFlag::O_NOCTTY;
-        flags |= match (wanted.read, wanted.write || wanted.append) {
+        flags |= match (mode.read, mode.write || mode.append) {
             (true, true) => OFlag::O_RDWR,
             (false, true) => OFlag::O_WRONLY,
             (_, false) => OFlag::O_RDONLY,
         };
-        let is_made = wanted.create || wanted.exclusive;
-        flags.set(OFlag::O_APPEND, wanted.append);
+        let is_made = mode.create || mode.exclusive;
+        flags.set(OFlag::O_APPEND, mode.append);
         flags.set(OFlag::O_CREAT, is_made);
-        flags.set(OFlag::O_EXCL, wanted.exclusive);
-        flags.set(OFlag::O_TRUNC, wanted.truncate && !wanted.exclusive);
-        let mode = match is_made {
+        flags.set(OFlag::O_EXCL, mode.exclusive);
+        flags.set(OFlag::O_TRUNC, mode.truncate && !mode.exclusive);
+        let permissions = match is_made {
             true => Mode::from_bits_truncate(0o666),
             false => Mode::empty(),
         };
-        resolve(folder, way, flags, mode).map(File::from)
+        resolve(folder, way, flags, permissions).map(File::from)
     }
 
     fn resolve(folder: &OwnedFd, way: &Path, flags: OFlag, mode: Mode) -> io::Result<OwnedFd> {
@@ -159,7 +144,7 @@ mod imp {
     use std::io;
     use std::path::{Path, PathBuf};
 
-    use super::Wanted;
+    use crate::files::OpenMode;
 
     const WHAT: &str = "holding paths to a folder";
 
@@ -174,7 +159,7 @@ mod imp {
         Err(crate::needs_linux(WHAT))
     }
 
-    pub(super) fn file(_: &Held, _: &Path, _: Wanted) -> io::Result<File> {
+    pub(super) fn file(_: &Held, _: &Path, _: OpenMode) -> io::Result<File> {
         Err(crate::needs_linux(WHAT))
     }
 
@@ -216,10 +201,10 @@ mod tests {
         }
         let found = folder.find(Path::new("link")).unwrap();
         assert_eq!(std::fs::read_to_string(found.path()).unwrap(), "y");
-        let exclusive = Wanted {
+        let exclusive = OpenMode {
             write: true,
             exclusive: true,
-            ..Wanted::default()
+            ..OpenMode::default()
         };
         assert!(folder.file(Path::new("own"), exclusive).is_err());
         assert!(folder.file(Path::new("new"), exclusive).is_ok());

@@ -29,6 +29,23 @@ pub struct Details {
     pub changed_ns: i64,
 }
 
+/// How a file is opened.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct OpenMode {
+    /// For reading.
+    pub read: bool,
+    /// For writing.
+    pub write: bool,
+    /// Every write goes to the end.
+    pub append: bool,
+    /// Made if it is not there.
+    pub create: bool,
+    /// It must not be there.
+    pub exclusive: bool,
+    /// Emptied first.
+    pub truncate: bool,
+}
+
 /// Errors that are raised where the system is not asked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refusal {
@@ -153,6 +170,22 @@ pub fn open_without_waiting(options: &mut OpenOptions, path: &Path) -> io::Resul
         options.custom_flags((OFlag::O_NONBLOCK | OFlag::O_NOCTTY).bits());
     }
     options.open(path)
+}
+
+/// The same for a program.
+///
+/// # Errors
+/// What the system says.
+pub fn open(path: &Path, mode: OpenMode) -> io::Result<File> {
+    let mut options = OpenOptions::new();
+    options
+        .read(mode.read)
+        .write(mode.write)
+        .append(mode.append)
+        .create(mode.create && !mode.exclusive)
+        .create_new(mode.exclusive)
+        .truncate(mode.truncate);
+    open_without_waiting(&mut options, path)
 }
 
 /// Makes a folder with permissions, where the system has them.

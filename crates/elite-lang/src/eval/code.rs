@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::rc::{Rc, Weak};
 use std::sync::Arc;
 
-use super::expr::enter::{Entry, Given};
+use super::expr::enter::Entries;
 use super::steps::Step;
 use super::{Evaluator, Executes, Expr, Flow, Frame, attempt};
 use crate::source::{SourceFile, Span};
@@ -198,7 +198,7 @@ pub struct Code {
     /// What runs.
     pub body: Body,
     /// How calls enter it, and natives with values.
-    pub entry: (Entry, Given),
+    pub entries: Entries,
     /// What the body refers to beyond itself.
     pub refers: Refers,
     /// The names in it and in the rest of the text.

@@ -111,7 +111,8 @@ impl Evaluator<'_> {
         keywords: &[(Symbol, Value)],
     ) -> R {
         match keywords {
-            [] => (function.code.entry.1)(function, Words::of(Value::Unbound), args, self).whole(),
+            [] => (function.code.entries.given)(function, Words::of(Value::Unbound), args, self)
+                .whole(),
             _ => self.call_bound(function, args, keywords),
         }
     }
@@ -119,7 +120,7 @@ impl Evaluator<'_> {
     /// The same without keywords and with one more argument before the others.
     #[inline]
     pub fn call_method(&self, function: &Rc<Function>, first: Value, args: &mut [Value]) -> R {
-        (function.code.entry.1)(function, Words::of(first), args, self).whole()
+        (function.code.entries.given)(function, Words::of(first), args, self).whole()
     }
 
     /// Calls a script function of any kind, its arguments bound as Python does.

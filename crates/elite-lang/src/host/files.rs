@@ -6,38 +6,7 @@ use std::fmt::Debug;
 use std::io::{self, SeekFrom};
 use std::rc::Rc;
 
-/// How a file is opened.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct OpenMode {
-    /// For reading.
-    pub read: bool,
-    /// For writing.
-    pub write: bool,
-    /// Every write goes to the end.
-    pub append: bool,
-    /// Made if it is not there.
-    pub create: bool,
-    /// It must not be there.
-    pub exclusive: bool,
-    /// Emptied first.
-    pub truncate: bool,
-}
-
-/// What the system knows of a file; the fields are those of POSIX `stat`. Times are nanoseconds since 1970.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[allow(missing_docs)]
-pub struct FileStat {
-    pub mode: u32,
-    pub inode: u64,
-    pub device: u64,
-    pub links: u64,
-    pub user: u32,
-    pub group: u32,
-    pub size: u64,
-    pub accessed_ns: i64,
-    pub modified_ns: i64,
-    pub changed_ns: i64,
-}
+pub use platform::files::{Details as FileStat, OpenMode};
 
 /// The files that programs may reach. Every error is the system's, or a bound of the host.
 #[allow(clippy::missing_errors_doc)]

@@ -7,7 +7,7 @@ use super::{Extent, Lower, NODE};
 use crate::ast::{self, Constant, ExprKind, Stmt, StmtKind};
 use crate::eval::Expr;
 use crate::eval::code::{Body, Code, CodeKind, Params};
-use crate::eval::expr::enter::entries_of;
+use crate::eval::expr::enter::Entries;
 use crate::eval::expr::function::{Annotations, MakeFunction};
 use crate::eval::expr::names::Local;
 use crate::eval::stmt::define::{DefineClass, DefineFunction};
@@ -37,7 +37,7 @@ impl Lower<'_> {
             false => CodeKind::Plain,
         };
         let code = Rc::new(Code {
-            entry: entries_of(kind, &parts.params, layout.slot_names.len()),
+            entries: Entries::of(kind, &parts.params, layout.slot_names.len()),
             name: parts.name.into(),
             qualname: format!("{}{}", self.prefix, parts.name).into(),
             doc: parts.doc,

@@ -19,7 +19,7 @@ use crate::eval::Core;
 use crate::eval::code::{Block, Body, Code, CodeKind, Params, Refers, TextNames};
 use crate::eval::coroutine::{LEVEL, RESERVE};
 use crate::eval::count::{Counters, Mark, MarkThen};
-use crate::eval::expr::enter::entries_of;
+use crate::eval::expr::enter::Entries;
 use crate::eval::node::{Pass, PassThen};
 use crate::eval::{Executes, Expr};
 use crate::limits::memory::Budget;
@@ -298,7 +298,7 @@ impl<'l> Lower<'l> {
             free_names: Box::default(),
             cells: layout.cells.clone().into(),
             kind: CodeKind::Plain,
-            entry: entries_of(CodeKind::Plain, &Params::default(), usize::MAX),
+            entries: Entries::of(CodeKind::Plain, &Params::default(), usize::MAX),
             body,
             names: self.names.clone(),
             module: Some(Rc::downgrade(self.namespace)),

@@ -9,7 +9,8 @@ use std::io;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
-use platform::beneath::{Folder as Held, Found, Wanted};
+use platform::beneath::{Folder as Held, Found};
+use platform::files::OpenMode;
 use thiserror::Error;
 
 /// The folders that somebody may use. Clones share them.
@@ -147,12 +148,12 @@ impl Folders {
         if let Some(folder) = path.parent() {
             self.make_folder(folder)?;
         }
-        let wanted = Wanted {
+        let mode = OpenMode {
             write: true,
             create: true,
-            ..Wanted::default()
+            ..OpenMode::default()
         };
-        let file = self.open_file(&path, wanted)?;
+        let file = self.open_file(&path, mode)?;
         if !file.metadata()?.is_file() {
             let text = "it is no regular file";
             return Err(io::Error::new(io::ErrorKind::Unsupported, text));
@@ -214,8 +215,8 @@ impl Folders {
     }
 
     /// Opens a file.
-    pub(super) fn open_file(&self, path: &Path, wanted: Wanted) -> io::Result<File> {
-        self.within(path, |folder, way| folder.file(way, wanted))
+    pub(super) fn open_file(&self, path: &Path, mode: OpenMode) -> io::Result<File> {
+        self.within(path, |folder, way| folder.file(way, mode))
     }
 
     /// The path of a folder, without links.

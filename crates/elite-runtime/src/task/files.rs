@@ -11,7 +11,6 @@ use std::rc::Rc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use elite_lang::{FileStat, HostFile, HostFiles, OpenMode};
-use platform::beneath::Wanted;
 use platform::files::{self, Access, Refusal};
 
 use super::beneath::{Folders, Place};
@@ -64,22 +63,6 @@ fn text(path: PathBuf) -> io::Result<String> {
         .map_err(|_| io::Error::from(Refusal::NoText))
 }
 
-fn stat_of(found: &fs::Metadata) -> FileStat {
-    let told = files::details(found);
-    FileStat {
-        mode: told.mode,
-        inode: told.inode,
-        device: told.device,
-        links: told.links,
-        user: told.user,
-        group: told.group,
-        size: told.size,
-        accessed_ns: told.accessed_ns,
-        modified_ns: told.modified_ns,
-        changed_ns: told.changed_ns,
-    }
-}
-
 fn moment(ns: i64) -> SystemTime {
     let distance = Duration::from_nanos(ns.unsigned_abs());
     if ns < 0 {
@@ -117,26 +100,10 @@ impl Files {
     }
 
     fn open_as(&self, path: &str, mode: OpenMode) -> io::Result<File> {
-        if let Some(folders) = &self.within {
-            let wanted = Wanted {
-                read: mode.read,
-                write: mode.write,
-                append: mode.append,
-                create: mode.create,
-                exclusive: mode.exclusive,
-                truncate: mode.truncate,
-            };
-            return folders.open_file(&self.full(path), wanted);
+        match &self.within {
+            Some(folders) => folders.open_file(&self.full(path), mode),
+            None => files::open(&self.full(path), mode),
         }
-        let mut options = OpenOptions::new();
-        options
-            .read(mode.read)
-            .write(mode.write)
-            .append(mode.append)
-            .create(mode.create && !mode.exclusive)
-            .create_new(mode.exclusive)
-            .truncate(mode.truncate);
-        files::open_without_waiting(&mut options, &self.full(path))
     }
 }
 
@@ -175,7 +142,7 @@ impl HostFiles for Files {
                 Err(_) => fs::metadata(self.target(path)?),
             },
         };
-        found.map(|found| stat_of(&found))
+        found.map(|found| files::details(&found))
     }
 
     fn list(&self, path: &str) -> io::Result<Vec<String>> {
@@ -295,7 +262,7 @@ impl HostFile for OpenFile {
     }
 
     fn stat(&self) -> io::Result<FileStat> {
-        self.file.metadata().map(|found| stat_of(&found))
+        self.file.metadata().map(|found| files::details(&found))
     }
 
     fn duplicate(&self) -> io::Result<File> {

@@ -18,17 +18,29 @@ pub type Given = fn(&Rc<Function>, Words<Value>, &mut [Value], &Evaluator<'_>) -
 /// How a function is entered from the place of a call: the receiver, if it is not `Unbound`, comes before the arguments.
 pub type Entry = fn(&Rc<Function>, Words<Value>, &Site, &Evaluator<'_>, &mut Frame<'_>) -> Words<R>;
 
-/// The entries of functions of that kind with so many variables.
-pub fn entries_of(kind: CodeKind, params: &Params, slots: usize) -> (Entry, Given) {
-    if !params.is_simple() || kind != CodeKind::Plain {
-        return (enter_generally, enter_with_any);
-    }
-    match slots {
-        0..=2 => (enter::<2>, enter_with::<2>),
-        3..=4 => (enter::<4>, enter_with::<4>),
-        5..=8 => (enter::<8>, enter_with::<8>),
-        9..=16 => (enter::<16>, enter_with::<16>),
-        _ => (enter_generally, enter_with_any),
+/// How functions of some code are entered.
+#[derive(Clone, Copy)]
+pub struct Entries {
+    /// From the place of a call.
+    pub call: Entry,
+    /// With values.
+    pub given: Given,
+}
+
+impl Entries {
+    /// Those of functions of that kind with so many variables.
+    pub fn of(kind: CodeKind, params: &Params, slots: usize) -> Self {
+        let (call, given): (Entry, Given) = match slots {
+            _ if !params.is_simple() || kind != CodeKind::Plain => {
+                (enter_generally, enter_with_any)
+            }
+            0..=2 => (enter::<2>, enter_with::<2>),
+            3..=4 => (enter::<4>, enter_with::<4>),
+            5..=8 => (enter::<8>, enter_with::<8>),
+            9..=16 => (enter::<16>, enter_with::<16>),
+            _ => (enter_generally, enter_with_any),
+        };
+        Entries { call, given }
     }
 }
 
@@ -42,7 +54,7 @@ pub(super) fn call_script(
     f: &mut Frame<'_>,
 ) -> R {
     let receiver = Words::of(receiver.unwrap_or_default());
-    (function.code.entry.0)(function, receiver, site, ev, f).whole()
+    (function.code.entries.call)(function, receiver, site, ev, f).whole()
 }
 
 /// Any function with any arguments.

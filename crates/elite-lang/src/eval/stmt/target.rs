@@ -18,6 +18,12 @@ pub trait Target {
     /// Puts it there.
     fn assign(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>, value: Value) -> R<()>;
 
+    /// `assign`, with the value in registers.
+    #[inline(never)]
+    fn assign_words(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>, value: Words<Value>) -> R<()> {
+        self.assign(ev, f, value.whole())
+    }
+
     /// Takes it away (`del`).
     fn delete(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<()>;
 }
@@ -177,30 +183,17 @@ impl AttributeTarget {
         Err(value)
     }
 
-    /// `assign`, with the value in registers.
-    #[inline(never)]
-    pub fn assign_words(
-        &self,
-        ev: &Evaluator<'_>,
-        f: &mut Frame<'_>,
-        value: Words<Value>,
-    ) -> R<()> {
-        self.assign(ev, f, value.whole())
-    }
-
     /// `object.name = value` for an object that has been evaluated.
     #[inline(always)]
     pub fn set(&self, ev: &Evaluator<'_>, f: &Frame<'_>, object: &Value, value: Value) -> R<()> {
-        if let Value::Instance(instance) = object
-            && (instance.noted.get() || !value.holds_values())
-            && let Some(slot) = self.slot(instance.class.version())
-        {
-            return match instance.set_slot(slot, value) {
-                Ok(()) => Ok(()),
-                Err(back) => self.set_slowly(ev, f, object, back),
-            };
+        let at_once = match object {
+            Value::Instance(instance) => self.set_at_once(instance, value),
+            _ => Err(value),
+        };
+        match at_once {
+            Ok(()) => Ok(()),
+            Err(value) => self.set_slowly(ev, f, object, value),
         }
-        self.set_slowly(ev, f, object, value)
     }
 
     /// The slot that is known for instances of a class in the state `version`.
@@ -301,19 +294,6 @@ pub struct ItemTarget {
     pub keeps: bool,
     /// Where it is written.
     pub span: Span,
-}
-
-impl ItemTarget {
-    /// `assign`, with the value in registers.
-    #[inline(never)]
-    pub fn assign_words(
-        &self,
-        ev: &Evaluator<'_>,
-        f: &mut Frame<'_>,
-        value: Words<Value>,
-    ) -> R<()> {
-        self.assign(ev, f, value.whole())
-    }
 }
 
 impl Target for ItemTarget {
