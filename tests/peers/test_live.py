@@ -185,12 +185,15 @@ class Foxglove(unittest.TestCase):
             port = server.ports["foxglove"]
             for nonsense in (b"stop task\n", b"GET / HTTP/1.1\r\nHost: x\r\n\r\n", bytes(range(256)) * 100):
                 with socket.create_connection(("127.0.0.1", port), timeout=5) as client:
-                    client.sendall(nonsense)
-                    client.shutdown(socket.SHUT_WR)
+                    answer = b""
                     try:
+                        client.sendall(nonsense)
+                        client.shutdown(socket.SHUT_WR)
                         answer = client.recv(100)
-                    except ConnectionResetError:
-                        answer = b""
+                    except TimeoutError:
+                        raise
+                    except OSError:
+                        pass  # turned away before all of it was sent, or before its end was
                     self.assertTrue(answer == b"" or answer.startswith(b"HTTP/1.1 4"), answer)
             seen = followed(port, 3, lambda messages: "/tf" in messages)
             self.assertIn("/tf", seen.messages)
