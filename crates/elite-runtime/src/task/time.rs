@@ -164,6 +164,11 @@ impl Task {
         let news = self.settings.panel.news().clone();
         let (host, context) = (self.host.clone(), self.context.clone());
         let is_virtual = robot.timeline().is_virtual();
+        if is_virtual {
+            // Whatever the last cycle has brought is taken up before the next one passes, however late it is: otherwise
+            // simulated time would depend on how busy the machine is.
+            tokio::task::yield_now().await;
+        }
         let (now, step) = (
             Instant::now(),
             Duration::from_secs_f64(robot.moment().step_time),

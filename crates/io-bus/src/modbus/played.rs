@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 use std::io::{self, ErrorKind, Read, Write};
-use std::sync::{Mutex, OnceLock, PoisonError};
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use platform::sockets::LocalStream;
@@ -21,12 +21,10 @@ const PAUSE: Duration = Duration::from_millis(100);
 /// Replies that are passed over in search of the one that belongs to a request.
 const STRAY_REPLIES_MAX: usize = 16;
 
-/// The devices, and the time.
+/// The devices.
 #[derive(Default)]
 pub(super) struct Played {
     lines: Mutex<BTreeMap<DeviceAddress, Line>>,
-    /// When simulated time began.
-    began: OnceLock<Instant>,
 }
 
 /// The connection to one device.
@@ -45,10 +43,12 @@ impl Played {
         let Some(stand_ins) = &shared.stand_ins else {
             return;
         };
-        let now = *self.began.get_or_init(Instant::now) + time;
-        let addresses: Vec<DeviceAddress> = {
+        let (now, addresses): (Instant, Vec<DeviceAddress>) = {
             let mut state = shared.state();
-            state.played_time = Some(now);
+            let now = match &mut state.played {
+                Some(played) => played.set(time),
+                None => return,
+            };
             for (address, device) in &mut state.devices {
                 // Signals of the cell are there before the test that plays their device.
                 if !device.is_played
@@ -62,7 +62,7 @@ impl Played {
                 }
             }
             let played = state.devices.iter().filter(|(_, device)| device.is_played);
-            played.map(|(address, _)| address.clone()).collect()
+            (now, played.map(|(address, _)| address.clone()).collect())
         };
         if addresses.is_empty() {
             return;

@@ -33,7 +33,29 @@ pub(super) struct State {
     pub(super) last_order: u64,
     pub(super) program_running: bool,
     /// The time of devices that a test plays: simulated.
-    pub(super) played_time: Option<Instant>,
+    pub(super) played: Option<PlayedTime>,
+}
+
+/// Simulated time as an instant. It begins before any cycle has passed: until then, too, no signal may be due by the clock of the
+/// machine, or of the runtime that somebody calls from.
+#[derive(Clone, Copy)]
+pub(super) struct PlayedTime {
+    began: Instant,
+    now: Instant,
+}
+
+impl PlayedTime {
+    /// At the beginning.
+    fn begin() -> Self {
+        let began = Instant::now();
+        PlayedTime { began, now: began }
+    }
+
+    /// It is so long after the beginning now.
+    pub(super) fn set(&mut self, time: Duration) -> Instant {
+        self.now = self.began + time;
+        self.now
+    }
 }
 
 /// One connection.
@@ -63,7 +85,12 @@ pub(super) struct Custom {
 impl Shared {
     /// Without signals; stand-ins are asked before the network is.
     pub(super) fn beside(stand_ins: Option<Arc<dyn StandIns>>) -> Self {
+        let state = State {
+            played: stand_ins.as_ref().map(|_| PlayedTime::begin()),
+            ..State::default()
+        };
         Self {
+            state: Mutex::new(state),
             stand_ins,
             ..Self::default()
         }
@@ -86,8 +113,10 @@ impl State {
     /// What time it is for a device.
     pub(super) fn now_of(&self, address: &DeviceAddress) -> Instant {
         let is_played = self.devices.get(address).is_some_and(|it| it.is_played);
-        let played = self.played_time.filter(|_| is_played);
-        played.unwrap_or_else(Instant::now)
+        match self.played.filter(|_| is_played) {
+            Some(played) => played.now,
+            None => Instant::now(),
+        }
     }
 
     /// Tells the device's task that something has changed.
