@@ -204,11 +204,6 @@ fn check_new(
     written: &str,
     new: &str,
 ) -> Result<(), RenameError> {
-    let mut letters = new.chars();
-    let begins = letters
-        .next()
-        .is_some_and(|c| c == '_' || c.is_alphabetic());
-    let goes_on = letters.all(|c| c == '_' || c.is_alphanumeric());
     let file = elite_lang::SourceFile::new("name", new);
     let tokens = elite_lang::syntax::tokens(&file);
     let is_name = tokens
@@ -216,8 +211,7 @@ fn check_new(
         .is_some_and(|token| token.kind == TokenKind::Name);
     let is_private = new.starts_with("__") || written.starts_with("__");
     // `end` closes blocks, `sec` heads programs, private names are mangled.
-    if !begins
-        || !goes_on
+    if !elite_lang::syntax::is_name(new)
         || !is_name
         || new.len() > NAME_MAX
         || new == "end"
