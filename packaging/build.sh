@@ -114,6 +114,22 @@ compile_flags() {
     export CFLAGS="-ffile-prefix-map=$sources=/crates -ffile-prefix-map=$CARGO_TARGET_DIR=/target"
 }
 
+# c_library ARCHITECTURE: what zig compiles of the C library at its first use, kept for this build and without line tables: they name the
+# folders of the machine, and nobody steps through these functions. What zig finds in its store it takes as it is.
+c_library() {
+    export ZIG_GLOBAL_CACHE_DIR="$CARGO_TARGET_DIR/zig-$1"
+    [ ! -f "$ZIG_GLOBAL_CACHE_DIR/stripped" ] || return 0
+    rm -rf "$ZIG_GLOBAL_CACHE_DIR"
+    # Of other options than those that cargo-zigbuild links with zig would make another one.
+    local processor=()
+    [ "$1" != x86_64 ] || processor=("-mcpu=$(sed -n 's/.*"target-cpu=\([^"]*\)".*/\1/p' .cargo/config.toml)")
+    echo 'int main(void) { return 0; }' >"$CARGO_TARGET_DIR/nothing.c"
+    (cd / && python -m ziglang cc -g -fno-sanitize=all "${processor[@]}" -target "$1-linux-musl" \
+        "$CARGO_TARGET_DIR/nothing.c" -lunwind -o "$CARGO_TARGET_DIR/nothing")
+    find "$ZIG_GLOBAL_CACHE_DIR/o" \( -name 'lib*.a' -o -name '*crt*.o' \) -exec llvm-objcopy --strip-debug {} \;
+    touch "$ZIG_GLOBAL_CACHE_DIR/stripped"
+}
+
 # program ARCHITECTURE: target/packages/work/ARCHITECTURE with the program, its line tables, pages, completions, inventory.
 program() {
     local triple="$1-unknown-linux-musl" work="$packages/work/$1"
@@ -124,6 +140,7 @@ program() {
         command -v node >/dev/null || fail "the page is bundled by Node (18 or newer), which is not there"
         standard_library "$triple"
         compile_flags "$triple"
+        c_library "$1"
         cargo zigbuild --locked --quiet "${build_std[@]}" --target "$triple" --profile dist --package server --bin eliteserver
     fi
     rm -rf "$work"
@@ -229,13 +246,15 @@ wheel() {
     local triple="$1-unknown-linux-gnu" work="$packages/work/$1"
     standard_library "$triple"
     compile_flags "$triple"
+    export ZIG_GLOBAL_CACHE_DIR="$CARGO_TARGET_DIR/zig-$1"
     echo "== the wheel for $1"
     mkdir -p "$work"
-    python3 packaging/inventory.py --package pybind --target "$triple" --sbom "$work/wheel.cdx.json" --licences "$work/wheel-licences.txt"
     rm -rf "$work/wheel"
     # One wheel for every CPython from 3.9 on; which one builds it does not show.
     (cd crates/pybind && PYO3_NO_PYTHON=1 maturin build --quiet --locked --profile dist --strip --zig --target "$triple" \
         "${build_std[@]}" --compatibility "$manylinux" --out "$work/wheel")
+    # Behind the build, which fetches the libraries of the page.
+    python3 packaging/inventory.py --package pybind --target "$triple" --sbom "$work/wheel.cdx.json" --licences "$work/wheel-licences.txt"
     local made=("$work"/wheel/*.whl)
     cp "${made[@]}" "$packages"
     cp "$work/wheel.cdx.json" "$packages/$(basename "${made[0]}" .whl).cdx.json"

@@ -123,10 +123,14 @@ program() {
             || { cat "$work/log" >&2; fail "the program does not run first_light"; }
         "${run[@]}" "$folder/eliteserver" replay "$work/$architecture.mcap" | tail -n 3
         ok "first_light runs and is recorded"
-        # The line tables beside it know where its entry is.
+        # The line tables beside it know where its entry is: a function of the module `program`, whichever was not inlined.
         tar -x -z -f "$packages/eliteserver-$version-$architecture-linux.debug.tar.gz" -C "$folder"
+        for path in "$root" "${CARGO_HOME:-$HOME/.cargo}" "$target"; do
+            ! grep -q -a -F "$path/" "$folder/eliteserver.debug" || fail "the line tables have the path $path in them"
+        done
+        ok "no path of this machine is in its line tables"
         local main
-        main="$(readelf --symbols --wide "$folder/eliteserver.debug" | awk '$4 == "FUNC" && $8 ~ /server7program7program/ {print $2; exit}')"
+        main="$(readelf --symbols --wide "$folder/eliteserver.debug" | awk '!found && $4 == "FUNC" && $8 ~ /_6server7program7[a-z]+$/ {print $2; found = 1}')"
         addr2line -e "$folder/eliteserver.debug" "0x$main" | grep -q 'program.rs:' || fail "the line tables do not know $main"
         ok "line tables beside it: $(addr2line -e "$folder/eliteserver.debug" "0x$main")"
         [ -s "$folder/man/eliteserver.1" ] && [ -s "$folder/completions/eliteserver.bash" ] || fail "pages and completions are missing"
@@ -135,6 +139,17 @@ program() {
             started_in "$work/ready" "$folder/eliteserver" serve --record off "${any_port[@]}" --ready-file "$work/ready"
         done | sort -n | tr '\n' ' ' >"$work/times"
         ok "ready after $(cat "$work/times")ms"
+        # Whoever may lock memory holds all of it from then on.
+        "$folder/eliteserver" serve --record off "${any_port[@]}" --ready-file "$work/ready" 2>"$work/log" &
+        started=$!
+        sleep 5
+        local held
+        held="$(awk '$1 == "VmHWM:" {print $2}' "/proc/$started/status")"
+        kill -TERM "$started"
+        wait "$started" || true
+        started=
+        [ "$held" -le 300000 ] || fail "a server holds $held kB of memory"
+        ok "a server at rest holds $held kB of memory"
     done
 }
 
@@ -300,6 +315,11 @@ wheel() {
     echo "== the wheel"
     [ -f "${made[0]}" ] || fail "there is no wheel for $host in $packages"
     at_most "${made[0]}" 15000000
+    python3 -m zipfile --extract "${made[0]}" "$work/unpacked"
+    for path in "$root" "${CARGO_HOME:-$HOME/.cargo}" "$target"; do
+        ! grep -q -r -a -F "$path/" "$work/unpacked" || fail "the wheel has the path $path in it"
+    done
+    ok "no path of this machine is in it"
     python3 -m venv "$work/fresh"
     local bin="$work/fresh/bin"
     "$bin/pip" install --quiet --disable-pip-version-check "${made[0]}"
@@ -352,7 +372,11 @@ reproduce() {
     ls "$packages"/*.whl >/dev/null 2>&1 || arguments+=(--only program --only deb --only image)
     [ -z "${PACKAGES_QUICK:-}" ] || arguments+=(--quick)
     (cd "$work/again" && CARGO_TARGET_DIR="$work/again-target" PACKAGES="$work/again-packages" packaging/build.sh "${arguments[@]}")
-    diff "$packages/SHA256SUMS" "$work/again-packages/SHA256SUMS" || fail "the second build gave other bytes"
+    diff "$packages/SHA256SUMS" "$work/again-packages/SHA256SUMS" || {
+        rm -rf "$target/packages-again"
+        mv "$work/again-packages" "$target/packages-again"
+        fail "the second build gave other bytes; it is in $target/packages-again"
+    }
     ok "the second build gave the same bytes"
 }
 

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Builds the wheel, installs it into a virtual environment under target/ and tests it there.
 
-    python3 crates/pybind/test.py [--debug] [--quick] [pytest arguments]
+    python3 crates/pybind/test.py [--debug | --library=FILE] [--quick] [pytest arguments]
 
---debug builds without optimisation. --quick leaves out what fetches more packages: the type stubs held against the
+--debug builds without optimisation; --library takes what `cargo build -p pybind` has made. --quick leaves out what fetches more packages: the type stubs held against the
 binary (mypy), the pictures of examples/python (matplotlib), sweeps on clusters of this machine (ray, distributed).
 """
 
@@ -20,7 +20,9 @@ def test():
     arguments = sys.argv[1:]
     debug, quick = ("--debug" in arguments, "--quick" in arguments)
     arguments = [a for a in arguments if a not in ("--debug", "--quick")]
-    python = wheel.with_wheel("wheel", *TOOLS, *([] if quick else MORE), debug=debug)
+    library = next((a.partition("=")[2] for a in arguments if a.startswith("--library=")), None)
+    arguments = [a for a in arguments if not a.startswith("--library=")]
+    python = wheel.with_wheel("wheel", *TOOLS, *([] if quick else MORE), debug=debug, library=library)
     wheel.run(python, "-m", "pytest", *arguments)
     if not quick:
         wheel.run(python, "-m", "mypy.stubtest", "elitescript", "--concise")

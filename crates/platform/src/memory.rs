@@ -1,14 +1,16 @@
-//! The system's memory: how the allocator of the C library behaves, and pages that are got from the system directly.
+//! The system's memory: the allocator, how it behaves, and pages that are got from the system directly.
 //!
-//! Owns the unsafe calls. Which blocks get pages of their own, what they cost and when freed memory goes back is the business of
-//! whoever allocates (`elite-lang`). Systems without these calls keep the allocator as it is and get no pages.
+//! Owns the unsafe calls. Which blocks get pages of their own, what they cost and what is counted for whom is the business of whoever
+//! allocates (`elite-lang`). Systems without these calls keep the allocator of the C library and get no pages.
 
-/// What blocks are asked of: the allocator of the C library, or a quicker one where that is slow.
-#[cfg(not(target_env = "musl"))]
+/// What blocks are asked of: the allocator of the C library.
+#[cfg(not(target_os = "linux"))]
 pub use std::alloc::System;
 
-/// What blocks are asked of: the allocator of musl takes nearly twice as long for programs that make and drop many objects.
-#[cfg(target_env = "musl")]
+/// What blocks are asked of. Blocks of one size share pages, so that freeing is cheap and never has to be made up for: the allocator of
+/// glibc joins what has been freed, and looks through all of it to give memory back, milliseconds at a moment nobody can choose. That of
+/// musl takes nearly twice as long for programs that make and drop many objects.
+#[cfg(target_os = "linux")]
 #[allow(non_upper_case_globals, reason = "in place of the unit struct of std")]
 pub const System: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
@@ -17,65 +19,43 @@ pub const PAGE: usize = 4096;
 
 pub use imp::{Left, map, remap, unmap};
 
-/// Tells the allocator once and for all to join freed blocks with their neighbours at once, to give nothing back to the system
-/// before it is told to (`trim`), and to take blocks from `mapped` bytes on from the system directly. By itself it keeps small ones
-/// aside and joins all of them when some big one is freed, and gives back whatever is free at the end of its heap then:
-/// milliseconds, at a moment nobody can choose.
-pub fn settle(mapped: usize) {
-    #[cfg(all(target_os = "linux", target_env = "gnu"))]
-    {
-        static ONCE: std::sync::Once = std::sync::Once::new();
-        let mapped = libc::c_int::try_from(mapped).unwrap_or(libc::c_int::MAX);
-        ONCE.call_once(|| {
-            // SAFETY: the calls take numbers only and may be made at any time, from any thread.
+/// How the allocator behaves. Set before the first block is asked for, which is before `main`.
+#[cfg(target_os = "linux")]
+mod behaviour {
+    use std::ffi::c_long;
+
+    use libmimalloc_sys::{mi_option_set, mi_option_t};
+
+    // Their numbers are those of the header mimalloc.h (version 3), which the crate leaves out.
+    /// Whether an arena, a reserve of addresses, is writable at once: who locks the process's memory would then fill it.
+    const ARENA_EAGER_COMMIT: mi_option_t = 4;
+    /// How long freed pages are kept, in milliseconds. What has come together until then goes back to the system in one piece, tens of
+    /// milliseconds for some hundred megabytes; a page at a time takes no longer in all.
+    const PURGE_DELAY: mi_option_t = 15;
+    /// Addresses that are taken at first, in KiB. More follow, but who limits the address space (`ulimit -v`) means what is in use.
+    const ARENA_RESERVE: mi_option_t = 23;
+
+    pub(super) const SET: [(mi_option_t, c_long); 3] = [
+        (ARENA_EAGER_COMMIT, 0),
+        (PURGE_DELAY, 0),
+        (ARENA_RESERVE, 64 << 10),
+    ];
+
+    extern "C" fn set() {
+        for (option, value) in SET {
+            // SAFETY: the call writes a number into a table that needs no preparation; no other thread is there yet.
             #[allow(unsafe_code)]
             unsafe {
-                libc::mallopt(libc::M_MMAP_THRESHOLD, mapped);
-                libc::mallopt(libc::M_MXFAST, 0);
-                libc::mallopt(libc::M_TRIM_THRESHOLD, libc::c_int::MAX);
+                mi_option_set(option, value);
             }
-        });
-    }
-    #[cfg(not(all(target_os = "linux", target_env = "gnu")))]
-    let _ = mapped;
-}
-
-/// Has the allocator sort what has been freed since the last call. It leaves that to the next request that is not quite small
-/// otherwise, which then takes milliseconds for tens of thousands of blocks.
-pub fn sort_freed() {
-    #[cfg(all(target_os = "linux", target_env = "gnu"))]
-    {
-        // More than what is kept aside for each thread, less than what makes it look further.
-        const SIZE: usize = 4 << 10;
-        // SAFETY: a block of the system is given back as it was made; the call takes null, too.
-        #[allow(unsafe_code)]
-        unsafe {
-            let block = libc::malloc(SIZE);
-            libc::free(std::hint::black_box(block));
         }
     }
-}
 
-/// Gives memory that was freed back to the system. Takes some milliseconds for every hundred megabytes. `mapped` as `settle` had it.
-pub fn trim(mapped: usize) {
-    #[cfg(all(target_os = "linux", target_env = "gnu"))]
-    {
-        // So much that the allocator looks, when it is freed, at what is free at the end of the heap of this thread.
-        const LOOKED_AT: usize = 128 << 10;
-        let mapped = libc::c_int::try_from(mapped).unwrap_or(libc::c_int::MAX);
-        // SAFETY: a block of the system is given back as it was made; the other calls take numbers only and may be made at
-        // any time, from any thread.
-        #[allow(unsafe_code)]
-        unsafe {
-            libc::mallopt(libc::M_TRIM_THRESHOLD, mapped);
-            let block = libc::malloc(LOOKED_AT);
-            libc::free(std::hint::black_box(block));
-            libc::malloc_trim(0);
-            libc::mallopt(libc::M_TRIM_THRESHOLD, libc::c_int::MAX);
-        }
-    }
-    #[cfg(not(all(target_os = "linux", target_env = "gnu")))]
-    let _ = mapped;
+    #[allow(unsafe_code)]
+    #[used]
+    // SAFETY: the section holds functions like this one, which are called when the program or library has been loaded.
+    #[unsafe(link_section = ".init_array")]
+    static EARLY: extern "C" fn() = set;
 }
 
 #[cfg(target_os = "linux")]
@@ -209,6 +189,21 @@ mod imp {
 
         pub fn is_empty(self) -> bool {
             true
+        }
+    }
+}
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_allocator_behaves_as_it_has_been_told_to() {
+        for (option, value) in behaviour::SET {
+            // SAFETY: the call reads a number from a table.
+            #[allow(unsafe_code)]
+            let found = unsafe { libmimalloc_sys::mi_option_get(option) };
+            assert_eq!(found, value, "option {option}");
         }
     }
 }

@@ -3,6 +3,10 @@
 //! Owns the picture and the font, which is compiled in: no font of the system is needed. Places are in pixels from the
 //! top left corner.
 
+use std::io::Read as _;
+use std::sync::LazyLock;
+
+use flate2::read::ZlibDecoder;
 use tiny_skia::{
     Color, FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke, StrokeDash,
     Transform,
@@ -10,6 +14,21 @@ use tiny_skia::{
 use ttf_parser::{Face, GlyphId, OutlineBuilder};
 
 use super::PlotError;
+
+/// Regular and bold, as build.rs packs them; unpacked for the first picture.
+static FONTS: LazyLock<[Vec<u8>; 2]> = LazyLock::new(|| {
+    [
+        unpacked(include_bytes!(concat!(env!("OUT_DIR"), "/regular.font"))),
+        unpacked(include_bytes!(concat!(env!("OUT_DIR"), "/bold.font"))),
+    ]
+});
+
+/// What could be unpacked; a font that is cut off is found when it is read.
+fn unpacked(packed: &[u8]) -> Vec<u8> {
+    let mut font = Vec::new();
+    let _ = ZlibDecoder::new(packed).read_to_end(&mut font);
+    font
+}
 
 /// How a line is drawn.
 #[derive(Clone, Copy)]
@@ -48,13 +67,14 @@ impl Canvas {
     pub(super) fn new(width: u32, height: u32, paper: Color) -> Result<Self, PlotError> {
         let mut pixmap = Pixmap::new(width, height).ok_or(PlotError::Draw("it is too large"))?;
         pixmap.fill(paper);
-        let face = |data| {
+        let face = |data: &'static [u8]| {
             Face::parse(data, 0).map_err(|_| PlotError::Draw("the compiled-in font is broken"))
         };
+        let [regular, bold] = &*FONTS;
         Ok(Self {
             pixmap,
-            regular: face(dejavu::sans::regular())?,
-            bold: face(dejavu::sans::bold())?,
+            regular: face(regular)?,
+            bold: face(bold)?,
         })
     }
 
@@ -208,5 +228,33 @@ impl OutlineBuilder for Letters {
     }
     fn close(&mut self) {
         self.path.close();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every letter of the font has the outline and the room that it has in the font as published.
+    #[test]
+    fn packed_fonts_draw_the_letters_of_whole_ones() {
+        let whole = [dejavu::sans::regular(), dejavu::sans::bold()];
+        for (packed, whole) in FONTS.iter().zip(whole) {
+            let (packed, whole) = (
+                Face::parse(packed, 0).unwrap(),
+                Face::parse(whole, 0).unwrap(),
+            );
+            assert_eq!(capital_height(&packed), capital_height(&whole));
+            for letter in
+                ('\u{20}'..'\u{10000}').filter(|&letter| whole.glyph_index(letter).is_some())
+            {
+                let text = format!("A{letter}V");
+                assert_eq!(
+                    outline(&packed, &text),
+                    outline(&whole, &text),
+                    "{letter:?}"
+                );
+            }
+        }
     }
 }
