@@ -5,7 +5,7 @@
 #
 #     ./test.sh          what a change must pass on the way
 #     ./test.sh --all    with the long ones: how the language's natives grow with their data, the wheel with clusters, type
-#                        checkers and pictures; the book; versions that were withdrawn. .ci/run does this
+#                        checkers and pictures; lints of examples; the book; versions that were withdrawn. .ci/run does this
 set -euo pipefail
 cd "$(dirname "$0")"
 all=0
@@ -30,85 +30,135 @@ start() {
     part="$1" began="$SECONDS"
     [ -z "$1" ] || echo "== $1"
 }
+# beside NAME COMMAND...: runs it beside what follows; `with NAME` waits for it, shows what it has printed and ends with it if it failed.
+declare -A running
+beside() {
+    local name="$1"
+    shift
+    ("$@") >"$target/test-$name.log" 2>&1 &
+    running[$name]=$!
+}
+with() {
+    local failed=0
+    wait "${running[$1]}" || failed=$?
+    unset "running[$1]"
+    cat "$target/test-$1.log"
+    [ "$failed" -eq 0 ] || exit "$failed"
+}
 told() {
+    [ ${#running[@]} -eq 0 ] || kill "${running[@]}" 2>/dev/null || true
     start ""
     printf '%s\n' "" "seconds by part, $SECONDS in all:" "${parts[@]}"
 }
 trap told EXIT
 
-start "format and lints"
+# What the parts after the Rust tests need from elsewhere; each of them says what is missing.
+fetch() {
+    local packages=()
+    # Only where this may install something. One test starts the editor nvim with the lines of docs/editors.md; without it that test
+    # looks at the lines only.
+    if [ "$(id -u)" -eq 0 ] && command -v apt-get >/dev/null; then
+        [ "$all" = 0 ] || command -v nvim >/dev/null || packages+=(neovim)
+        ! command -v npm >/dev/null || [ -n "${CHROMIUM:-}" ] || command -v chromium >/dev/null || packages+=(chromium)
+        [ ${#packages[@]} -eq 0 ] || { apt-get update -qq && apt-get install -y -qq "${packages[@]}" >/dev/null; } || true
+    fi
+    command -v npm >/dev/null || return 0
+    local folder
+    for folder in web editors/vscode; do
+        [ -d "$folder/node_modules" ] || npm --prefix "$folder" ci --no-audit --no-fund --ignore-scripts --silent || true
+    done
+}
+page() {
+    if ! command -v npm >/dev/null; then
+        echo "there is no Node: the page was not tested"
+    elif [ ! -d web/node_modules ]; then
+        echo "the packages of the page cannot be fetched: it was not tested"
+    else
+        npm --prefix web test --silent
+        if [ -n "${CHROMIUM:-}" ] || command -v chromium >/dev/null; then
+            npm --prefix web run browser --silent
+        else
+            echo "there is no Chromium: the page was not tried in a browser"
+        fi
+    fi
+}
+extension() {
+    if ! command -v npm >/dev/null; then
+        echo "there is no Node: the extension was not tested"
+    elif [ ! -d editors/vscode/node_modules ]; then
+        echo "the packages of the extension cannot be fetched: it was not tested"
+    else
+        npm --prefix editors/vscode test --silent
+    fi
+}
+campaign() {
+    local seconds=2
+    [ "$all" = 0 ] || seconds=5
+    "$target/debug/dev" campaign --seconds "$seconds" --seed 1 --no-faults
+}
+
+beside fetch fetch
+start "format"
 cargo fmt --all --check
-cargo clippy --all-targets --quiet -- --deny warnings
+
+# Lints come with the compiler that makes the tests: everything that follows is compiled by Clippy's, once, instead of being looked at by
+# `cargo clippy` first and compiled by rustc after. It makes the same programs; a warning ends the build. (`cargo clippy` hands its
+# arguments to it in this variable, too.)
+export RUSTC_WORKSPACE_WRAPPER=clippy-driver
+export CLIPPY_ARGS=--deny__CLIPPY_HACKERY__warnings__CLIPPY_HACKERY__
 
 # One set of features for everything that follows: the programs that tests start (eliteserver, dev) are built with them, and the
 # campaign, the peers and the page take these. A bare `cargo build` would compile all our crates once more.
 if cargo nextest --version >/dev/null 2>&1; then
     profile=default
     [ "$all" = 0 ] || profile=all
-    if [ "$all" = 1 ] && [ "$(id -u)" -eq 0 ] && ! command -v nvim >/dev/null; then
-        # One test starts this editor with the lines of docs/editors.md; without it that test looks at the lines only.
-        { apt-get update -qq && apt-get install -y -qq neovim >/dev/null; } || true
-    fi
-    start "Rust tests: build"
-    # The examples are compiled by the lints only.
-    cargo nextest run --tests --no-run --cargo-quiet
+    start "Rust tests: lints and build"
+    cargo nextest run --workspace --tests --no-run --cargo-quiet
+    with fetch
     start "Rust tests"
     failed=0
-    cargo nextest run --tests --profile "$profile" --no-fail-fast --hide-progress-bar --status-level retry || failed=$?
+    # One more than there are cores: those that talk in real time, one at a time, mostly wait.
+    cargo nextest run --workspace --tests --test-threads "$(($(nproc) + 1))" --profile "$profile" --no-fail-fast --hide-progress-bar --status-level retry || failed=$?
     # nextest keeps its reports in the workspace, wherever cargo builds.
     python3 tests/test_report.py "target/nextest/$profile/report.xml"
     [ "$failed" -eq 0 ] || exit "$failed"
     start "documentation examples"
-    cargo test --doc --quiet
+    cargo test --workspace --doc --quiet
 else
+    with fetch
     start "Rust tests, without nextest"
-    cargo test --quiet --no-fail-fast
+    cargo test --workspace --quiet --no-fail-fast
 fi
 export ELITESERVER="$target/debug/eliteserver"
 
-start "campaign: every decoder, the evaluator and its generators, then faults around the controller; bounded, a line each"
-seconds=2
-[ "$all" = 0 ] || seconds=5
-"$target/debug/dev" campaign --seconds "$seconds" --seed 1 --binary "$ELITESERVER"
-
-start "field buses, sockets and remote calls against peers from PyPI"
+# The campaign computes, on one core; beside it comes what mostly waits: for peers, a browser, an editor.
+start "campaign: every decoder, the evaluator and its generators; bounded, a line each. Beside it:"
+beside campaign campaign
+start "  field buses, sockets and remote calls against peers from PyPI"
 tests/peers/run.sh
+start "  the page in the browser: types, lint, unit tests, and in Chromium what people do on it"
+page
+start "  the extension for VS Code: types, lint, grammar, contributions, both servers as the editor drives them, the package"
+extension
+start "what is left of the campaign"
+with campaign
+# With promises about time, so alone.
+start "faults around the controller: killed, the disk full or slow, nobody who reads, stopped in every state"
+python3 fuzz/faults.py "$ELITESERVER" --seed 1
 
-start "the page in the browser: types, lint, unit tests, and in Chromium what people do on it"
-if ! command -v npm >/dev/null; then
-    echo "there is no Node: the page was not tested"
-elif ! { [ -d web/node_modules ] || npm --prefix web ci --no-audit --no-fund --ignore-scripts --silent; }; then
-    echo "the packages of the page cannot be fetched: it was not tested"
-else
-    npm --prefix web test --silent
-    if [ -z "${CHROMIUM:-}" ] && ! command -v chromium >/dev/null; then
-        # Only where this may install something; elsewhere the tests say what is missing.
-        [ "$(id -u)" -ne 0 ] || { apt-get update -qq && apt-get install -y -qq chromium >/dev/null; } || true
-    fi
-    if [ -n "${CHROMIUM:-}" ] || command -v chromium >/dev/null; then
-        npm --prefix web run browser --silent
-    else
-        echo "there is no Chromium: the page was not tried in a browser"
-    fi
-fi
-
-start "the extension for VS Code: types, lint, grammar, contributions, both servers as the editor drives them, the package"
-if ! command -v npm >/dev/null; then
-    echo "there is no Node: the extension was not tested"
-elif ! { [ -d editors/vscode/node_modules ] || npm --prefix editors/vscode ci --no-audit --no-fund --ignore-scripts --silent; }; then
-    echo "the packages of the extension cannot be fetched: it was not tested"
-else
-    npm --prefix editors/vscode test --silent
-fi
-
-start "Python wheel, without optimisation: that takes a release build of everything"
+start "the Python module, without optimisation: with it everything would be built once more"
 if [ "$all" = 1 ]; then
     python3 crates/pybind/test.py --debug
 else
-    python3 crates/pybind/test.py --debug --quick
+    # With the features of all crates it is made of what is compiled already; maturin, which builds the wheel, knows those of one crate.
+    cargo build --quiet --workspace --lib --tests
+    python3 crates/pybind/test.py --library="$target/debug/lib_elitescript.so" --quick
 fi
 
 if [ "$all" = 1 ]; then
+    # Nothing runs these here, so they are only looked at.
+    start "lints of examples and benchmarks"
+    cargo check --workspace --quiet --examples --benches
     start "the book of docs/, its links"
     packaging/book.sh
     start "what registries say of the versions in the lock files"

@@ -387,6 +387,8 @@ fn a_debugger_drives_a_program_of_a_running_server_another_looks_on_and_ports_ar
     assert_eq!((driver.line(), driver.evaluate("n")), (5, "101".to_owned()));
     let set = json!({"expression": "n", "value": "1000"});
     driver.ask("setExpression", set).unwrap();
+    let arguments = json!({"source": {"path": "/mine/late.script"}, "breakpoints": [{"line": 4, "condition": "n == 1010"}]});
+    driver.ask("setBreakpoints", arguments).unwrap();
     // A port's pause counts besides the debugger's hold.
     order(&server, &json!({"do": "pause"}));
     driver.ask("continue", json!({"threadId": 1})).unwrap();
@@ -394,11 +396,13 @@ fn a_debugger_drives_a_program_of_a_running_server_another_looks_on_and_ports_ar
     std::thread::sleep(Duration::from_millis(100));
     assert_eq!(program_state(&server), "paused");
     order(&server, &json!({"do": "play"}));
-    wait_for("it goes on", || program_state(&server) == "running");
+    assert_eq!(driver.event("stopped")["reason"], "breakpoint");
+    assert_eq!(driver.evaluate("n"), "1010");
+    driver.ask("continue", json!({"threadId": 1})).unwrap();
     driver.ask("pause", json!({"threadId": 1})).unwrap();
     assert_eq!(driver.event("stopped")["reason"], "pause");
     let n: i64 = driver.evaluate("n").parse().unwrap();
-    assert!(n > 1000, "{n}");
+    assert!(n >= 1010, "{n}");
     // Whoever drove has gone: the program goes on, without breakpoints.
     driver.end();
     wait_for("it goes on", || program_state(&server) == "running");
