@@ -31,8 +31,8 @@ pub struct Interpreter {
     leftovers: Rc<Leftovers>,
 }
 
-/// The memory that a task has freed. It goes back to the system, if that is worth it, when the interpreter and everybody who
-/// has asked for this (`Interpreter::leftovers`) has dropped it; that takes some milliseconds for every hundred megabytes.
+/// The blocks that a task has left on the shelves of its thread. They go back to the system, if that is worth it, when the interpreter
+/// and everybody who has asked for this (`Interpreter::leftovers`) has dropped it.
 #[derive(Default)]
 pub struct Leftovers {
     are_large: Cell<bool>,
@@ -41,7 +41,7 @@ pub struct Leftovers {
 impl Drop for Leftovers {
     fn drop(&mut self) {
         if self.are_large.get() {
-            memory::trim();
+            memory::clear_shelves();
         }
     }
 }
@@ -366,8 +366,8 @@ impl ScriptThread {
         let outer = core.switch_to(self.state);
         core.set_fuel(self.fuel_kept.take().unwrap_or(fuel));
         core.memory_watch();
-        trash::drop_some();
         let outer_puts_off = trash::put_off(true);
+        trash::drop_some();
         let result = coroutine.resume(resume);
         trash::put_off(outer_puts_off);
         self.state = core.switch_to(outer);

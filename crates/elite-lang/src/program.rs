@@ -92,10 +92,10 @@ pub fn compile(file: Arc<SourceFile>, known: &KnownNames) -> Result<Program, Vec
     result
 }
 
-/// What was taken to read a long text goes back to the system: the allocator keeps it otherwise (`limits::memory`).
+/// What was taken to read a long text goes back to the system, also what waits on the shelves (`limits::memory`).
 fn give_back_after(bytes: usize) {
     if bytes > LONG_TEXT {
-        memory::trim();
+        memory::clear_shelves();
     }
 }
 

@@ -18,6 +18,7 @@ const OF_THE_SURROUNDINGS: &[&str] = &[
     "outside a loop",
     "cannot appear in an except* block",
     "on the same 'try'",
+    "cannot rebind the iteration variable",
     "cannot use a starred expression here",
     "a starred expression cannot stand here",
     "a starred target must be in a list or tuple",
@@ -222,7 +223,11 @@ fn is_meant(text: &str, ours_accepts: bool) -> bool {
         .any(|part| text.contains(part));
     // Robot programs have no coroutines.
     let coroutine = ["await", "async"].iter().any(|word| text.contains(word));
+    // It takes an `else` after `try` that has no `except`, as long as there is a `finally`.
+    let bare_else =
+        ["else:", "finally:"].iter().all(|word| text.contains(word)) && !text.contains("except");
     text.contains('\t')
+        || bare_else
         || blank_after_conversion
         || coroutine
         || text.split("yield").skip(1).any(odd)

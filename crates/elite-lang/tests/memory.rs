@@ -87,7 +87,7 @@ const AT_ONCE: &[&str] = &[
     "from collections import deque; deque(map(str, range(10 ** 10)))",
     "t = 'abc'\nwhile True: t = t.join('abc')",
     "t = b'abc'\nwhile True: t += t",
-    "b = bytearray(b'abc')\nwhile True: b += b",
+    "b = bytearray(b'abc')\nwhile True: b += bytes(b)",
     "b = bytearray()\nwhile True: b += b'some more bytes of the kind that are received'",
     "b = bytearray()\nwhile True: b.extend(b'0123456789' * 20000)",
     "t = 'abc'\nwhile True: t = t.replace('a', 'aaa')",
@@ -166,6 +166,41 @@ parts! {
     natives_that_make_much_at_once_ask_before_4 make_much_at_once 3;
 }
 
+/// Whoever handles the refusal has room to say so, whatever has filled the memory, and however often it happens.
+#[test]
+fn a_refusal_can_be_handled() {
+    let mut wrong = Vec::new();
+    for (before, fill) in [
+        ("b = bytearray()", "b += b'47 bytes'"),
+        ("b = bytearray()", "b.append(1)"),
+        ("t = ''", "t += 'abc' * 2000"),
+        ("t = b''", "t = t + b'abc' * 2000"),
+        ("x = []", "x.append(None)"),
+        ("x = []", "x.append(str(len(x)))"),
+        ("x = []", "x += [[], {}]"),
+        ("x = None", "x = [x]"),
+        ("x = None", "x = (x, 1.5)"),
+        ("x = None", "x = {1: x}"),
+        ("x = None", "x = lambda x=x: x"),
+        ("class N: pass\nx = None", "n = N(); n.next = x; x = n"),
+        ("d = {}", "d[len(d)] = None"),
+        ("d = set()", "d.add(len(d))"),
+        ("from collections import deque\nd = deque()", "d.append(1)"),
+        ("i = 1", "i = i << 400000 | 1"),
+        ("n = 0", "n += 1; exec(f'v{n} = {n}')"),
+    ] {
+        let text = format!(
+            "{before}\nfor again in range(3):\n    try:\n        while True: {fill}\n    except (MemoryError, OverflowError):\n        \
+             kept = [i for i in range(200)]; print('handled', len(kept), f'{{1.5:>20}}', str(kept)[:20])\nprint('done')\n"
+        );
+        let last = run_within(4 * MEBIBYTE, text);
+        if last != "done" {
+            wrong.push(format!("{fill}: {last}"));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
 #[test]
 fn names_and_classes_that_pass_leave_no_trace() {
     for text in [
@@ -210,11 +245,12 @@ fn names_that_a_program_makes_up_are_given_up() {
         "type('K', (), {'__slots__': [n]})",
         "'{x}'.format_map({'x': 1, n: 2}); ('{' + n + '}').format_map({n: 2})",
         "f(**{n: i})",
+        "operator.methodcaller('update', **{n: i})({}); operator.attrgetter(n)(K({n: i}))",
         "t = threading.Thread(target=f, kwargs={n: i}); t.start(); t.join()",
         "globals()[n] = i; del locals()[n]; vars(math)[n] = i; vars(math).pop(n)",
     ] {
         let text = format!(
-            "import math, threading\nclass O: pass\ndef f(**k): return len(k)\n\
+            "import math, operator, threading\nclass O: pass\nclass K(dict): __getattr__ = dict.__getitem__\ndef f(**k): return len(k)\n\
              def missing(n):\n    try: eval(n)\n    except NameError: pass\n\
              for i in range(14_000):\n    n = f'v{{i}}' + 'x' * 500\n    {made_up}\n\
              print('done')\n"
@@ -228,6 +264,7 @@ fn names_that_a_program_makes_up_are_given_up() {
 #[test]
 fn names_in_use_stay() {
     let text = "
+import operator
 class O: pass
 class S: pass
 def f(): pass
@@ -242,12 +279,16 @@ for i in range(12_000):
         p = O(); setattr(p, n, i)
         setattr(f, n, i); setattr(S, n, i)
         exec(f'{n}_g = {i}')
-        kept.append((i, n, scope, k, o, p))
+        caller = operator.methodcaller('update', **{n: i})
+        kept.append((i, n, scope, k, o, p, caller))
     else:
         exec(f'{n} = {i}\\ndel {n}')
         setattr(f, n, i); delattr(f, n)
         setattr(S, n, i); delattr(S, n)
-for i, n, scope, k, o, p in kept:
+for i, n, scope, k, o, p, caller in kept:
+    called = {}
+    caller(called)
+    assert called == {n: i}, called
     made = scope['make'](**{n + '_p': 1, n + '_k': 3})
     found = [made() - 4, scope[n], getattr(k, n), getattr(o, n + '_s'), getattr(p, n), getattr(f, n), getattr(S, n),
              eval(n + '_g'), globals()[n + '_g'], p.__dict__[n]]

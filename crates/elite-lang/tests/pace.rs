@@ -161,7 +161,7 @@ fn stretches(text: &str) -> BTreeMap<String, Duration> {
 
 /// What all programs begin with.
 const BEGIN: &str = "
-import collections, json, re, struct, math, random, itertools, functools, operator, bisect, string, io
+import collections, copy, json, re, struct, math, random, itertools, functools, operator, bisect, string, io
 modules = [collections, json, re, struct, math, random, itertools, functools, operator, bisect, string, io]
 def give_way():
     for _ in range(3): pass
@@ -842,7 +842,7 @@ const DEEDS: &[(&str, &str)] = &[
         "[collections.deque(range(1000)) for _ in range(n // 100)]",
         "x.clear()",
     ),
-    ("[Node() for _ in range(n // 2)]", "x.clear()"),
+    ("[Node() for _ in range(n // 3)]", "x.clear()"),
     ("[[i] for i in range(n)]", "x.clear()"),
     (
         "[None]",
@@ -878,6 +878,18 @@ const DEEDS: &[(&str, &str)] = &[
     (
         "{str(i): [i] for i in range(n // 8)}",
         "json.loads(json.dumps(x, sort_keys=True))",
+    ),
+    (
+        "list(range(n))",
+        "(p := itertools.permutations(x), next(p), copy.copy(p), next(p), next(itertools.permutations(x, 1)))",
+    ),
+    (
+        "list(range(n))",
+        "(c := itertools.combinations(x, n), next(c), next(c, None), next(itertools.combinations_with_replacement(x, n)))",
+    ),
+    (
+        "[[1, 2]] * n",
+        "(p := itertools.product(*x), next(p), copy.copy(p), next(p))",
     ),
 ];
 

@@ -6,30 +6,41 @@ use super::{Args, Builtin, BuiltinBody};
 use crate::eval::{Evaluator, Frame};
 use crate::native::NativeCall;
 use crate::value::symbol::known;
-use crate::value::{R, Symbol, Value};
+use crate::value::{R, Symbol, Value, Values};
 
 /// Arguments up to this number are moved on the native stack.
 const INLINE_ARGS: usize = 6;
 
-/// Runs `inner` with `first` before `args`.
-#[inline]
-pub fn with_first<T>(first: Value, args: &mut [Value], inner: impl FnOnce(&mut [Value]) -> T) -> T {
-    let count = args.len() + 1;
-    if count <= INLINE_ARGS {
-        let mut all = [const { Value::Unbound }; INLINE_ARGS];
-        all[0] = first;
-        for (place, arg) in all[1..].iter_mut().zip(args) {
-            *place = std::mem::take(arg);
-        }
-        return inner(&mut all[..count]);
-    }
-    let mut all = Vec::with_capacity(count);
-    all.push(first);
-    all.extend(args.iter_mut().map(std::mem::take));
-    inner(&mut all)
-}
-
 impl Evaluator<'_> {
+    /// Runs `inner` with `first` before `args`, which are taken out of their places.
+    #[inline]
+    pub fn with_first(
+        &self,
+        first: Value,
+        args: &mut [Value],
+        inner: impl FnOnce(&mut [Value]) -> R,
+    ) -> R {
+        let count = args.len() + 1;
+        if count <= INLINE_ARGS {
+            let mut all = [const { Value::Unbound }; INLINE_ARGS];
+            all[0] = first;
+            for (place, arg) in all[1..].iter_mut().zip(args) {
+                *place = std::mem::take(arg);
+            }
+            return inner(&mut all[..count]);
+        }
+        inner(&mut self.in_front(first, args)?)
+    }
+
+    /// The same for many, some at a time.
+    #[inline(never)]
+    fn in_front(&self, first: Value, args: &mut [Value]) -> R<Values> {
+        let mut all = Values::from(self.room_for(args.len() + 1)?);
+        all.push(first);
+        self.take_values(args, &mut all)?;
+        Ok(all)
+    }
+
     /// Calls `callee`; the arguments are taken out of `args`.
     pub fn call(&self, callee: &Value, args: &mut [Value], keywords: &[(Symbol, Value)]) -> R {
         self.call_from(callee, args, keywords, None)
@@ -56,11 +67,10 @@ impl Evaluator<'_> {
             {
                 self.call_method(function, method.receiver.clone(), args)
             }
-            Value::BoundMethod(method) if let Value::Function(function) = &method.function => {
-                with_first(method.receiver.clone(), args, |all| {
+            Value::BoundMethod(method) if let Value::Function(function) = &method.function => self
+                .with_first(method.receiver.clone(), args, |all| {
                     self.call_function(function, all, keywords)
-                })
-            }
+                }),
             // A method of a method, an object whose `__call__` is an object with a `__call__`: such chains have no end
             // of their own.
             _ => self.recurse(|| self.call_through(callee, args, keywords, caller)),
@@ -76,9 +86,15 @@ impl Evaluator<'_> {
         caller: Option<&mut Frame<'_>>,
     ) -> R {
         match callee {
-            Value::Builtin(builtin) => self.call_builtin(builtin, args, keywords, caller),
-            Value::BoundMethod(method) => with_first(method.receiver.clone(), args, |all| {
-                self.call_from(&method.function, all, keywords, caller)
+            Value::Builtin(builtin) => {
+                self.check_receiver(builtin, args)?;
+                self.call_builtin(builtin, args, keywords, caller)
+            }
+            Value::BoundMethod(method) => self.with_first(method.receiver.clone(), args, |all| {
+                match &method.function {
+                    Value::Builtin(builtin) => self.call_builtin(builtin, all, keywords, caller),
+                    function => self.call_from(function, all, keywords, caller),
+                }
             }),
             Value::Class(class) => match class.meta_method(known::CALL) {
                 Some(function) => {
@@ -98,6 +114,35 @@ impl Evaluator<'_> {
             },
             _ => Err(self.not_callable(callee)),
         }
+    }
+
+    /// Refuses a call of a method as a function (`list.append(5, 6)`) whose receiver is none.
+    #[inline]
+    pub fn check_receiver(&self, builtin: &Builtin, args: &[Value]) -> R<()> {
+        let Some(owner) = builtin.owner else {
+            return Ok(());
+        };
+        match args.first() {
+            Some(_) if owner == "object" => Ok(()),
+            Some(receiver) if self.core.types.of(receiver).is_builtin_called(owner) => Ok(()),
+            // What has data of its own knows its class, and `__new__` is handed it.
+            _ if matches!(builtin.body, BuiltinBody::Closure { .. }) => Ok(()),
+            _ if builtin.name == "__new__" => Ok(()),
+            Some(receiver) if self.is_of_library(builtin, receiver) => Ok(()),
+            receiver => Err(self.receiver_error(builtin, receiver)),
+        }
+    }
+
+    /// Whether the receiver is of a class of the library that is written in Python and has this method among its own.
+    fn is_of_library(&self, builtin: &Builtin, receiver: &Value) -> bool {
+        let Some(name) = self.core.symbols.find(builtin.name) else {
+            return false;
+        };
+        let is_it =
+            |found: &Value| matches!(found, Value::Builtin(own) if std::ptr::eq(&**own, builtin));
+        let class = self.core.types.of(receiver);
+        class.lookup(name).is_some_and(|found| is_it(&found))
+            || (class.line().iter()).any(|class| class.own_attrs().get(name).is_some_and(is_it))
     }
 
     #[cold]

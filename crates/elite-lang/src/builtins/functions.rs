@@ -19,7 +19,15 @@ pub fn install(core: &Rc<Core>) {
     let bound: &[(&'static str, &str, super::BoundFn)] = &[
         ("all", "iterable /", all),
         ("any", "iterable /", any),
-        ("ascii", "obj /", |ev, args| ev.string(ev.ascii(&args[0])?)),
+        ("ascii", "obj /", |ev, args| {
+            let text = ev.repr_value(&args[0])?;
+            match ev.plain(&text) {
+                Value::Str(plain) if !plain.is_ascii() => {
+                    ev.string(ev.escaped_beyond_ascii(plain.as_str())?)
+                }
+                _ => Ok(text),
+            }
+        }),
         ("callable", "obj /", callable),
         ("delattr", "obj name /", delattr),
         ("format", "value format_spec? /", format),
@@ -36,7 +44,7 @@ pub fn install(core: &Rc<Core>) {
             ev.len(&args[0]).map(|length| Value::Int(length as i64))
         }),
         ("next", "iterator default? /", next),
-        ("repr", "obj /", |ev, args| ev.string(ev.repr(&args[0])?)),
+        ("repr", "obj /", |ev, args| ev.repr_value(&args[0])),
         ("setattr", "obj name value /", setattr),
         ("sorted", "iterable / * key? reverse?", sorted),
         ("sum", "iterable / start?", sum),
@@ -206,9 +214,7 @@ fn format(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             return Err(ev.type_error(format!("format() argument 2 must be str, not {name}")));
         }
     };
-    let mut out = String::new();
-    ev.format_into(&args[0], &spec, &mut out)?;
-    ev.string(out)
+    ev.format_value(&args[0], &spec)
 }
 
 fn id(_: &Evaluator<'_>, args: &mut [Value]) -> R {
@@ -247,16 +253,31 @@ impl Evaluator<'_> {
                 }
                 Ok(false)
             }),
-            other => match self.union_types(other) {
+            other => match self.union_types(other).or_else(|| self.tuple_of(other)) {
                 Some(types) => self.is_instance(value, &types),
                 None => match self.answer_of(other, "__instancecheck__", value)? {
                     Some(answer) => Ok(answer),
+                    None if self.has_bases(other)? => Ok(false),
                     None => Err(self.type_error(
                         "isinstance() arg 2 must be a type, a tuple of types, or a union",
                     )),
                 },
             },
         }
+    }
+
+    /// The tuple that an instance of a class derived from it is.
+    fn tuple_of(&self, value: &Value) -> Option<Value> {
+        Some(self.plain(value)).filter(|plain| matches!(plain, Value::Tuple(_)))
+    }
+
+    /// Whether an object says that it has bases, so that it counts as a class of which nothing is an instance.
+    fn has_bases(&self, value: &Value) -> R<bool> {
+        let found = match value {
+            Value::Instance(_) => self.attribute_or_none(value, known::BASES)?,
+            _ => None,
+        };
+        Ok(matches!(found, Some(Value::Tuple(_))))
     }
 
     /// What an object that stands for a class says of a value; None if it has no such method.
@@ -289,12 +310,13 @@ impl Evaluator<'_> {
                 }
                 Ok(false)
             }),
-            other => match self.union_types(other) {
+            other => match self.union_types(other).or_else(|| self.tuple_of(other)) {
                 Some(types) => self.is_subclass(class, &types),
                 None => {
                     let class = Value::Class(class.clone());
                     match self.answer_of(other, "__subclasscheck__", &class)? {
                         Some(answer) => Ok(answer),
+                        None if self.has_bases(other)? => Ok(false),
                         None => Err(self.type_error(
                             "issubclass() arg 2 must be a class, a tuple of classes, or a union",
                         )),
@@ -382,7 +404,7 @@ fn not_an_iterator(ev: &Evaluator<'_>, value: &Value) -> crate::value::Raised {
 fn sorted(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let mut items = ev.collect(&args[0])?;
     let reverse = match args[2].given() {
-        Some(value) => !ev.to_int(value)?.is_zero(),
+        Some(value) => ev.c_int(value)? != 0,
         None => false,
     };
     ev.sort(&mut items, args[1].given(), reverse)?;
@@ -443,6 +465,9 @@ fn min(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
 
 /// The first value that compares `better` than all others.
 fn extreme(ev: &Evaluator<'_>, args: &mut Args<'_>, name: &str, better: CompareOp) -> R {
+    if args.positional.is_empty() {
+        return Err(ev.type_error(format!("{name} expected at least 1 argument, got 0")));
+    }
     for (keyword, _) in args.keywords {
         if ![known::KEY, known::DEFAULT].contains(keyword) {
             let keyword = ev.core.symbols.name(*keyword);
@@ -472,7 +497,6 @@ fn extreme(ev: &Evaluator<'_>, args: &mut Args<'_>, name: &str, better: CompareO
         Ok(())
     };
     match &*args.positional {
-        [] => return Err(ev.type_error(format!("{name} expected at least 1 argument, got 0"))),
         [iterable] => {
             let iterator = ev.iter(iterable)?;
             while let Some(value) = ev.step(&iterator)? {

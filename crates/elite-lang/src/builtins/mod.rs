@@ -1,7 +1,6 @@
 //! Python's builtin functions, types and their methods, and how natives of any kind are called.
 
 mod call;
-pub use call::with_first;
 pub(crate) mod evaluate;
 mod functions;
 mod numbers;
@@ -17,6 +16,7 @@ use std::rc::Rc;
 pub use quick::Quick;
 pub use signature::Signature;
 
+use crate::ast::BinaryOp;
 use crate::eval::{Core, Evaluator, Frame};
 use crate::native::NativeFunction;
 use crate::value::{R, Symbol, Value, trash};
@@ -37,6 +37,9 @@ pub struct Builtin {
     pub fills: bool,
     /// What it answers at once.
     pub quick: Option<Quick>,
+    /// What a method of a builtin sequence adds or repeats by, and whether its receiver stands on the right. As methods these
+    /// refuse what they cannot take; as operators they leave it to the other operand.
+    pub joins: Option<(BinaryOp, bool)>,
 }
 
 /// A function whose arguments are bound to the signature; omitted ones are `Unbound`.
@@ -96,6 +99,7 @@ impl Builtin {
             body: BuiltinBody::Bound(body),
             fills: false,
             quick: quick::find(None, None, name),
+            joins: None,
         }))
     }
 
@@ -115,6 +119,7 @@ impl Builtin {
             body: BuiltinBody::Bound(body),
             fills: false,
             quick: quick::find(None, Some(module), name),
+            joins: None,
         }))
     }
 
@@ -129,6 +134,7 @@ impl Builtin {
             body: BuiltinBody::Raw(body),
             fills: false,
             quick: quick::find(None, None, name),
+            joins: None,
         }))
     }
 
@@ -152,6 +158,7 @@ impl Builtin {
             body,
             fills: false,
             quick: None,
+            joins: None,
         }))
     }
 
@@ -174,6 +181,7 @@ impl Builtin {
             body: BuiltinBody::Native(native),
             fills: false,
             quick: None,
+            joins: None,
         }))
     }
 }

@@ -59,15 +59,7 @@ fn abs(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 }
 
 fn chr(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let int = ev.to_int(&args[0])?;
-    let Int::Small(code) = int else {
-        let text = "Python int too large to convert to C int";
-        return Err(ev.raise(ExceptionKind::OverflowError, text));
-    };
-    if i32::try_from(code).is_err() {
-        let text = "Python int too large to convert to C int";
-        return Err(ev.raise(ExceptionKind::OverflowError, text));
-    }
+    let code = ev.c_int(&args[0])?;
     let c = u32::try_from(code).ok().filter(|code| *code < 0x11_0000);
     let Some(code) = c else {
         return Err(ev.value_error("chr() arg not in range(0x110000)"));
@@ -117,22 +109,17 @@ fn divmod(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     )))
 }
 
-fn pow(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+pub fn pow(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let modulus = match args[2].given() {
         None | Some(Value::None) => return ev.binary(BinaryOp::Pow, &args[0], &args[1]),
         Some(modulus) => modulus,
     };
-    let ints = (Int::of(&args[0]), Int::of(&args[1]), Int::of(modulus));
+    let ints = (
+        Int::of(&args[0]),
+        Int::of(&ev.plain(&args[1])),
+        Int::of(&ev.plain(modulus)),
+    );
     let (Some(base), Some(exponent), Some(modulus)) = ints else {
-        let all_numbers = args
-            .iter()
-            .all(|arg| matches!(arg, Value::Float(_)) || Int::of(arg).is_some());
-        if { &args[..] }
-            .iter()
-            .any(|arg| matches!(arg, Value::Complex(_)))
-        {
-            return Err(ev.value_error("complex modulo"));
-        }
         if let Some(Value::Instance(instance)) = args.first()
             && let Some(method) = instance.class.lookup(known::POW)
         {
@@ -142,9 +129,21 @@ fn pow(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
                 return Ok(result);
             }
         }
-        if all_numbers || matches!(args[1], Value::Float(_)) || matches!(modulus, Value::Float(_)) {
-            let text = "pow() 3rd argument not allowed unless all arguments are integers";
-            return Err(ev.type_error(text));
+        // Each argument's type is asked in turn: floats refuse at once, complex numbers what they can be no power of.
+        let is_number = |arg: &Value| {
+            matches!(arg, Value::Float(_) | Value::Complex(_)) || Int::of(arg).is_some()
+        };
+        for arg in &*args {
+            match ev.plain(arg) {
+                Value::Float(_) => {
+                    let text = "pow() 3rd argument not allowed unless all arguments are integers";
+                    return Err(ev.type_error(text));
+                }
+                Value::Complex(_) if args.iter().all(is_number) => {
+                    return Err(ev.value_error("complex modulo"));
+                }
+                _ => {}
+            }
         }
         let names: Vec<String> = args
             .iter()

@@ -5,13 +5,14 @@ use std::rc::Rc;
 
 use super::{Builtin, short};
 use crate::eval::Evaluator;
+use crate::eval::expr::attribute::Hint;
 use crate::eval::words::Words;
 use crate::ops::hash::quick_hash;
+use crate::ops::unicode;
 use crate::stdlib::collections::deque;
 use crate::stdlib::heap;
 use crate::value::dict::Found;
 use crate::value::int::from_f64;
-use crate::value::symbol::known;
 use crate::value::{BoundMethod, List, Value};
 
 /// The answer of a builtin to these arguments by position (the receiver is the first one), if it has one at once.
@@ -36,7 +37,7 @@ macro_rules! quick {
     };
 }
 
-/// Longest list whose items are moved up at once.
+/// Longest list whose items are moved up at once, and longest name that is looked for.
 const SHORT: usize = 64;
 
 /// The quick answers of a builtin: a method of a type, a function of a module, or a global one.
@@ -60,8 +61,10 @@ pub fn find(owner: Option<&str>, module: Option<&str>, name: &str) -> Option<Qui
         (Some("set"), None, "add") => quick!(add),
         (Some("str"), None, "endswith") => quick!(short::endswith),
         (Some("str"), None, "find") => quick!(short::find),
-        (Some("str"), None, "isalnum") => quick!(|_, args| short::all(args, char::is_alphanumeric)),
-        (Some("str"), None, "isalpha") => quick!(|_, args| short::all(args, char::is_alphabetic)),
+        (Some("str"), None, "isalnum") => {
+            quick!(|_, args| short::all(args, unicode::is_alphanumeric))
+        }
+        (Some("str"), None, "isalpha") => quick!(|_, args| short::all(args, unicode::is_letter)),
         (Some("str"), None, "isdigit") => {
             quick!(|_, args| short::all(args, |c| c.is_ascii_digit()))
         }
@@ -222,22 +225,19 @@ fn attribute(ev: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
     let [receiver @ Value::Instance(instance), Value::Str(name)] = args else {
         return None;
     };
-    let name = ev.core.symbols.find(name.as_str())?;
-    let class = &instance.class;
-    if instance.in_dict.get() || class.lookup(known::GETATTRIBUTE).is_some() {
+    if instance.in_dict.get() || name.is_empty() || name.as_str().len() > SHORT {
         return None;
     }
-    let slot = class.slot(name).and_then(|slot| instance.slot(slot));
-    match (class.lookup(name), slot) {
-        (None, Some(found)) => Some(found),
-        (Some(Value::Function(_)), Some(found)) => Some(found),
-        (Some(function @ Value::Function(_)), None) if class.slot(name).is_none() => {
-            Some(Value::BoundMethod(Rc::new(BoundMethod {
-                receiver: (*receiver).clone(),
-                function,
-            })))
-        }
-        _ => None,
+    let name = ev.core.symbols.find_text(name)?;
+    let class = &instance.class;
+    match ev.core.hints.about(class, name)? {
+        Hint::Slot(slot) => instance.slot(slot as usize),
+        Hint::Method(location) => Some(Value::BoundMethod(Rc::new(BoundMethod {
+            receiver: (*receiver).clone(),
+            function: Value::Function(class.function_at(location)?),
+        }))),
+        Hint::Plain(location) => Some(class.at(location)),
+        Hint::Property(_) | Hint::Quick(_) | Hint::Static(_) | Hint::Other => None,
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::rc::Rc;
 
+use super::types::descriptor::hidden_names;
 use super::{Args, Builtin};
 use crate::errors::ExceptionKind;
 use crate::eval::code::Code;
@@ -375,6 +376,12 @@ fn attribute_names(ev: &Evaluator<'_>, object: &Value) -> R<Values> {
         other => ev.core.types.of(other),
     };
     for class in class.line() {
+        names.extend(hidden_names(&class).map(Value::str));
+        for name in class.own_slots() {
+            ev.grow(&mut *names, 1)?;
+            names.push(symbols.value(name));
+            ev.worked(NAME)?;
+        }
         let (mut from, mut more) = (0, true);
         while more {
             let mut some = Values::default();

@@ -4,7 +4,7 @@
 
 use std::rc::Rc;
 
-use compact_str::ToCompactString as _;
+use compact_str::{CompactString, ToCompactString as _};
 
 use crate::eval::Evaluator;
 use crate::value::{Str, Value};
@@ -35,7 +35,15 @@ fn made(ev: &Evaluator<'_>, text: &str) -> Value {
             Some(value) => value.clone(),
             None => Value::str(text),
         },
-        _ => Value::str(text),
+        _ => Value::Str(Rc::new(Str::counted(text, text.len()))),
+    }
+}
+
+/// The same for a text of ASCII that is taken over.
+fn made_whole(ev: &Evaluator<'_>, text: CompactString) -> Value {
+    match text.len() {
+        0 | 1 => made(ev, &text),
+        length => Value::Str(Rc::new(Str::counted(text, length))),
     }
 }
 
@@ -119,10 +127,27 @@ pub(super) fn replace(ev: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
     if old.is_empty() {
         return None;
     }
-    Some(match text.contains(old) {
-        true => made(ev, &text.replace(old, new)),
-        false => (*value).clone(),
-    })
+    let Some(first) = find_short(text, old) else {
+        return Some((*value).clone());
+    };
+    let (mut result, mut rest, mut at) = (CompactString::default(), text, Some(first));
+    while let Some(place) = at {
+        result.push_str(&rest[..place]);
+        result.push_str(new);
+        rest = &rest[place + old.len()..];
+        at = find_short(rest, old);
+    }
+    result.push_str(rest);
+    Some(made_whole(ev, result))
+}
+
+/// Where a short text has another one, looked for place by place.
+#[inline]
+fn find_short(text: &str, part: &str) -> Option<usize> {
+    let (text, part) = (text.as_bytes(), part.as_bytes());
+    let (first, others) = part.split_first()?;
+    let last = text.len().checked_sub(part.len())?;
+    (0..=last).find(|at| text[*at] == *first && text[at + 1..at + part.len()] == *others)
 }
 
 pub(super) fn split(ev: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
@@ -146,15 +171,22 @@ pub(super) fn join(ev: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
         if parts.len() > PARTS {
             return None;
         }
-        let mut text = String::new();
+        // The only text there is is that itself.
+        if parts.len() == 1 {
+            return None;
+        }
+        let mut length = separator.len() * parts.len().saturating_sub(1);
+        for part in parts {
+            length += short(part)?.len();
+        }
+        let mut text = CompactString::with_capacity(length);
         for (index, part) in parts.iter().enumerate() {
             if index > 0 {
                 text.push_str(separator);
             }
             text.push_str(short(part)?);
         }
-        // The only text there is is that itself.
-        (parts.len() != 1).then(|| made(ev, &text))
+        Some(made_whole(ev, text))
     };
     match args {
         [separator, Value::List(parts)] => joined(short(separator)?, &parts.borrow()),

@@ -135,8 +135,15 @@ impl Evaluator<'_> {
     ) -> R<()> {
         let signature = &builtin.signature;
         let given = args.len().min(signature.positional);
-        if args.len() > given && !signature.var_args {
-            return Err(self.builtin_count_error(builtin, args.len() + keywords.len()));
+        let all = args.len() + keywords.len();
+        let is_native = matches!(builtin.body, BuiltinBody::Native(_));
+        if let Some((name, _)) = keywords.first()
+            && takes_no_names(builtin)
+        {
+            return Err(self.builtin_keyword_error(builtin, *name));
+        }
+        if !signature.var_args && (args.len() > given || all > signature.len() && !is_native) {
+            return Err(self.builtin_count_error(builtin, all));
         }
         for (place, arg) in bound.iter_mut().zip(&mut args[..given]) {
             *place = std::mem::take(arg);
@@ -144,6 +151,8 @@ impl Evaluator<'_> {
         if signature.var_args {
             bound[signature.len() - 1] = Value::tuple(self.taken(&mut args[given..])?);
         }
+        // An argument that is missing is named first, then what is given twice, then what is unknown.
+        let (mut twice, mut unknown) = (None, None);
         for (name, value) in keywords {
             let by_name = signature
                 .params
@@ -154,13 +163,21 @@ impl Evaluator<'_> {
             let found =
                 { named }.find(|(_, param)| param.name == *name || param.aliases.contains(name));
             let Some((index, _)) = found else {
-                return Err(self.builtin_keyword_error(builtin, *name));
+                if is_native {
+                    return Err(self.builtin_keyword_error(builtin, *name));
+                }
+                unknown.get_or_insert(*name);
+                continue;
             };
             if !bound[index].is_unbound() {
                 let (name, label) = (self.core.symbols.name(*name), builtin.label());
-                return Err(self.type_error(format!(
-                    "{label}() got multiple values for argument '{name}'"
-                )));
+                if is_native || index >= given {
+                    return Err(self.type_error(format!(
+                        "{label}() got multiple values for argument '{name}'"
+                    )));
+                }
+                twice.get_or_insert((name, index));
+                continue;
             }
             bound[index] = value.clone();
         }
@@ -169,10 +186,22 @@ impl Evaluator<'_> {
             .iter()
             .zip(&*bound)
             .position(|(param, value)| !param.optional && value.is_unbound());
-        match missing {
-            None => Ok(()),
-            Some(index) => {
-                Err(self.builtin_missing_error(builtin, index, args.len() + keywords.len()))
+        match (missing, twice, unknown) {
+            (None, None, None) => Ok(()),
+            (None, None, Some(name)) => Err(self.builtin_keyword_error(builtin, name)),
+            (None, Some((name, index)), _) => {
+                let (label, place) = (builtin.name, index + usize::from(builtin.owner.is_none()));
+                Err(self.type_error(format!(
+                    "argument for {label}() given by name ('{name}') and position ({place})"
+                )))
+            }
+            (Some(index), _, _) => {
+                // Of those that can be given by position only just those are counted.
+                let counted = match signature.positional_only > index {
+                    true => args.len(),
+                    false => all,
+                };
+                Err(self.builtin_missing_error(builtin, index, counted))
             }
         }
     }
@@ -180,10 +209,11 @@ impl Evaluator<'_> {
     #[cold]
     fn builtin_keyword_error(&self, builtin: &Builtin, name: Symbol) -> Raised {
         let (name, label) = (self.core.symbols.name(name), builtin.full_label());
-        let signature = &builtin.signature;
-        // The receiver of a method is never given by name.
-        let receiver = usize::from(builtin.owner.is_some());
-        if signature.positional_only.max(receiver) == signature.len() {
+        if takes_no_names(builtin) {
+            if fills_slot(builtin) && !matches!(builtin.name, "__init__" | "__new__" | "__call__") {
+                let text = format!("wrapper {}() takes no keyword arguments", builtin.name);
+                return self.type_error(text);
+            }
             return self.type_error(format!("{label}() takes no keyword arguments"));
         }
         if let BuiltinBody::Native(_) = &builtin.body {
@@ -237,6 +267,20 @@ impl Evaluator<'_> {
                 plural(bound)
             ));
         }
+        if fills_slot(builtin) && required == most {
+            // CPython unpacks these arguments under a name that is empty.
+            let repeats = matches!(builtin.name, "__mul__" | "__rmul__" | "__imul__")
+                && matches!(
+                    builtin.owner,
+                    Some("str" | "list" | "tuple" | "bytes" | "bytearray")
+                );
+            let blank = if most == 2 || repeats { " " } else { "" };
+            let text = format!(
+                "{blank}expected {most} argument{}, got {given}",
+                plural(most)
+            );
+            return self.type_error(text);
+        }
         if most == 0 {
             return self.type_error(format!("{label}() takes no arguments ({given} given)"));
         }
@@ -248,20 +292,42 @@ impl Evaluator<'_> {
             ));
         }
         let name = builtin.name;
-        let keywords = builtin.owner.is_none()
-            && signature.positional_only < signature.positional
+        let keywords = signature.positional_only.max(receiver) < signature.positional
             && !matches!(builtin.body, BuiltinBody::Native(_));
         if keywords && given > most {
+            // Those that can be given by name only count, as long as there are not more in all.
+            let all = signature.len() - receiver;
+            let (most, kind) = match given > all {
+                true => (all, ""),
+                false => (most, "positional "),
+            };
             let word = if required == most {
                 "exactly"
             } else {
                 "at most"
             };
             return self.type_error(format!(
-                "{name}() takes {word} {most} argument{} ({given} given)",
+                "{name}() takes {word} {most} {kind}argument{} ({given} given)",
                 plural(most)
             ));
         }
+        if keywords && given < required && !by_tuple {
+            let word = if required == most {
+                "exactly"
+            } else {
+                "at least"
+            };
+            return self.type_error(format!(
+                "{name}() takes {word} {required} positional argument{} ({given} given)",
+                plural(required)
+            ));
+        }
+        // CPython unpacks the arguments of these, too, under a name that is empty.
+        let optional = matches!(builtin.name, "__pow__" | "__rpow__" | "__get__");
+        let name = match optional && builtin.owner.is_some() {
+            true => "",
+            false => name,
+        };
         if required == most {
             return self.type_error(format!(
                 "{name} expected {most} argument{}, got {given}",
@@ -280,18 +346,35 @@ impl Evaluator<'_> {
         ))
     }
 
+    /// What a method called as a function says of a receiver that is none, in CPython's words for methods and for what fills a
+    /// slot of C.
+    #[cold]
+    pub fn receiver_error(&self, builtin: &Builtin, receiver: Option<&Value>) -> Raised {
+        let (name, owner) = (builtin.name, builtin.owner.unwrap_or_default());
+        let given = receiver.map(|receiver| self.core.types.name_of(receiver));
+        self.type_error(match (given, fills_slot(builtin)) {
+            (None, true) => format!("descriptor '{name}' of '{owner}' object needs an argument"),
+            (None, false) => format!("unbound method {owner}.{name}() needs an argument"),
+            (Some(given), true) => {
+                format!("descriptor '{name}' requires a '{owner}' object but received a '{given}'")
+            }
+            (Some(given), false) => format!(
+                "descriptor '{name}' for '{owner}' objects doesn't apply to a '{given}' object"
+            ),
+        })
+    }
+
     #[cold]
     fn builtin_missing_error(&self, builtin: &Builtin, index: usize, given: usize) -> Raised {
         let signature = &builtin.signature;
         if index == 0 && builtin.owner.is_some() {
-            let label = builtin.label();
-            return self.type_error(format!("unbound method {label}() needs an argument"));
+            return self.receiver_error(builtin, None);
         }
         if signature.positional_only > index {
             return self.builtin_count_error(builtin, given);
         }
         let (label, name) = (
-            builtin.label(),
+            builtin.name,
             self.core.symbols.name(signature.params[index].name),
         );
         if builtin.name == "enumerate" {
@@ -302,6 +385,50 @@ impl Evaluator<'_> {
             "{label}() missing required argument '{name}' (pos {place})"
         ))
     }
+}
+
+/// Whether nothing can be given by name. The receiver of a method never can.
+fn takes_no_names(builtin: &Builtin) -> bool {
+    let signature = &builtin.signature;
+    let receiver = usize::from(builtin.owner.is_some());
+    let by_place = signature.positional_only.max(receiver);
+    by_place + usize::from(signature.var_args) >= signature.len()
+}
+
+/// Whether CPython's method of this name is a slot of its type, not an entry in the table of methods.
+fn fills_slot(builtin: &Builtin) -> bool {
+    const IN_TABLE: &[&str] = &[
+        "__bytes__",
+        "__ceil__",
+        "__complex__",
+        "__copy__",
+        "__deepcopy__",
+        "__dir__",
+        "__enter__",
+        "__exit__",
+        "__floor__",
+        "__format__",
+        "__getnewargs__",
+        "__getstate__",
+        "__instancecheck__",
+        "__length_hint__",
+        "__missing__",
+        "__reduce__",
+        "__reduce_ex__",
+        "__reversed__",
+        "__round__",
+        "__setstate__",
+        "__subclasscheck__",
+        "__subclasses__",
+        "__trunc__",
+    ];
+    let (name, owner) = (builtin.name, builtin.owner.unwrap_or_default());
+    let is_method_too = match name {
+        "__getitem__" => matches!(owner, "list" | "dict"),
+        "__contains__" => matches!(owner, "dict" | "set" | "frozenset"),
+        _ => IN_TABLE.contains(&name),
+    };
+    !owner.is_empty() && name.starts_with("__") && !is_method_too
 }
 
 /// Methods whose arguments CPython parses by a format string, which has words of its own for wrong counts.

@@ -12,7 +12,7 @@ use super::bulk::{EACH, PIECE, STRIDE, many};
 use super::pace::VALUE;
 use crate::builtins::types::insertion_place;
 use crate::ops::item::slice::{Bounds, Indices};
-use crate::value::{ByteArray, List, R, Value, trash};
+use crate::value::{ByteArray, List, R, Value, Values, trash};
 
 /// Items that are moved in place.
 const MOVED_MAX: usize = if cfg!(debug_assertions) {
@@ -33,7 +33,7 @@ const TRIES: usize = 3;
 pub struct Beside<'e, 'y> {
     ev: &'e Evaluator<'y>,
     list: &'e List,
-    out: Vec<Value>,
+    out: Values,
 }
 
 impl Beside<'_, '_> {
@@ -84,13 +84,12 @@ impl Evaluator<'_> {
             let mut beside = Beside {
                 ev: self,
                 list,
-                out,
+                out: out.into(),
             };
             make(&mut beside)?;
             if list.changes() == before {
-                return Ok(Some(list.replace_all(beside.out)));
+                return Ok(Some(list.replace_all(beside.out.into())));
             }
-            self.let_go(beside.out);
         }
         Ok(None)
     }

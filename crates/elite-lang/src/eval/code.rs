@@ -231,6 +231,11 @@ impl Params {
         self.names.len() == self.positional && self.star.is_none() && self.double_star.is_none()
     }
 
+    /// Positional parameters and `*args`.
+    pub fn is_starred(&self) -> bool {
+        self.names.len() == self.positional && self.star.is_some() && self.double_star.is_none()
+    }
+
     /// The slot of the parameter that can be given by this name.
     #[inline]
     pub fn by_name(&self, name: Symbol) -> Option<usize> {

@@ -8,6 +8,7 @@ use super::code::{Code, TextNames};
 use super::coroutine::{StackPool, Stopping, ThreadState};
 use super::count::Counters;
 use super::cycles::Cycles;
+use super::expr::attribute::Hints;
 use super::generator::LastActs;
 use super::node::Nodes;
 use super::types::Types;
@@ -20,14 +21,14 @@ use crate::stdlib::Kept;
 use crate::value::module::Namespace;
 use crate::value::symbol::Symbols;
 use crate::value::weak::WeakList;
-use crate::value::{Dict, Function, Module, R, Value};
+use crate::value::{Dict, Function, Held, Instance, Module, R, Value};
 
 /// Safepoints between two looks at the memory in use.
 pub(super) const SLICE: u32 = 4096;
-/// From this size on a task's memory is given back to the system when it ends.
+/// From this size on a task has held so much that what it has left on the shelves is given back when it ends.
 const LARGE: usize = 1 << 20;
-/// What a task has freed goes back in parts of about so many bytes, which take a millisecond or two.
-const GIVEN_BACK: usize = 8 << 20;
+/// How much a task has to let go of before its shelves are cleared.
+const GIVEN_BACK: usize = 4 << 20;
 /// A task that holds no more keeps what it frees: it will want it again.
 const KEPT: usize = 64 << 20;
 /// Containers of one script's data that may be nested in a native operation (comparison, `repr`) at once.
@@ -41,6 +42,8 @@ pub struct Core {
     pub limits: Limits,
     /// Names.
     pub symbols: Rc<Symbols>,
+    /// What is known about attributes that are asked for by a text.
+    pub hints: Hints,
     /// Builtin types and exceptions.
     pub types: Types,
     /// Builtin functions, types and natives of the embedder.
@@ -66,6 +69,8 @@ pub struct Core {
     pub work: Cell<usize>,
     /// Calls within calls.
     pub depth: Cell<u32>,
+    /// The exception whose handler steps the generator that runs.
+    pub handled_outside: Held<Option<Rc<Instance>>>,
     /// Nesting of native operations on data.
     pub native_depth: Cell<u32>,
     /// The containers whose texts are being made.
@@ -83,6 +88,8 @@ pub struct Core {
     /// The most the task has been seen to hold since freed memory was given back to the system.
     memory_peak: Cell<usize>,
     memory_was_large: Cell<bool>,
+    /// Bytes beyond the limit that a task which has been refused memory may use, until it holds less.
+    memory_reserve: Cell<usize>,
     /// Texts being evaluated with variables of their own, innermost last: their code and their namespace.
     pub texts: RefCell<Vec<(Rc<Code>, Rc<Namespace>)>>,
     /// Namespaces of evaluated texts, to break their cycles at the end.
@@ -92,6 +99,8 @@ pub struct Core {
     pub named_functions: WeakList<Function>,
     /// A sweep of names is under way.
     pub sweeping: Cell<bool>,
+    /// Classes being made, whose names nothing is called by yet: none are given up meanwhile.
+    pub names_held: Cell<u32>,
     /// Library modules being loaded, one within another; meanwhile the thread is not interrupted, so that no other one
     /// finds a module half made.
     pub loading: Cell<u32>,
@@ -112,6 +121,11 @@ pub struct Core {
     next_thread: Cell<u64>,
 }
 
+/// What the handler of a `MemoryError` may use beyond a limit.
+fn reserve_of(limit: usize) -> usize {
+    (limit / 64).min(1 << 20)
+}
+
 /// The number of the thread that runs the main program.
 const MAIN_THREAD: u64 = 1;
 /// Most calls that wait for the main thread; further ones are dropped, as signals are.
@@ -120,7 +134,6 @@ const INTERRUPTS_MAX: usize = 64;
 impl Core {
     /// A core with Python's builtins.
     pub fn new(host: Rc<dyn Host>, limits: Limits) -> Rc<Self> {
-        memory::settle();
         let memory_base = memory::held();
         let symbols = Rc::new(Symbols::default());
         let types = Types::new(&symbols);
@@ -143,6 +156,7 @@ impl Core {
             fuel_kept: Cell::new(None),
             work: Cell::new(0),
             depth: Cell::new(0),
+            handled_outside: Held::default(),
             native_depth: Cell::new(0),
             shown: Shown::default(),
             line: Cell::new(0),
@@ -151,12 +165,14 @@ impl Core {
             stopping: Cell::default(),
             memory_base,
             memory_peak: Cell::new(0),
+            memory_reserve: Cell::new(0),
             memory_was_large: Cell::new(false),
             texts: RefCell::default(),
             namespaces: WeakList::default(),
             text_names: WeakList::default(),
             named_functions: WeakList::default(),
             sweeping: Cell::new(false),
+            names_held: Cell::new(0),
             loading: Cell::new(0),
             last_acts: LastActs::default(),
             kept: Kept::default(),
@@ -167,6 +183,7 @@ impl Core {
             interrupts: RefCell::default(),
             next_thread: Cell::new(0),
             symbols,
+            hints: Hints::default(),
         });
         crate::builtins::install(&core);
         core
@@ -280,7 +297,7 @@ impl Core {
     /// Watches the memory from now on: the safepoint after a search for cycles is due, or after the limit is crossed, looks
     /// at it. While more is held than that, so does the one after each further part of the limit.
     pub fn memory_watch(&self) {
-        let (used, limit) = (self.memory_used(), self.limits.memory_bytes);
+        let (used, limit) = (self.memory_used(), self.memory_limit());
         let due = self.memory_search_due();
         let next = match used {
             used if used < due => due.min(limit),
@@ -291,17 +308,20 @@ impl Core {
         memory::set_alarm(self.memory_base.saturating_add(next));
     }
 
-    /// Looks at how much is held. Memory that was freed is still the process's, and new objects of another size may not fit
-    /// into it. It goes back to the system in parts: what has come together takes the system long at once.
+    /// Looks at how much is held. Pages whose blocks have all been freed are the system's again at once, but for those that blocks on
+    /// the shelves are part of.
     pub fn memory_look(&self) {
         let (used, peak) = (self.memory_used(), self.memory_peak.get());
         if used > LARGE {
             self.memory_was_large.set(true);
         }
         let limit = self.limits.memory_bytes;
+        if used.saturating_add(reserve_of(limit)) < limit {
+            self.memory_reserve.set(0);
+        }
         let is_much = peak > KEPT.min(limit / 2);
         if is_much && peak.saturating_sub(used) > GIVEN_BACK.min(limit / 8) {
-            memory::trim();
+            memory::clear_shelves();
             self.memory_peak.set(used);
         } else if used > peak {
             self.memory_peak.set(used);
@@ -311,6 +331,22 @@ impl Core {
     /// The task has asked for more than it may hold.
     pub fn memory_was_refused(&self) {
         self.memory_was_large.set(true);
+    }
+
+    /// A task that has just been told that it holds too much may use a little more, to say so and to let go: otherwise
+    /// whoever handles the exception would meet the next one. A few times over, then there is nothing left.
+    pub fn memory_open_reserve(&self) {
+        let limit = self.limits.memory_bytes;
+        let beyond = self.memory_used().saturating_sub(limit);
+        let reserve = beyond.saturating_add(reserve_of(limit)).min(limit / 8);
+        self.memory_reserve.set(reserve);
+        self.memory_watch();
+    }
+
+    /// Bytes the task may hold now.
+    pub fn memory_limit(&self) -> usize {
+        let limit = self.limits.memory_bytes;
+        limit.saturating_add(self.memory_reserve.get())
     }
 
     /// Whether the task has held so much that what it leaves is worth giving back.
@@ -338,7 +374,7 @@ impl Core {
 
     /// Bytes that may still be held.
     pub fn memory_left(&self) -> usize {
-        self.limits.memory_bytes.saturating_sub(self.memory_used())
+        self.memory_limit().saturating_sub(self.memory_used())
     }
 
     /// A namespace that is taken apart when the interpreter ends.

@@ -338,7 +338,9 @@ impl Evaluator<'_> {
         core.depth.set(depth + 1);
         drop(generator.seen.take());
         let mut input = input;
+        let (handled, outside) = (self.handled_exception(), core.handled_outside.take());
         let result = loop {
+            core.handled_outside.put(handled.clone());
             match coroutine.resume(input) {
                 CoroutineResult::Yield(FromGenerator::Yield(value, seen)) => {
                     generator.seen.put(seen);
@@ -360,6 +362,7 @@ impl Evaluator<'_> {
                 }
             }
         };
+        core.handled_outside.put(outside);
         core.depth.set(depth);
         core.line.set(line);
         result

@@ -4,6 +4,7 @@
 //! by `lower`. Every script thread and every generator is a coroutine with its own `Evaluator`, so that anything that
 //! waits can suspend the whole thread from any depth of native calls.
 
+mod as_c;
 pub mod beside;
 pub mod bulk;
 pub mod code;
@@ -62,6 +63,15 @@ pub trait Expression: Sized {
     fn truth(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<bool> {
         let value = self.eval_words(ev, f).whole()?;
         ev.truth(&value)
+    }
+
+    /// Whether `at_hand` is worth asking.
+    const IS_AT_HAND: bool = false;
+
+    /// A copy of its value, if that only has to be looked at where it lies.
+    #[inline(always)]
+    fn at_hand(&self, _: &Frame<'_>) -> Option<Value> {
+        None
     }
 }
 
@@ -208,7 +218,10 @@ impl<'y> Evaluator<'y> {
 
     /// The exception whose handler is running.
     pub fn handled_exception(&self) -> Option<Rc<Instance>> {
-        self.handled.get()
+        match (self.handled.get(), &self.outlet) {
+            (None, Outlet::Generator(_)) => self.core.handled_outside.get(),
+            (handled, _) => handled,
+        }
     }
 
     /// Sets the exception whose handler is running; returns the one before.

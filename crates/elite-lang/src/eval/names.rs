@@ -4,6 +4,7 @@
 //! doubled, at everything that is called by names: code, namespaces, classes, attributes of functions. Attributes of
 //! instances go by the layout of their class or by texts; who has a name only for a moment holds a `Passing`.
 
+use std::cell::Cell;
 use std::rc::Rc;
 
 use super::bulk::EACH;
@@ -30,6 +31,15 @@ impl Core {
         let names = Rc::default();
         self.text_names.push(&names);
         names
+    }
+}
+
+/// No name is given up while this lives, also when the thread is dropped meanwhile.
+pub struct HeldNames<'c>(&'c Cell<u32>);
+
+impl Drop for HeldNames<'_> {
+    fn drop(&mut self) {
+        self.0.set(self.0.get() - 1);
     }
 }
 
@@ -60,6 +70,13 @@ impl Evaluator<'_> {
         }
     }
 
+    /// Keeps all names as long as the result lives: for who has taken some that nothing is called by yet.
+    pub fn hold_names(&self) -> HeldNames<'_> {
+        let held = &self.core.names_held;
+        held.set(held.get() + 1);
+        HeldNames(held)
+    }
+
     /// Gives up the names that nothing is called by, if there may be many. Not while something is borrowed: others have their
     /// turn meanwhile. What comes into use then has been settled, which the last step of the sweep respects.
     #[inline]
@@ -80,7 +97,7 @@ impl Evaluator<'_> {
                 self.0.sweeping.set(false);
             }
         }
-        if self.core.sweeping.replace(true) {
+        if self.core.names_held.get() > 0 || self.core.sweeping.replace(true) {
             return Ok(());
         }
         let _over = Over(&self.core);

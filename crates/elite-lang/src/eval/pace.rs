@@ -63,7 +63,7 @@ impl Evaluator<'_> {
     }
 
     /// Appends the items of a list, some at a time.
-    pub fn copy_list(&self, list: &List, out: &mut Vec<Value>) -> R<()> {
+    pub fn copy_list(&self, list: &List, out: &mut Values) -> R<()> {
         let mut at: usize = 0;
         loop {
             let end = {
@@ -81,7 +81,7 @@ impl Evaluator<'_> {
     }
 
     /// Appends values, some at a time.
-    pub fn copy_values(&self, items: &[Value], out: &mut Vec<Value>) -> R<()> {
+    pub fn copy_values(&self, items: &[Value], out: &mut Values) -> R<()> {
         for some in items.chunks(COPIED) {
             out.extend_from_slice(some);
             self.worked(some.len() * VALUE)?;
@@ -95,10 +95,7 @@ impl Evaluator<'_> {
             return Ok(items.iter_mut().map(std::mem::take).collect());
         }
         let mut out = Values::from(self.room_for(items.len())?);
-        for some in items.chunks_mut(COPIED) {
-            out.extend(some.iter_mut().map(std::mem::take));
-            self.worked(some.len() * VALUE)?;
-        }
+        self.take_values(items, &mut out)?;
         Ok(out.into())
     }
 
@@ -108,6 +105,15 @@ impl Evaluator<'_> {
         for value in more {
             out.push(value);
             self.worked(VALUE)?;
+        }
+        Ok(())
+    }
+
+    /// Appends values that are taken out of their places, some at a time.
+    pub fn take_values(&self, values: &mut [Value], out: &mut Values) -> R<()> {
+        for some in values.chunks_mut(COPIED) {
+            out.extend(some.iter_mut().map(std::mem::take));
+            self.worked(some.len() * VALUE)?;
         }
         Ok(())
     }
@@ -133,12 +139,12 @@ impl Evaluator<'_> {
     }
 
     /// These values `count` times over.
-    pub fn repeated(&self, items: Vec<Value>, count: usize) -> R<Vec<Value>> {
+    pub fn repeated(&self, items: Values, count: usize) -> R<Values> {
         if count == 0 || items.is_empty() {
-            return Ok(Vec::new());
+            return Ok(Values::default());
         }
         let whole = items.len().saturating_mul(count);
-        let mut out = Vec::with_capacity(whole);
+        let mut out = Values::from(Vec::with_capacity(whole));
         self.copy_values(&items, &mut out)?;
         while out.len() < whole {
             // The values from here on stand at the same place of the first round, and some rounds more may follow it.

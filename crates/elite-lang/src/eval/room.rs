@@ -7,6 +7,7 @@ use std::collections::VecDeque;
 use std::rc::Rc;
 
 use super::bulk::{STRIDE, many};
+use super::pace::WORK_MAX;
 use super::{Core, Evaluator};
 use crate::value::bytes::Data;
 use crate::value::{ByteArray, Held, List, R, Raised, trash};
@@ -224,6 +225,14 @@ impl Evaluator<'_> {
         self.free_circles_for(bytes)
     }
 
+    /// The same, where others may have their turn: what was left to be dropped goes first then, bit by bit.
+    pub fn clear_for(&self, bytes: usize) -> R<()> {
+        while !self.core.memory_allows(bytes) && trash::drop_some() {
+            self.worked(WORK_MAX)?;
+        }
+        self.check_allocation(bytes)
+    }
+
     /// Frees the circles that nothing refers to any more; `MemoryError` if `bytes` more are still too much then.
     #[cold]
     #[inline(never)]
@@ -243,7 +252,10 @@ impl Evaluator<'_> {
         self.core.memory_watch();
         match self.core.memory_allows(bytes) {
             true => Ok(()),
-            false => Err(self.memory_limit_error()),
+            false => {
+                self.core.memory_open_reserve();
+                Err(self.memory_limit_error())
+            }
         }
     }
 
@@ -265,7 +277,7 @@ impl Core {
     /// Whether `more` bytes fit the limit.
     #[inline]
     pub fn memory_allows(&self, more: usize) -> bool {
-        let fits = |used: usize| used.saturating_add(more) <= self.limits.memory_bytes;
+        let fits = |used: usize| used.saturating_add(more) <= self.memory_limit();
         // The first is a little more, and found out at once.
         fits(self.memory_taken()) || fits(self.memory_used())
     }

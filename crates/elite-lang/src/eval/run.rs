@@ -3,6 +3,7 @@
 use std::mem::ManuallyDrop;
 use std::rc::Rc;
 
+use super::as_c::Misfit;
 use super::code::{Code, CodeKind};
 use super::generator::Generator;
 use super::pace::VALUE;
@@ -156,7 +157,8 @@ impl Evaluator<'_> {
         }
         let mut more = params.double_star.map(|_| Dict::new());
         for (name, value) in keywords {
-            self.worked(VALUE)?;
+            // Each is looked up, and most of many are entered in a dictionary.
+            self.worked(4 * VALUE)?;
             match params.by_name(*name) {
                 Some(index) => {
                     let slot = &mut slots[index];
@@ -171,7 +173,7 @@ impl Evaluator<'_> {
                         self.dict_set(dict, self.core.symbols.value(*name), value.clone())?;
                     }
                     None => {
-                        let error = self.unexpected_keyword(function, *name, keywords);
+                        let error = self.unexpected_keyword(function, *name, args.len(), keywords);
                         return Err(self.with_signature(error, function));
                     }
                 },
@@ -255,6 +257,7 @@ impl Evaluator<'_> {
         &self,
         function: &Function,
         name: Symbol,
+        given: usize,
         keywords: &[(Symbol, Value)],
     ) -> crate::value::Raised {
         let (code, symbols) = (&function.code, &self.core.symbols);
@@ -275,6 +278,10 @@ impl Evaluator<'_> {
                 names.join(", ")
             ));
         }
+        let misfit = Misfit::Keyword(name, given, keywords);
+        if let Some(error) = self.misfit_as_c(function, &misfit) {
+            return error;
+        }
         let name = symbols.name(name);
         self.type_error(format!(
             "{}() got an unexpected keyword argument '{name}'",
@@ -289,6 +296,9 @@ impl Evaluator<'_> {
         given: usize,
         slots: &[Value],
     ) -> crate::value::Raised {
+        if let Some(error) = self.misfit_as_c(function, &Misfit::TooMany(given)) {
+            return error;
+        }
         let params = &function.code.params;
         let defaults = function.defaults.borrow().len().min(params.positional);
         let takes = match defaults {
@@ -331,6 +341,11 @@ impl Evaluator<'_> {
         let defaults = function.defaults.borrow().len();
         let without_default = params.positional.saturating_sub(defaults);
         let missing = (0..without_default).filter(|index| slots[*index].is_unbound());
+        if let Some(place) = missing.clone().next()
+            && let Some(error) = self.misfit_as_c(function, &Misfit::Missing(place, slots))
+        {
+            return error;
+        }
         let names = missing.map(|index| params.names[index]).collect();
         self.missing(function, "positional", names)
     }

@@ -95,6 +95,8 @@ builtin_types! {
     frame = "frame", Native;
     code = "code", Native;
     union = "UnionType", Native;
+    getset_descriptor = "getset_descriptor", Native;
+    member_descriptor = "member_descriptor", Native;
     bool = "bool", Bool;
 }
 
@@ -174,9 +176,7 @@ impl Types {
             Value::Range(_) | Value::LongRange(_) => &self.range,
             Value::Slice(_) => &self.slice,
             Value::Function(_) => &self.function,
-            Value::BoundMethod(method) if matches!(method.function, Value::Builtin(_)) => {
-                &self.builtin
-            }
+            Value::BoundMethod(method) if method.is_builtin() => &self.builtin,
             Value::BoundMethod(_) => &self.method,
             Value::Builtin(_) => &self.builtin,
             Value::Class(class) => class.metaclass().unwrap_or(&self.type_),

@@ -75,6 +75,22 @@ impl<T: TwoWords> Words<T> {
     }
 }
 
+/// The end of a statement whose last step drops `old`. Nothing is left to be done after the drop of an object, so that the
+/// statement needs no stack for it.
+#[inline(always)]
+pub fn next_without(old: Value) -> Flow {
+    match old.last() {
+        None => Flow::Next,
+        Some(last) => next_after(Words::of(last)).whole(),
+    }
+}
+
+#[inline(never)]
+fn next_after(last: Words<Value>) -> Words<Flow> {
+    drop(last.whole());
+    Words::of(Flow::Next)
+}
+
 /// A truth, or why there is none: two words in registers as it is.
 pub enum Truth {
     /// It does not hold.

@@ -284,12 +284,20 @@ pub fn round(value: f64, digits: i64) -> f64 {
         std::cmp::Ordering::Equal => fraction > 0.0 || odd,
         std::cmp::Ordering::Less => false,
     };
-    let kept: f64 = if kept.is_empty() {
-        0.0
-    } else {
-        kept.parse().unwrap_or(0.0)
-    };
-    let rounded = format!("{}e{drop}", kept + f64::from(u8::from(up)))
+    let mut digits = kept.as_bytes().to_vec();
+    if up {
+        // One more, from the last digit that is no nine on.
+        let nines = { digits.iter().rev() }
+            .take_while(|digit| **digit == b'9')
+            .count();
+        let place = digits.len() - nines;
+        digits[place..].fill(b'0');
+        match place.checked_sub(1) {
+            Some(last) => digits[last] += 1,
+            None => digits.insert(0, b'1'),
+        }
+    }
+    let rounded = format!("0{}e{drop}", String::from_utf8_lossy(&digits))
         .parse()
         .unwrap_or(value);
     f64::copysign(rounded, value)

@@ -2,12 +2,12 @@
 
 mod fields;
 
-pub use fields::field_names;
 pub mod float;
 mod number;
 mod percent;
 
 use crate::eval::Evaluator;
+use crate::ops::unicode::decimal;
 use crate::value::int::Int;
 use crate::value::{R, Value};
 
@@ -42,8 +42,8 @@ const SIZE_MAX: usize = i32::MAX as usize;
 
 impl Spec {
     /// Parses a specification for a value of type `type_name`; the error is the message of a `ValueError`.
-    pub fn parse(text: &str, type_name: &str) -> Result<Self, String> {
-        let numeric = type_name != "str";
+    pub fn parse(text: &str, type_name: &str, is_text: bool) -> Result<Self, String> {
+        let numeric = !is_text;
         let mut spec = Spec {
             fill: ' ',
             align: None,
@@ -114,34 +114,44 @@ fn flag(rest: &mut &str, is: impl Fn(char) -> bool) -> Option<char> {
 
 /// Takes a number of a specification, if there is one.
 fn number(rest: &mut &str) -> Result<Option<usize>, String> {
-    let digits = rest.bytes().take_while(u8::is_ascii_digit).count();
-    let (number, after) = rest.split_at(digits);
+    let length = rest.find(|c| decimal(c).is_none()).unwrap_or(rest.len());
+    let (digits, after) = rest.split_at(length);
     *rest = after;
-    if number.is_empty() {
+    if digits.is_empty() {
         return Ok(None);
     }
     // Too long for the type is too big as well.
-    match number.parse::<usize>() {
-        Ok(value) if value <= SIZE_MAX => Ok(Some(value)),
+    match index_of(digits) {
+        Some(value) if value <= SIZE_MAX => Ok(Some(value)),
         _ => Err("Too many decimal digits in format string".to_owned()),
     }
 }
 
+/// The number that digits of any script stand for; None if it is too big, or if they are none.
+fn index_of(digits: &str) -> Option<usize> {
+    let more = |number: usize, c| number.checked_mul(10)?.checked_add(decimal(c)? as usize);
+    let mut digits = digits.chars();
+    let first = decimal(digits.next()?)? as usize;
+    digits.try_fold(first, more)
+}
+
 /// Appends a number or text formatted by a specification.
-pub fn value(value: &Value, spec: &Spec, ev: &Evaluator<'_>, out: &mut String) -> R<()> {
+pub fn value(
+    value: &Value,
+    spec: &Spec,
+    type_name: &str,
+    ev: &Evaluator<'_>,
+    out: &mut String,
+) -> R<()> {
     match value {
-        Value::Str(text) => self::text(text.as_str(), spec, ev, out),
-        Value::Float(float) => real(*float, spec, "float", ev, out),
-        Value::Complex(complex) => self::complex(complex.0, complex.1, spec, ev, out),
+        Value::Str(text) => match spec.kind {
+            None | Some('s') => self::text(text.as_str(), spec, ev, out),
+            Some(kind) => Err(unknown_kind(ev, kind, type_name)),
+        },
+        Value::Float(float) => real(*float, spec, type_name, ev, out),
+        Value::Complex(complex) => self::complex((complex.0, complex.1), spec, type_name, ev, out),
         other => match Int::of(other) {
-            Some(int) => {
-                let type_name = if matches!(other, Value::Bool(_)) {
-                    "bool"
-                } else {
-                    "int"
-                };
-                integer(&int, spec, type_name, ev, out)
-            }
+            Some(int) => integer(&int, spec, type_name, ev, out),
             None => Err(ev.type_error("cannot format this value with a number's specification")),
         },
     }
@@ -150,7 +160,7 @@ pub fn value(value: &Value, spec: &Spec, ev: &Evaluator<'_>, out: &mut String) -
 fn unknown_kind(ev: &Evaluator<'_>, kind: char, type_name: &str) -> crate::value::Raised {
     let kind = match kind {
         ' '..='~' => kind.to_string(),
-        other => format!("\\x{:x}", u32::from(other)),
+        other => format!("\\x{:x}", crate::value::surrogate::code_of(other)),
     };
     ev.value_error(format!(
         "Unknown format code '{kind}' for object of type '{type_name}'"
@@ -158,10 +168,6 @@ fn unknown_kind(ev: &Evaluator<'_>, kind: char, type_name: &str) -> crate::value
 }
 
 fn text(text: &str, spec: &Spec, ev: &Evaluator<'_>, out: &mut String) -> R<()> {
-    match spec.kind {
-        None | Some('s') => {}
-        Some(kind) => return Err(unknown_kind(ev, kind, "str")),
-    }
     let refused = if spec.no_negative_zero {
         Some("Negative zero coercion (z) not allowed in string format specifier")
     } else if spec.sign == ' ' {

@@ -23,7 +23,7 @@ pub(super) fn integer(
         return fill_up(start, sign.len(), spec, ev, out);
     }
     if "eEfFgG%".contains(kind) {
-        return real(ev.int_to_f64(int)?, spec, "int", ev, out);
+        return real(ev.int_to_f64(int)?, spec, type_name, ev, out);
     }
     if !"bcdnoxX".contains(kind) {
         return Err(unknown_kind(ev, kind, type_name));
@@ -231,9 +231,9 @@ fn real_body(value: f64, spec: &Spec, type_name: &str, ev: &Evaluator<'_>) -> R<
 }
 
 pub(super) fn complex(
-    re: f64,
-    im: f64,
+    (re, im): (f64, f64),
     spec: &Spec,
+    type_name: &str,
     ev: &Evaluator<'_>,
     out: &mut String,
 ) -> R<()> {
@@ -242,7 +242,7 @@ pub(super) fn complex(
         return Err(ev.value_error(text));
     }
     if let Some(kind) = spec.kind.filter(|kind| !"eEfFgGn".contains(*kind)) {
-        return Err(unknown_kind(ev, kind, "complex"));
+        return Err(unknown_kind(ev, kind, type_name));
     }
     if spec.align == Some('=') || spec.fill == '0' {
         return Err(ev.value_error("Zero padding is not allowed in complex format specifier"));
@@ -256,7 +256,7 @@ pub(super) fn complex(
             sign,
             ..spec.clone()
         };
-        real(value, &spec, "complex", ev, &mut text)?;
+        real(value, &spec, type_name, ev, &mut text)?;
         // Without a type, whole parts are written without a point.
         if spec.kind.is_none() && text.ends_with(".0") {
             text.truncate(text.len() - 2);

@@ -3,10 +3,13 @@
 use std::borrow::Cow;
 
 use super::{Spec, integer, real, text};
+use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::bulk::{EACH, pieces};
 use crate::value::int::Int;
-use crate::value::{Bytes, R, Value};
+use crate::value::surrogate::code_of;
+use crate::value::symbol::known;
+use crate::value::{Bytes, Instance, R, Raised, Value};
 
 /// A conversion specifier: `%[(key)][flags][width][.precision]type`.
 #[derive(Default)]
@@ -52,9 +55,7 @@ impl<'v> Source<'v> {
             Value::Dict(_) | Value::List(_) | Value::Range(_) | Value::LongRange(_)
         ) || what != "bytes"
             && matches!(args, Value::Bytes(_) | Value::ByteArray(_))
-            || matches!(args, Value::Instance(instance)
-                if instance.class.lookup(crate::value::symbol::known::GETITEM).is_some()
-                    || matches!(instance.extended(), Some(Value::Dict(_))));
+            || matches!(args, Value::Instance(instance) if has_items(instance, what));
         Source {
             mapping: is_mapping.then_some(args),
             ..Source::of_items(std::slice::from_ref(args), what)
@@ -75,8 +76,23 @@ impl Evaluator<'_> {
         }
     }
 
+    /// `format % args`: one conversion alone gives the text that the object made, which may be of a class derived from
+    /// `str`.
+    pub fn percent_value(&self, format: &str, args: &Value) -> R {
+        if let (Value::Instance(instance), "%s" | "%r" | "%a") = (args, format)
+            && !matches!(instance.extended(), Some(Value::Tuple(_)))
+        {
+            return match format {
+                "%s" => self.str_value(args),
+                "%r" => self.repr_value(args),
+                _ => self.ascii_value(args),
+            };
+        }
+        self.string(self.percent_format(format, args)?)
+    }
+
     /// `format % args`
-    pub fn percent_format(&self, format: &str, args: &Value) -> R<String> {
+    fn percent_format(&self, format: &str, args: &Value) -> R<String> {
         let mut out = String::with_capacity(format.len() + 16);
         let args = self.arguments(args);
         self.percent(format, Source::of(&args, "string"), &mut out)?;
@@ -184,20 +200,15 @@ impl Evaluator<'_> {
             }
             rest = &rest[1..];
         }
-        let width = self.size(&mut rest, source)?;
+        let width = self.width(&mut rest, source)?;
         conversion.left |= width < 0;
-        conversion.width = width.unsigned_abs() as usize;
+        // The least of all has no positive counterpart; in C it stays below zero, so nothing is filled.
+        conversion.width = usize::try_from(width.wrapping_abs()).unwrap_or(0);
         if let Some(after) = rest.strip_prefix('.') {
             rest = after;
-            let precision = self.size(&mut rest, source).map_err(|raised| {
-                if self.is_kind(&raised, crate::errors::ExceptionKind::ValueError) {
-                    return self.value_error("precision too big");
-                }
-                raised
-            })?;
-            conversion.precision = Some(precision.max(0) as usize);
+            let precision = self.precision(&mut rest, source)?;
+            conversion.precision = Some(usize::try_from(precision).unwrap_or(0));
         }
-        self.check_allocation(conversion.width.max(conversion.precision.unwrap_or(0)))?;
         rest = &rest[self.leading(rest, |c| matches!(c, 'l' | 'h' | 'L'))?..];
         let kind = rest.chars().next().ok_or_else(incomplete)?;
         rest = &rest[kind.len_utf8()..];
@@ -205,62 +216,97 @@ impl Evaluator<'_> {
             out.push('%');
             return Ok(rest);
         }
-        if !"sradiuoxXeEfFgGcb".contains(kind) || (kind == 'b' && !source.of_bytes()) {
-            let end = format.len() - rest.len();
-            let index =
-                self.count_chars(&format[..at])? + self.count_chars(&format[at + 1..end])?;
-            let code = kind as u32;
-            let text =
-                format!("unsupported format character '{kind}' ({code:#x}) at index {index}");
-            return Err(self.value_error(text));
-        }
         let value = match keyed {
             Some(value) => value,
             None => self.next_argument(source)?,
         };
+        if !"sradiuoxXeEfFgGcb".contains(kind) || (kind == 'b' && !source.of_bytes()) {
+            let end = format.len() - rest.len();
+            let index =
+                self.count_chars(&format[..at])? + self.count_chars(&format[at + 1..end])?;
+            return Err(self.unsupported_conversion(kind, index, source.of_bytes()));
+        }
         let value = match (source.of_bytes(), kind) {
             (true, 's' | 'b' | 'c') => self.byte_argument(kind, value)?,
             (true, 'e' | 'E' | 'f' | 'F' | 'g' | 'G') => {
-                let float = self.to_f64(&value).map_err(|raised| {
-                    if self.is_kind(&raised, crate::errors::ExceptionKind::TypeError) {
+                let float = self.to_f64(&value).map_err(|raised| match raised {
+                    Raised::Stop => raised,
+                    _ => {
                         let name = self.core.types.name_of(&value);
-                        return self.type_error(format!("float argument required, not {name}"));
+                        self.type_error(format!("float argument required, not {name}"))
                     }
-                    raised
                 })?;
                 Value::Float(float)
             }
             _ => value,
         };
-        // Messages of bytes know no `%i`.
+        // Messages of bytes know no `%i`, and what they show of objects is ASCII.
         let kind = match kind {
             'i' if source.of_bytes() => 'd',
+            'r' if source.of_bytes() => 'a',
             other => other,
         };
         self.convert_percent(kind, &conversion, &value, out)?;
         Ok(rest)
     }
 
+    #[cold]
+    fn unsupported_conversion(&self, kind: char, index: usize, of_bytes: bool) -> Raised {
+        let code = code_of(kind);
+        let shown = match code {
+            // A `char` of C is below zero here, which is no character.
+            128.. if of_bytes => {
+                let text = "character argument not in range(0x110000)";
+                return self.raise(ExceptionKind::OverflowError, text);
+            }
+            31..=126 => kind,
+            _ if of_bytes => kind,
+            _ => '?',
+        };
+        self.value_error(format!(
+            "unsupported format character '{shown}' ({code:#x}) at index {index}"
+        ))
+    }
+
     /// An argument of a conversion to bytes, as text of the same codes.
     fn byte_argument(&self, kind: char, value: Value) -> R {
+        let value =
+            match kind == 'c' && matches!(value, Value::Instance(_)) && self.has_index(&value) {
+                true => {
+                    let int = self.to_int(&value).map_err(|raised| {
+                        match self.is_kind(&raised, ExceptionKind::TypeError) {
+                            true => self.type_error(ONE_BYTE),
+                            false => raised,
+                        }
+                    });
+                    int?.into_value()
+                }
+                false => value,
+            };
+        if kind != 'c'
+            && let Value::Instance(instance) = &value
+            && self.bytes_like(&value).is_none()
+            && instance.class.lookup(known::BYTES).is_some()
+        {
+            let data = crate::builtins::types::bytes::of_object(self, &value, "bytes")?;
+            return self.string(self.of_latin1(&data)?);
+        }
         match self.bytes_like(&value) {
-            Some(data) if kind == 'c' && data.len() != 1 => {
-                Err(self.type_error("%c requires an integer in range(256) or a single byte"))
-            }
+            Some(data) if kind == 'c' && data.len() != 1 => Err(self.type_error(ONE_BYTE)),
             Some(data) => self.string(self.of_latin1(&data)?),
             None if kind == 'c'
                 && matches!(self.plain(&value), Value::Int(0..=255) | Value::Bool(_)) =>
             {
                 Ok(value)
             }
-            None if kind == 'c' && crate::value::int::Int::of(&self.plain(&value)).is_some() => {
-                let kind = crate::errors::ExceptionKind::OverflowError;
+            None if kind == 'c' && Int::of(&self.plain(&value)).is_some() => {
+                let kind = ExceptionKind::OverflowError;
                 Err(self.raise(kind, "%c arg not in range(256)"))
             }
             None => {
                 let name = self.core.types.name_of(&value);
                 Err(self.type_error(if kind == 'c' {
-                    "%c requires an integer in range(256) or a single byte".to_owned()
+                    ONE_BYTE.to_owned()
                 } else {
                     format!(
                         "%b requires a bytes-like object, or an object that implements __bytes__, not '{name}'"
@@ -270,30 +316,58 @@ impl Evaluator<'_> {
         }
     }
 
-    /// A width or precision: digits, or `*` for the next argument.
-    fn size(&self, rest: &mut &str, source: &mut Source<'_>) -> R<i64> {
-        if let Some(after) = rest.strip_prefix('*') {
-            *rest = after;
-            let value = self.next_argument(source)?;
-            return match value {
-                Value::Int(size) => Ok(size.clamp(-(i32::MAX as i64), i32::MAX as i64)),
-                Value::Bool(size) => Ok(i64::from(size)),
-                Value::BigInt(_) => Err(self.raise(
-                    crate::errors::ExceptionKind::OverflowError,
-                    "Python int too large to convert to C ssize_t",
-                )),
-                _ => Err(self.type_error("* wants int")),
-            };
+    /// A width: digits, or `*` for the next argument.
+    fn width(&self, rest: &mut &str, source: &mut Source<'_>) -> R<i64> {
+        if let Some(value) = self.starred(rest, source)? {
+            return self.index(&value);
         }
+        let width = self.digits(rest)?.try_into();
+        width.map_err(|_| self.value_error("width too big"))
+    }
+
+    /// A precision, which is an `int` of C.
+    fn precision(&self, rest: &mut &str, source: &mut Source<'_>) -> R<i32> {
+        if let Some(value) = self.starred(rest, source)? {
+            return self.c_int(&value);
+        }
+        let precision = self.digits(rest)?.try_into();
+        precision.map_err(|_| {
+            self.value_error(match source.of_bytes() {
+                true => "prec too big",
+                false => "precision too big",
+            })
+        })
+    }
+
+    /// The next argument, if `*` stands here.
+    fn starred(&self, rest: &mut &str, source: &mut Source<'_>) -> R<Option<Value>> {
+        let Some(after) = rest.strip_prefix('*') else {
+            return Ok(None);
+        };
+        *rest = after;
+        let value = self.next_argument(source)?;
+        match Int::of(&self.plain(&value)) {
+            Some(int) => Ok(Some(int.into_value())),
+            None => Err(self.type_error("* wants int")),
+        }
+    }
+
+    /// The number that stands here, 0 if there is none; the greatest there is if it is greater.
+    fn digits(&self, rest: &mut &str) -> R<u64> {
         let length = self.leading(rest, |c| c.is_ascii_digit())?;
         let (digits, after) = rest.split_at(length);
         *rest = after;
         let zeros = self.leading(digits, |c| c == '0')?;
-        match digits[zeros.min(length.saturating_sub(1))..].parse::<i32>() {
-            Ok(size) => Ok(i64::from(size)),
-            Err(_) if digits.is_empty() => Ok(0),
-            Err(_) => Err(self.value_error("width too big")),
-        }
+        Ok(match digits[zeros..].parse() {
+            Ok(number) => number,
+            Err(_) if zeros == length => 0,
+            Err(_) => u64::MAX,
+        })
+    }
+
+    /// Refuses a conversion whose filling alone would take all memory there is; its value is known to be good.
+    fn check_room(&self, conversion: &Spec) -> R<()> {
+        self.check_allocation(conversion.width.max(conversion.precision.unwrap_or(0)))
     }
 
     fn convert_percent(
@@ -337,11 +411,23 @@ impl Evaluator<'_> {
             'r' => text(&self.repr(value)?, &as_text, self, out),
             'a' => text(&self.ascii(value)?, &as_text, self, out),
             'c' => {
-                let text_value = match self.plain(value) {
+                // A text is taken as it is, also one that is a number, too.
+                let is_text = matches!(self.plain(value), Value::Str(_));
+                let is_object = matches!(value, Value::Instance(_)) && !is_text;
+                let value = match is_object && self.has_index(value) {
+                    true => match self.to_int(value) {
+                        Err(raised) if self.is_kind(&raised, ExceptionKind::TypeError) => {
+                            return Err(self.type_error("%c requires int or char"));
+                        }
+                        int => int?.into_value(),
+                    },
+                    false => self.plain(value),
+                };
+                let text_value = match value {
                     Value::Str(text) if text.len() == 1 => text.as_str().to_owned(),
                     Value::Bool(flag) => char::from(u8::from(flag)).to_string(),
                     Value::BigInt(_) => {
-                        let kind = crate::errors::ExceptionKind::OverflowError;
+                        let kind = ExceptionKind::OverflowError;
                         return Err(self.raise(kind, "%c arg not in range(0x110000)"));
                     }
                     Value::Int(code) => match u32::try_from(code)
@@ -350,7 +436,7 @@ impl Evaluator<'_> {
                     {
                         Some(c) => c.to_string(),
                         None => {
-                            let kind = crate::errors::ExceptionKind::OverflowError;
+                            let kind = ExceptionKind::OverflowError;
                             return Err(self.raise(kind, "%c arg not in range(0x110000)"));
                         }
                     },
@@ -369,13 +455,8 @@ impl Evaluator<'_> {
             'd' | 'i' | 'u' => self.percent_integer(kind, 'd', &spec, value, out),
             'o' | 'x' | 'X' => self.percent_integer(kind, kind, &spec, value, out),
             _ => {
-                let float = self.to_f64(value).map_err(|raised| {
-                    if self.is_kind(&raised, crate::errors::ExceptionKind::TypeError) {
-                        let name = self.core.types.name_of(value);
-                        return self.type_error(format!("must be real number, not {name}"));
-                    }
-                    raised
-                })?;
+                let float = self.to_f64(value)?;
+                self.check_room(&spec)?;
                 real(
                     float,
                     &Spec {
@@ -399,6 +480,19 @@ impl Evaluator<'_> {
         out: &mut String,
     ) -> R<()> {
         let int = match self.plain(value) {
+            // What has a way to a number becomes an integer as `int` makes one, from its text at last.
+            other if kind == 'd' && Int::of(&other).is_none() && is_number(value) => {
+                let int = crate::builtins::types::int_from(self, value).map_err(|raised| {
+                    if self.is_kind(&raised, ExceptionKind::TypeError) {
+                        let name = self.core.types.name_of(value);
+                        return self.type_error(format!(
+                            "%{shown} format: a real number is required, not {name}"
+                        ));
+                    }
+                    raised
+                })?;
+                Int::of(&int).unwrap_or(Int::Small(0))
+            }
             Value::Float(float) if kind == 'd' => {
                 if !float.is_finite() {
                     let what = if float.is_nan() {
@@ -410,30 +504,17 @@ impl Evaluator<'_> {
                     return Err(if float.is_nan() {
                         self.value_error(text)
                     } else {
-                        self.raise(crate::errors::ExceptionKind::OverflowError, text)
+                        self.raise(ExceptionKind::OverflowError, text)
                     });
                 }
                 Int::of(&crate::value::int::from_f64(float)).unwrap_or(Int::Small(0))
             }
             other => match Int::of(&other) {
                 Some(int) => int,
-                // What is no number is asked for one by `__int__` first, as `int` does.
-                None if kind == 'd'
-                    && matches!(&other, Value::Instance(instance)
-                        if instance.class.lookup(crate::value::symbol::known::INT).is_some()) =>
-                {
-                    let int = self.int_of(&other).map_err(|raised| {
-                        if self.is_kind(&raised, crate::errors::ExceptionKind::TypeError) {
-                            let name = self.core.types.name_of(value);
-                            return self.type_error(format!(
-                                "%{shown} format: a real number is required, not {name}"
-                            ));
-                        }
-                        raised
-                    })?;
-                    Int::of(&int).unwrap_or(Int::Small(0))
-                }
-                None => self.to_int(&other).map_err(|_| {
+                None => self.to_int(value).map_err(|raised| {
+                    if !self.is_kind(&raised, ExceptionKind::TypeError) {
+                        return raised;
+                    }
                     let name = self.core.types.name_of(value);
                     let wanted = if kind == 'd' {
                         "a real number"
@@ -444,6 +525,7 @@ impl Evaluator<'_> {
                 })?,
             },
         };
+        self.check_room(spec)?;
         let precision = spec.precision;
         let spec = Spec {
             kind: Some(kind),
@@ -483,4 +565,31 @@ fn matching_parenthesis(ev: &Evaluator<'_>, text: &str) -> R<Option<usize>> {
         }
         depth == 0
     })
+}
+
+/// What `%c` says of an argument of bytes.
+const ONE_BYTE: &str = "%c requires an integer in range(256) or a single byte";
+
+/// Whether an object has items by key; texts are taken as a whole, and where bytes are made so are bytes.
+fn has_items(instance: &Instance, what: &str) -> bool {
+    match instance.extended() {
+        Some(Value::Dict(_)) => true,
+        Some(Value::Str(_)) => false,
+        Some(Value::Bytes(_) | Value::ByteArray(_)) if what == "bytes" => false,
+        // A deque gives items by number only.
+        _ => match instance.class.lookup(known::GETITEM) {
+            Some(Value::Builtin(builtin)) => builtin.owner != Some("deque"),
+            found => found.is_some(),
+        },
+    }
+}
+
+/// Whether CPython takes an object of a class for a number, however it becomes one.
+fn is_number(value: &Value) -> bool {
+    let Value::Instance(instance) = value else {
+        return false;
+    };
+    [known::INT, known::INDEX, known::FLOAT, known::COMPLEX]
+        .into_iter()
+        .any(|name| instance.class.lookup(name).is_some())
 }

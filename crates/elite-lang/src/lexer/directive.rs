@@ -46,7 +46,7 @@ impl Lexer<'_> {
         }
         let rest = self.rest();
         let length = rest
-            .find(|c: char| c != '_' && !c.is_alphanumeric())
+            .find(|c| !super::names::continues_name(c))
             .unwrap_or(rest.len());
         let heads_clause = matches!(&rest[..length], "elif" | "else" | "except" | "finally");
         for directive in &mut self.directives[self.settled..] {

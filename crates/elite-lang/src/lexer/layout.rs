@@ -159,7 +159,7 @@ impl Lexer<'_> {
         let Some(after) = self.rest().strip_prefix("end") else {
             return;
         };
-        if after.starts_with(|c: char| c == '_' || c.is_alphanumeric()) {
+        if after.starts_with(super::names::continues_name) {
             return;
         }
         let tail = after.trim_start_matches([' ', '\t', '\u{c}']);
@@ -230,7 +230,7 @@ impl Lexer<'_> {
         }
         let line = self.rest().trim_start_matches([' ', '\t', '\u{c}']);
         let length = line
-            .find(|c: char| c != '_' && !c.is_alphanumeric())
+            .find(|c| !super::names::continues_name(c))
             .unwrap_or(line.len());
         let starts_statement = matches!(
             &line[..length],

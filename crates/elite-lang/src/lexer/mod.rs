@@ -3,6 +3,7 @@
 
 mod directive;
 mod layout;
+pub mod names;
 mod oneline;
 mod token;
 
@@ -219,7 +220,7 @@ impl<'t> Lexer<'t> {
             '.' if self.rest()[1..].starts_with(|next: char| next.is_ascii_digit()) => {
                 self.number()
             }
-            _ if c == '_' || c.is_alphabetic() => self.word(),
+            _ if names::begins_name(c) => self.word(),
             _ => self.operator(c),
         }
     }
@@ -256,7 +257,7 @@ impl<'t> Lexer<'t> {
     fn word(&mut self) {
         let start = self.at;
         let rest = self.rest();
-        let length = self.leading(rest, |c| c == '_' || c.is_alphanumeric());
+        let length = self.leading(rest, names::continues_name);
         let word = &rest[..length];
         let is_prefix = length <= 2
             && matches!(
@@ -335,7 +336,7 @@ impl<'t> Lexer<'t> {
         };
         let glued = self
             .rest()
-            .find(|c: char| c != '_' && !c.is_alphanumeric())
+            .find(|c| !names::continues_name(c))
             .unwrap_or(self.rest().len());
         let word = &self.rest()[..glued];
         // `1if x else y` is legal Python; any other letter after a number is a slip.

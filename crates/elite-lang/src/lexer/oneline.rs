@@ -113,9 +113,7 @@ fn split(line: &str, offset: usize, column: u32, budget: &Budget<'_>) -> Vec<Par
 }
 
 fn part(content: &str, start: usize, column: u32) -> Option<Part> {
-    let word = content
-        .split(|c: char| c != '_' && !c.is_alphanumeric())
-        .next()?;
+    let word = content.split(|c| !super::names::continues_name(c)).next()?;
     let kind = match word {
         _ if content == "end" => PartKind::Terminator,
         "else" | "elif" | "except" | "finally" => PartKind::Continuation,

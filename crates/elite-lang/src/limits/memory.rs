@@ -475,19 +475,8 @@ pub(crate) fn set_fuel(fuel: u32) {
     });
 }
 
-/// Tells the system's allocator once and for all to join freed blocks with their neighbours at once, and to give nothing back
-/// to the system before it is told to (`trim`). By itself it keeps small ones aside and joins all of them when some big one is
-/// freed, and gives back whatever is free at the end of its heap then: milliseconds for the tree of a long text, at a moment
-/// nobody can choose.
-pub(crate) fn settle() {
-    pages::settle(MAPPED);
-}
-
-/// Has the system's allocator sort what has been freed since the last call. It leaves that to the next request that is not
-/// quite small otherwise, which then takes milliseconds for tens of thousands of blocks. Gives back some of what `put_off` has
-/// left; whether there is more.
+/// Gives back some of what `put_off` has left; whether there is more.
 pub(crate) fn tidy() -> bool {
-    pages::sort_freed();
     let given_back = |account: &Account| {
         let left = account.left.get().without(AT_ONCE);
         account.left.set(left);
@@ -496,10 +485,9 @@ pub(crate) fn tidy() -> bool {
     ACCOUNT.try_with(given_back).unwrap_or(false)
 }
 
-/// Gives memory that was freed back to the system. Takes some milliseconds for every hundred megabytes.
-pub(crate) fn trim() {
+/// Gives back the blocks that wait on the shelves of this thread: a few of them keep whole pages of the system's allocator in use.
+pub(crate) fn clear_shelves() {
     shelves::clear();
-    pages::trim(MAPPED);
 }
 
 #[cfg(test)]

@@ -97,6 +97,13 @@ fn real(value: &Value) -> Option<Result<f64, ()>> {
 impl Evaluator<'_> {
     /// The operation on two numbers; None if one of them is no number or the type has no such operation.
     pub fn number_binary(&self, op: BinaryOp, a: &Value, b: &Value) -> R<Option<Value>> {
+        if let (Value::BigInt(a), Value::BigInt(b)) = (a, b) {
+            match op {
+                BinaryOp::Add => return Ok(Some(Value::bigint(&**a + &**b))),
+                BinaryOp::Sub => return Ok(Some(Value::bigint(&**a - &**b))),
+                _ => {}
+            }
+        }
         if let Some(value) = fast(op, a, b) {
             let both_bool_operands = matches!((a, b), (Value::Bool(_), _) | (_, Value::Bool(_)));
             debug_assert!(!both_bool_operands);
@@ -155,7 +162,7 @@ impl Evaluator<'_> {
                 return Err(self.zero_division("integer modulo by zero"));
             }
             BinaryOp::FloorDiv => Value::bigint(self.big_divmod(&a.as_big(), &b.as_big())?.0),
-            BinaryOp::Mod => Value::bigint(self.big_divmod(&a.as_big(), &b.as_big())?.1),
+            BinaryOp::Mod => Value::bigint(self.big_remainder(&a.as_big(), &b.as_big())?),
             BinaryOp::Pow => return self.int_pow(&a, &b).map(Some),
             BinaryOp::BitAnd => big(|a, b| a & b),
             BinaryOp::BitOr => big(|a, b| a | b),
@@ -356,6 +363,10 @@ impl Evaluator<'_> {
         if b.1 != 0.0 {
             length /= (angle * b.1).exp();
             phase += b.1 * magnitude.ln();
+        }
+        // In C an infinite angle is out of the domain of its cosine, and CPython has these words for that.
+        if phase.is_infinite() {
+            return Err(self.zero_division("0.0 to a negative or complex power"));
         }
         self.complex_power((length * phase.cos(), length * phase.sin()))
     }

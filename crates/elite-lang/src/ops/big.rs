@@ -75,6 +75,19 @@ impl Evaluator<'_> {
         })
     }
 
+    /// The remainder alone.
+    pub fn big_remainder(&self, a: &BigInt, b: &BigInt) -> R<BigInt> {
+        let (longer, shorter) = (digits(a.magnitude()), digits(b.magnitude()));
+        let work = longer.saturating_sub(shorter).saturating_mul(shorter);
+        if work > AT_ONCE {
+            return Ok(self.big_divmod(a, b)?.1);
+        }
+        self.worked(longer + work / 4)?;
+        let remainder = with_sign(a.sign() == Sign::Minus, a.magnitude() % b.magnitude());
+        let adjust = remainder.sign() != Sign::NoSign && remainder.sign() != b.sign();
+        Ok(if adjust { remainder + b } else { remainder })
+    }
+
     fn quotient(&self, a: &BigUint, b: &BigUint) -> R<(BigUint, BigUint)> {
         let (longer, shorter) = (digits(a), digits(b));
         let work = longer.saturating_sub(shorter).saturating_mul(shorter);

@@ -91,6 +91,7 @@ impl Evaluator<'_> {
             }
             if let Value::Instance(instance) = a
                 && let Some(method) = instance.class.lookup(in_place)
+                && joins(&method).is_none()
             {
                 let value = self.call(&method, &mut [a.clone(), b.clone()], &[])?;
                 if !matches!(value, Value::NotImplemented) {
@@ -126,6 +127,9 @@ impl Evaluator<'_> {
         }
         match self.core.types.of(b).lookup(methods(op).1) {
             Some(method @ Value::Function(_)) => self.try_method(Some(&method), b, a),
+            Some(method) if op == BinaryOp::Mul && multiplies(b) => {
+                self.try_method(Some(&method), b, a)
+            }
             _ => Ok(None),
         }
     }
@@ -175,6 +179,22 @@ impl Evaluator<'_> {
         let Some(method) = method else {
             return Ok(None);
         };
+        if let Some((op, turned)) = joins(method)
+            && !(op == BinaryOp::Mul && multiplies(receiver))
+        {
+            let receiver = self.plain(receiver);
+            // What is repeated is asked how often as what it is: its class may have an `__index__`.
+            let other = match op {
+                BinaryOp::Mul if turned && is_sequence(&self.plain(other)) => return Ok(None),
+                BinaryOp::Mul => other.clone(),
+                _ => self.plain(other),
+            };
+            let (a, b) = match turned {
+                false => (&receiver, &other),
+                true => (&other, &receiver),
+            };
+            return self.builtin_binary(op, a, b);
+        }
         let value =
             self.recurse(|| self.call_method_value(method, receiver, &mut [other.clone()]))?;
         Ok((!matches!(value, Value::NotImplemented)).then_some(value))
@@ -184,8 +204,8 @@ impl Evaluator<'_> {
     pub fn call_method_value(&self, method: &Value, receiver: &Value, args: &mut [Value]) -> R {
         match method {
             Value::Function(function) => self.call_method(function, receiver.clone(), args),
-            Value::Builtin(_) => crate::builtins::with_first(receiver.clone(), args, |all| {
-                self.call(method, all, &[])
+            Value::Builtin(builtin) => self.with_first(receiver.clone(), args, |all| {
+                self.recurse(|| self.call_builtin(builtin, all, &[], None))
             }),
             // A descriptor may be found through a descriptor.
             _ => self.recurse(|| {
@@ -204,14 +224,16 @@ impl Evaluator<'_> {
     }
 
     #[cold]
-    fn unsupported(&self, op: BinaryOp, a: &Value, b: &Value, text: &str) -> Raised {
+    pub fn unsupported(&self, op: BinaryOp, a: &Value, b: &Value, text: &str) -> Raised {
         let (name_a, name_b) = (self.core.types.name_of(a), self.core.types.name_of(b));
         let plain = self.plain(a);
-        let is_extended = matches!((op, a), (BinaryOp::Add, Value::Instance(_)));
+        let plain_b = self.plain(b);
+        // What says what it cannot add knows the builtin type, for bytes the class.
         let (name_a, a) = match plain {
-            Value::Str(_) | Value::List(_) | Value::Tuple(_) | Value::Bytes(_) if is_extended => {
+            Value::Str(_) | Value::List(_) | Value::Tuple(_) if op == BinaryOp::Add => {
                 (self.core.types.name_of(&plain), &plain)
             }
+            Value::Bytes(_) | Value::ByteArray(_) if op == BinaryOp::Add => (name_a, &plain),
             _ => (name_a, a),
         };
         let concatenation = match (op, a) {
@@ -226,13 +248,14 @@ impl Evaluator<'_> {
                 "can only concatenate {name_a} (not \"{name_b}\") to {name_a}"
             ));
         }
+        // What multiplies in its own way is no sequence for the operator, as in CPython.
         if op == BinaryOp::Mul {
-            if is_sequence(a) {
+            if is_sequence(&plain) && !multiplies(a) {
                 return self.type_error(format!(
                     "can't multiply sequence by non-int of type '{name_b}'"
                 ));
             }
-            if is_sequence(b) {
+            if is_sequence(&plain_b) && !multiplies(b) {
                 return self.type_error(format!(
                     "can't multiply sequence by non-int of type '{name_a}'"
                 ));
@@ -292,9 +315,29 @@ pub fn has_methods(value: &Value) -> bool {
     }
 }
 
+/// Whether the class of an object derived from a sequence has a script's way to multiply, in one direction at least: then
+/// CPython takes it for a number and calls the method of the other direction, too, which says what it cannot take.
+fn multiplies(value: &Value) -> bool {
+    let Value::Instance(instance) = value else {
+        return false;
+    };
+    [known::MUL, known::RMUL]
+        .into_iter()
+        .any(|name| matches!(instance.class.lookup(name), Some(Value::Function(_))))
+}
+
 fn is_sequence(value: &Value) -> bool {
     matches!(
         value,
         Value::Str(_) | Value::List(_) | Value::Tuple(_) | Value::Bytes(_) | Value::ByteArray(_)
     )
+}
+
+/// `Builtin::joins` of a method.
+#[inline]
+fn joins(method: &Value) -> Option<(BinaryOp, bool)> {
+    match method {
+        Value::Builtin(builtin) => builtin.joins,
+        _ => None,
+    }
 }

@@ -390,8 +390,8 @@ impl Evaluator<'_> {
                 Value::Str(part) => self.text_contains(text, part),
                 _ => match self.plain(item) {
                     Value::Str(part) => self.text_contains(text, &part),
-                    other => {
-                        let name = self.core.types.name_of(&other);
+                    _ => {
+                        let name = self.core.types.name_of(item);
                         Err(self.type_error(format!(
                             "'in <string>' requires string as left operand, not {name}"
                         )))
@@ -448,11 +448,11 @@ impl Evaluator<'_> {
             let data = self.bytes_like(container).unwrap_or_default();
             return Ok(self.find_bytes(&data, &part)?.is_some());
         }
-        if crate::value::int::Int::of(item).is_none() && !matches!(item, Value::Instance(_)) {
+        if !self.has_index(item) {
             let name = self.core.types.name_of(item);
             return Err(self.type_error(format!("a bytes-like object is required, not '{name}'")));
         }
-        let byte = u8::try_from(self.index(item)?);
+        let byte = u8::try_from(self.clamped_index(item)?);
         let byte = byte.map_err(|_| self.value_error("byte must be in range(0, 256)"))?;
         let data = self.bytes_like(container).unwrap_or_default();
         Ok(self.find_bytes(&data, &[byte])?.is_some())

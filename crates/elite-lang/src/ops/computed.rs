@@ -147,7 +147,7 @@ impl Evaluator<'_> {
                 chained(&state.cause);
                 state.suppress_context.set(true);
             }
-            known::CONTEXT => chained(&state.context),
+            known::CONTEXT => state.context.put(new.clone()),
             known::SUPPRESS_CONTEXT => state.suppress_context.set(self.truth(new)?),
             known::TRACEBACK => {}
             _ => return Ok(false),
@@ -341,7 +341,7 @@ impl Evaluator<'_> {
     }
 
     /// `__module__` of what some code defines.
-    fn module_of(&self, code: &crate::eval::code::Code) -> Value {
+    pub fn module_of(&self, code: &crate::eval::code::Code) -> Value {
         let own = match code.refers.home() {
             Some(home) => return home.get_str("__name__").unwrap_or(Value::None),
             None => code.module.as_ref().and_then(std::rc::Weak::upgrade),

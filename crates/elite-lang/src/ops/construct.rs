@@ -70,9 +70,7 @@ impl Evaluator<'_> {
         if let Some(init) = init {
             let result = match &init {
                 Value::Function(_) | Value::Builtin(_) => {
-                    crate::builtins::with_first(object.clone(), args, |all| {
-                        self.call(&init, all, keywords)
-                    })?
+                    self.with_first(object.clone(), args, |all| self.call(&init, all, keywords))?
                 }
                 _ => {
                     let bound = self.bind_attribute(&init, &object, class)?;
@@ -222,6 +220,10 @@ impl Evaluator<'_> {
             return Err(self.type_error(format!("cannot create '{name}' instances")));
         };
         let constructor = builtin.constructor.get();
+        if constructor.is_unbound() {
+            let text = format!("cannot create '{}' instances", class.type_name());
+            return Err(self.type_error(text));
+        }
         // Mutable containers are filled by `__init__`; immutable values take the arguments now.
         let is_mutable = matches!(
             class.base,
@@ -232,7 +234,7 @@ impl Evaluator<'_> {
         } else {
             self.call(&constructor, &mut args.to_vec(), keywords)?
         };
-        let payload = Payload::Value(crate::value::Held::new(made));
+        let payload = Payload::Value(crate::value::Held::new(self.plain(&made)));
         Ok(Value::Instance(Instance::new(class.clone(), payload)))
     }
 

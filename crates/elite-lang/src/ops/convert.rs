@@ -19,7 +19,7 @@ impl Evaluator<'_> {
             if let Some(result) = self.special(value, known::INDEX, &mut [])? {
                 let name = self.core.types.name_of(&result);
                 let error = || self.type_error(format!("__index__ returned non-int (type {name})"));
-                return Int::of(&result).ok_or_else(error);
+                return Int::of(&self.plain(&result)).ok_or_else(error);
             }
         }
         let name = self.core.types.name_of(value);
@@ -54,6 +54,18 @@ impl Evaluator<'_> {
         }
     }
 
+    /// Like `index`, within the 32 bits of an `int` of C.
+    pub fn c_int(&self, value: &Value) -> R<i32> {
+        let small = match self.to_int(value)? {
+            Int::Small(small) => i32::try_from(small).ok(),
+            Int::Big(_) => None,
+        };
+        small.ok_or_else(|| {
+            let text = "Python int too large to convert to C int";
+            self.raise(ExceptionKind::OverflowError, text)
+        })
+    }
+
     /// Like `index`, but out of range means the nearest bound, as slices want it.
     pub fn clamped_index(&self, value: &Value) -> R<i64> {
         Ok(match self.to_int(value)? {
@@ -86,15 +98,7 @@ impl Evaluator<'_> {
                 _ => {}
             }
             if let Some(result) = self.special(value, known::FLOAT, &mut [])? {
-                return match result {
-                    Value::Float(float) => Ok(float),
-                    other => {
-                        let (own, name) = (instance.class.name(), self.core.types.name_of(&other));
-                        Err(self.type_error(format!(
-                            "{own}.__float__ returned non-float (type {name})"
-                        )))
-                    }
-                };
+                return self.given_float(value, &result);
             }
             if instance.class.lookup(known::INDEX).is_some() {
                 let int = self.to_int(value)?;
@@ -103,6 +107,30 @@ impl Evaluator<'_> {
         }
         let name = self.core.types.name_of(value);
         Err(self.type_error(format!("must be real number, not {name}")))
+    }
+
+    /// The same where the number itself becomes a float or a complex number: a class derived from float is asked for its own
+    /// `__float__` then, too.
+    pub fn converted_f64(&self, value: &Value) -> R<f64> {
+        if let Value::Instance(instance) = value
+            && let Some(method @ Value::Function(_)) = instance.class.lookup(known::FLOAT)
+        {
+            let result = self.call_method_value(&method, value, &mut [])?;
+            return self.given_float(value, &result);
+        }
+        self.to_f64(value)
+    }
+
+    /// What `__float__` of a value has given.
+    fn given_float(&self, value: &Value, result: &Value) -> R<f64> {
+        match self.plain(result) {
+            Value::Float(float) => Ok(float),
+            _ => {
+                let types = &self.core.types;
+                let (own, name) = (types.of(value).name(), types.name_of(result));
+                Err(self.type_error(format!("{own}.__float__ returned non-float (type {name})")))
+            }
+        }
     }
 
     /// An integer as a float; an error if it is out of range.

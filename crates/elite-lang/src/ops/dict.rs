@@ -292,7 +292,7 @@ impl Evaluator<'_> {
 
     /// A copy of a dictionary.
     pub fn copied_dict(&self, dict: &Dict) -> R<Dict> {
-        self.check_allocation(dict.bytes())?;
+        self.clear_for(dict.bytes())?;
         // What was deleted is passed, too.
         let most = dict.bytes() / VALUE;
         dict.copy(&mut |entries| self.worked(entries.min(most) * VALUE))
@@ -300,13 +300,13 @@ impl Evaluator<'_> {
 
     /// A copy of a set.
     pub fn copied_set(&self, set: &Set) -> R<Set> {
-        self.check_allocation(set.bytes())?;
+        self.clear_for(set.bytes())?;
         let most = set.bytes() / VALUE;
         set.copy(&mut |entries| self.worked(entries.min(most) * VALUE))
     }
 
     fn reserve(&self, set: &Set, more: usize) -> R<()> {
-        self.check_allocation(set.growth(more))?;
+        self.clear_for(set.growth(more))?;
         let most = (set.len() + more) * 4;
         set.reserve(more, &mut |entries| self.worked(entries.min(most) * VALUE))
     }
@@ -413,7 +413,7 @@ impl Evaluator<'_> {
 
     /// Moves the entry at an index to the front.
     pub fn dict_move_to_front(&self, dict: &Dict, hash: u64, key: &Value, index: usize) -> R<()> {
-        self.check_allocation(dict.bytes())?;
+        self.clear_for(dict.bytes())?;
         // Where the front is, is known then.
         let generation = dict.generation();
         self.next_entry(dict, 0)?;
@@ -439,7 +439,7 @@ impl Evaluator<'_> {
 
     /// Copies all entries of `other` into `dict`.
     pub fn dict_update(&self, dict: &Dict, other: &Dict) -> R<()> {
-        self.check_allocation(dict.growth(other.len()).saturating_add(other.bytes()))?;
+        self.clear_for(dict.growth(other.len()).saturating_add(other.bytes()))?;
         for (hash, key, value) in self.entries(other)? {
             self.worked(2 * VALUE)?;
             self.dict_set_hashed(dict, hash, key, value)?;
@@ -560,6 +560,16 @@ impl Evaluator<'_> {
     fn element_hash(&self, key: &Value) -> R<u64> {
         match key {
             Value::Set(inner) => self.frozenset_hash(inner),
+            Value::Instance(instance) if let Some(Value::Set(inner)) = instance.extended() => {
+                match self.hash(key) {
+                    Err(raised)
+                        if self.is_kind(&raised, crate::errors::ExceptionKind::TypeError) =>
+                    {
+                        self.frozenset_hash(&inner)
+                    }
+                    hash => hash,
+                }
+            }
             _ => self.hash(key),
         }
     }
@@ -578,6 +588,12 @@ impl Evaluator<'_> {
     pub fn set_extend(&self, set: &Set, iterable: &Value) -> R<()> {
         match iterable {
             Value::Set(other) | Value::FrozenSet(other) => self.set_merge(set, other)?,
+            // What is derived from a set is one; what is derived from anything else is asked for its iterator.
+            Value::Instance(instance)
+                if let Some(Value::Set(other) | Value::FrozenSet(other)) = instance.extended() =>
+            {
+                self.set_merge(set, &other)?;
+            }
             Value::Dict(dict) => {
                 self.reserve(set, dict.len())?;
                 for (hash, key, _) in self.entries(dict)? {
@@ -600,7 +616,7 @@ impl Evaluator<'_> {
         if std::ptr::eq(set, other) {
             return Ok(());
         }
-        self.check_allocation(set.growth(other.len()))?;
+        self.clear_for(set.growth(other.len()))?;
         if set.is_empty() {
             let copy = self.copied_set(other)?;
             // Another thread may have added something meanwhile.

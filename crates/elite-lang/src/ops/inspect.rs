@@ -4,7 +4,6 @@
 
 use std::rc::Rc;
 
-use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::code::{Code, CodeKind};
 use crate::eval::generator::Generator;
@@ -172,26 +171,18 @@ impl Evaluator<'_> {
     }
 
     /// `generator.name = new`
-    pub(super) fn set_generator_attribute(
+    pub(super) fn rename_generator(
         &self,
         generator: &Generator,
         name: Symbol,
         new: Value,
     ) -> R<()> {
-        let text = self.core.symbols.name(name);
-        match (name, &new) {
-            (known::NAME, Value::Str(_)) => generator.rename(Some(new), None),
-            (known::QUALNAME, Value::Str(_)) => generator.rename(None, Some(new)),
-            (known::NAME | known::QUALNAME, _) => {
-                return Err(self.type_error(format!("{text} must be set to a string object")));
-            }
-            _ if self.generator_attribute(generator, &text).is_some() => {
-                let message = format!("attribute '{text}' of 'generator' objects is not writable");
-                return Err(self.raise(ExceptionKind::AttributeError, message));
-            }
+        match &new {
+            Value::Str(_) if name == known::NAME => generator.rename(Some(new), None),
+            Value::Str(_) => generator.rename(None, Some(new)),
             _ => {
-                let message = format!("'generator' object has no attribute '{text}'");
-                return Err(self.raise(ExceptionKind::AttributeError, message));
+                let text = self.core.symbols.name(name);
+                return Err(self.type_error(format!("{text} must be set to a string object")));
             }
         }
         Ok(())

@@ -68,7 +68,7 @@ impl Evaluator<'_> {
             Value::Bytes(bytes) => self.quote_bytes(bytes.data(), out)?,
             Value::ByteArray(bytes) => {
                 out.push_str("bytearray(");
-                self.quote_bytes(&bytes.snapshot(), out)?;
+                self.quote_bytearray(&bytes.snapshot(), out)?;
                 out.push(')');
             }
             Value::Range(range) => {
@@ -237,6 +237,17 @@ impl Evaluator<'_> {
             return Ok(text);
         }
         match instance.extended() {
+            Some(Value::Set(set) | Value::FrozenSet(set)) if !set.is_empty() => {
+                // CPython makes a list of it, by the `__iter__` that its class may have.
+                let items = self.repr(&self.collect(value)?.into_list())?;
+                let inner = &items[1..items.len() - 1];
+                Ok(format!("{}({{{inner}}})", instance.class.name()))
+            }
+            Some(extended @ Value::ByteArray(_)) => {
+                let text = self.repr(&extended)?;
+                let inner = text.strip_prefix("bytearray").unwrap_or_default();
+                Ok(format!("{}{inner}", instance.class.name()))
+            }
             Some(extended) => {
                 let text = self.repr(&extended)?;
                 let named = matches!(extended, Value::Set(_) | Value::FrozenSet(_));
@@ -250,15 +261,17 @@ impl Evaluator<'_> {
                     text
                 })
             }
-            None => {
-                let module = self.module_prefix(&instance.class);
-                let address = value.address().unwrap_or(0);
-                Ok(format!(
-                    "<{module}{} object at {address:#x}>",
-                    self.qualname_of(&instance.class)
-                ))
-            }
+            None => Ok(self.bare_repr(value)),
         }
+    }
+
+    /// What `object.__repr__` shows of anything: its class and its place.
+    pub fn bare_repr(&self, value: &Value) -> String {
+        let class = self.core.types.of(value);
+        let module = self.module_prefix(class);
+        let name = self.qualname_of(class);
+        let address = value.address().unwrap_or(0);
+        format!("<{module}{name} object at {address:#x}>")
     }
 
     /// `module.` as it stands before the name of a class; empty for builtin types.
@@ -281,12 +294,24 @@ impl Evaluator<'_> {
     /// `repr` of an instance of a subclass of a builtin type as the builtin has it: sets carry the name of the class.
     pub fn extended_repr(&self, value: &Value) -> R<String> {
         match (value, self.plain(value)) {
-            (Value::Instance(_), Value::Set(_) | Value::FrozenSet(_)) => self.natural_repr(value),
+            (Value::Instance(_), Value::Set(_) | Value::FrozenSet(_) | Value::ByteArray(_)) => {
+                self.natural_repr(value)
+            }
             (_, plain) => self.repr(&plain),
         }
     }
 
-    fn object_repr(&self, value: &Value) -> R<String> {
+    /// How a bound method names what it calls if that is no function of a script.
+    fn name_to_show(&self, value: &Value) -> R<String> {
+        for name in [known::QUALNAME, known::NAME] {
+            if let Some(Value::Str(text)) = self.attribute_or_none(value, name)? {
+                return Ok(text.as_str().to_owned());
+            }
+        }
+        Ok("?".to_owned())
+    }
+
+    pub fn object_repr(&self, value: &Value) -> R<String> {
         let address = value.address().unwrap_or(0);
         Ok(match value {
             Value::Function(function) => {
@@ -295,14 +320,14 @@ impl Evaluator<'_> {
             Value::BoundMethod(method) => {
                 let name = match &method.function {
                     Value::Function(function) => function.qualname().to_string(),
-                    Value::Builtin(builtin) => {
+                    Value::Builtin(builtin) if method.is_builtin() => {
                         let owner = self.core.types.name_of(&method.receiver);
                         return Ok(format!(
                             "<built-in method {} of {owner} object at {address:#x}>",
                             builtin.name
                         ));
                     }
-                    other => self.repr(other)?,
+                    other => self.name_to_show(other)?,
                 };
                 format!("<bound method {name} of {}>", self.repr(&method.receiver)?)
             }

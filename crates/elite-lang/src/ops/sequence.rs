@@ -10,7 +10,7 @@ use crate::eval::Evaluator;
 use crate::eval::bulk::STRIDE;
 use crate::value::bytes::Data;
 use crate::value::int::Int;
-use crate::value::{ByteArray, Bytes, R, Set, Str, Value};
+use crate::value::{ByteArray, Bytes, R, Set, Str, Value, Values};
 
 impl Evaluator<'_> {
     /// The operation on builtin containers; None if they have no such operation.
@@ -19,10 +19,7 @@ impl Evaluator<'_> {
             BinaryOp::Add => self.concatenate(a, b),
             BinaryOp::Mul => self.repeat_either(a, b),
             BinaryOp::Mod => match a {
-                Value::Str(format) => self
-                    .percent_format(format.as_str(), b)
-                    .and_then(|text| self.string(text))
-                    .map(Some),
+                Value::Str(format) => self.percent_value(format.as_str(), b).map(Some),
                 Value::Bytes(_) | Value::ByteArray(_) => self.percent_bytes(a, b).map(Some),
                 _ => Ok(None),
             },
@@ -53,17 +50,17 @@ impl Evaluator<'_> {
             }
             (Value::List(a), Value::List(b)) => {
                 self.check_allocation((a.len() + b.len()) * size_of::<Value>())?;
-                let mut items = Vec::with_capacity(a.len() + b.len());
+                let mut items = Values::from(Vec::with_capacity(a.len() + b.len()));
                 self.copy_list(a, &mut items)?;
                 self.copy_list(b, &mut items)?;
-                Value::list(items)
+                items.into_list()
             }
             (Value::Tuple(a), Value::Tuple(b)) => {
                 self.check_allocation((a.items().len() + b.items().len()) * size_of::<Value>())?;
-                let mut items = Vec::with_capacity(a.items().len() + b.items().len());
+                let mut items = Values::from(Vec::with_capacity(a.items().len() + b.items().len()));
                 self.copy_values(a.items(), &mut items)?;
                 self.copy_values(b.items(), &mut items)?;
-                Value::tuple(items)
+                items.into_tuple()
             }
             (Value::Bytes(_) | Value::ByteArray(_), _) => {
                 let (Some(x), Some(y)) = (self.bytes_like(a), self.bytes_like(b)) else {
@@ -104,10 +101,11 @@ impl Evaluator<'_> {
                     | Value::ByteArray(_)
             )
         };
+        // The left one is what is repeated; the right one may be of a class derived from a sequence and stand for a number.
         let (sequence, count) = match (is_sequence(a), is_sequence(b)) {
-            (true, false) => (a, b),
+            (true, _) => (a, b),
             (false, true) => (b, a),
-            _ => return Ok(None),
+            (false, false) => return Ok(None),
         };
         match self.count_of(count)? {
             Some(count) => self.repeat(sequence, &count),
@@ -147,15 +145,15 @@ impl Evaluator<'_> {
             }
             Value::List(list) => {
                 let count = self.repetitions(count, list.len() * size_of::<Value>())?;
-                let mut items = Vec::new();
+                let mut items = Values::default();
                 self.copy_list(list, &mut items)?;
-                Value::list(self.repeated(items, count)?)
+                self.repeated(items, count)?.into_list()
             }
             Value::Tuple(tuple) => {
                 let count = self.repetitions(count, std::mem::size_of_val(tuple.items()))?;
-                let mut items = Vec::new();
+                let mut items = Values::default();
                 self.copy_values(tuple.items(), &mut items)?;
-                Value::tuple(self.repeated(items, count)?)
+                self.repeated(items, count)?.into_tuple()
             }
             Value::Bytes(bytes) => {
                 let count = self.repetitions(count, bytes.data().len())?;
@@ -237,10 +235,10 @@ impl Evaluator<'_> {
                     return Ok(None);
                 };
                 let count = self.repetitions(&count, list.len() * size_of::<Value>())?;
-                let mut items = Vec::new();
+                let mut items = Values::default();
                 self.copy_list(list, &mut items)?;
                 let items = self.repeated(items, count)?;
-                self.let_go(list.replace_all(items));
+                self.let_go(list.replace_all(items.into()));
             }
             (BinaryOp::Mul, Value::ByteArray(bytes)) => {
                 let Some(count) = self.count_of(b)? else {
@@ -254,6 +252,11 @@ impl Evaluator<'_> {
                 let Some(more) = self.bytes_like(b) else {
                     return Ok(None);
                 };
+                if matches!(self.plain(b), Value::ByteArray(other) if Rc::ptr_eq(bytes, &other)) {
+                    // CPython has it in use while it grows.
+                    let text = "Existing exports of data: object cannot be re-sized";
+                    return Err(self.raise(ExceptionKind::BufferError, text));
+                }
                 self.extend_bytes(bytes, more)?;
             }
             (BinaryOp::BitOr, Value::Dict(dict)) => self.dict_update_from(dict, b)?,

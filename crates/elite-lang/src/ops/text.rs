@@ -9,7 +9,20 @@ use crate::eval::bulk::{EACH, PIECE, pieces};
 use crate::format::Spec;
 use crate::value::surrogate::code_of;
 use crate::value::symbol::known;
-use crate::value::{Instance, R, Str, Value};
+use crate::value::{Instance, R, Raised, Str, Value};
+
+/// The `__repr__` of a class that is its `__str__`, too, unless the builtin type it is derived from has a `__str__` of its own.
+fn shown_by_repr(instance: &Instance) -> Option<Value> {
+    let is_text = instance.exception().is_some()
+        || matches!(
+            instance.extended(),
+            Some(Value::Str(_) | Value::Bytes(_) | Value::ByteArray(_))
+        );
+    match is_text {
+        true => None,
+        false => instance.class.lookup(known::REPR),
+    }
+}
 
 /// Longest specification of a format, in bytes.
 const SPEC_MAX: usize = 4096;
@@ -36,13 +49,45 @@ impl Evaluator<'_> {
         }
     }
 
-    /// Like `str`, without copying strings.
+    /// Like `str`, without copying strings: what `__str__` gives may be an instance of a class derived from `str`.
     pub fn str_value(&self, value: &Value) -> R {
         match value {
             Value::Str(_) => Ok(value.clone()),
             Value::Int(int @ 0..10) => Ok(self.core.ascii[b'0' as usize + *int as usize].clone()),
+            Value::Instance(instance) => match instance.class.lookup(known::STR) {
+                Some(method) => self.made_text(&method, value, "__str__"),
+                None => match shown_by_repr(instance) {
+                    Some(method) => self.made_text(&method, value, "__str__"),
+                    None => self.string(self.str(value)?),
+                },
+            },
             other => self.string(self.str(other)?),
         }
+    }
+
+    /// The value of `repr(value)`, as `str_value`.
+    pub fn repr_value(&self, value: &Value) -> R {
+        if let Value::Instance(instance) = value
+            && let Some(method) = instance.class.lookup(known::REPR)
+        {
+            return self.made_text(&method, value, "__repr__");
+        }
+        self.string(self.repr(value)?)
+    }
+
+    /// The text that a method makes of its receiver.
+    fn made_text(&self, method: &Value, value: &Value, name: &str) -> R {
+        let text = self.recurse(|| self.call_method_value(method, value, &mut []))?;
+        match self.plain(&text) {
+            Value::Str(_) => Ok(text),
+            _ => Err(self.no_text(&text, name)),
+        }
+    }
+
+    #[cold]
+    fn no_text(&self, value: &Value, method: &str) -> Raised {
+        let name = self.core.types.name_of(value);
+        self.type_error(format!("{method} returned non-string (type {name})"))
     }
 
     fn instance_str(&self, value: &Value, instance: &Instance) -> R<String> {
@@ -50,9 +95,9 @@ impl Evaluator<'_> {
             let text = self.call_method_value(&method, value, &mut [])?;
             return self.expect_text(&text, "__str__");
         }
-        if let Some(method) = instance.class.lookup(known::REPR) {
+        if let Some(method) = shown_by_repr(instance) {
             let text = self.call_method_value(&method, value, &mut [])?;
-            return self.expect_text(&text, "__repr__");
+            return self.expect_text(&text, "__str__");
         }
         self.natural_str(value)
     }
@@ -72,6 +117,9 @@ impl Evaluator<'_> {
             };
         }
         match instance.extended() {
+            Some(Value::Set(_) | Value::FrozenSet(_) | Value::ByteArray(_)) => {
+                self.natural_repr(value)
+            }
             Some(extended) => self.str(&extended),
             None => self.repr(value),
         }
@@ -193,10 +241,7 @@ impl Evaluator<'_> {
     pub(super) fn expect_text(&self, value: &Value, method: &str) -> R<String> {
         match self.plain(value) {
             Value::Str(text) => self.copied_text(text.as_str()),
-            other => {
-                let name = self.core.types.name_of(&other);
-                Err(self.type_error(format!("{method} returned non-string (type {name})")))
-            }
+            _ => Err(self.no_text(value, method)),
         }
     }
 
@@ -218,9 +263,25 @@ impl Evaluator<'_> {
         Ok(text)
     }
 
+    /// The value of `ascii(value)`, as `repr_value`.
+    pub fn ascii_value(&self, value: &Value) -> R {
+        let shown = self.repr_value(value)?;
+        match self.plain(&shown) {
+            Value::Str(text) if !text.as_str().is_ascii() => {
+                self.string(self.escaped_beyond_ascii(text.as_str())?)
+            }
+            _ => Ok(shown),
+        }
+    }
+
     /// Python's `ascii(value)`.
     pub fn ascii(&self, value: &Value) -> R<String> {
         let text = self.repr(value)?;
+        self.escaped_beyond_ascii(&text)
+    }
+
+    /// A text whose characters beyond ASCII are escaped.
+    pub fn escaped_beyond_ascii(&self, text: &str) -> R<String> {
         let mut out = String::with_capacity(text.len());
         for c in text.chars() {
             match code_of(c) {
@@ -244,27 +305,64 @@ impl Evaluator<'_> {
         match conversion {
             Conversion::None => Ok(value),
             Conversion::Str => self.str_value(&value),
-            Conversion::Repr => self.string(self.repr(&value)?),
-            Conversion::Ascii => self.string(self.ascii(&value)?),
+            Conversion::Repr => self.repr_value(&value),
+            Conversion::Ascii => self.ascii_value(&value),
         }
+    }
+
+    /// Python's `format(value, spec)`: the text a method made, and one that stays as it is, may be of a class derived from `str`.
+    pub fn format_value(&self, value: &Value, spec: &str) -> R {
+        let Value::Instance(instance) = value else {
+            if spec.is_empty() && matches!(value, Value::Str(_)) {
+                return Ok(value.clone());
+            }
+            let mut out = String::with_capacity(16);
+            self.format_into(value, spec, &mut out)?;
+            return self.string(out);
+        };
+        match instance.class.lookup(known::FORMAT) {
+            // That of the builtin type the class is derived from.
+            Some(Value::Builtin(_)) if instance.extended().is_some() && spec.is_empty() => {
+                return self.str_value(value);
+            }
+            Some(Value::Builtin(_)) if instance.extended().is_some() => {}
+            Some(method) => return self.formatted(&method, value, spec),
+            None if spec.is_empty() => return self.str_value(value),
+            None => {}
+        }
+        let mut out = String::new();
+        self.format_into(value, spec, &mut out)?;
+        match instance.extended() {
+            Some(Value::Str(text)) if !spec.is_empty() && text.as_str() == out => Ok(value.clone()),
+            _ => self.string(out),
+        }
+    }
+
+    /// What the `__format__` of a class makes of a value.
+    fn formatted(&self, method: &Value, value: &Value, spec: &str) -> R {
+        let text = self.call_method_value(method, value, &mut [self.string_of(spec)?])?;
+        if let Value::Str(_) = self.plain(&text) {
+            return Ok(text);
+        }
+        let name = self.core.types.name_of(&text);
+        Err(self.type_error(format!("__format__ must return a str, not {name}")))
     }
 
     /// Python's `format(value, spec)`, appended to `out`.
     pub fn format_into(&self, value: &Value, spec: &str, out: &mut String) -> R<()> {
         if let Value::Instance(instance) = value {
-            if let Some(method) = instance.class.lookup(known::FORMAT) {
-                let text = self.call_method_value(&method, value, &mut [Value::str(spec)])?;
-                let Value::Str(text) = self.plain(&text) else {
-                    let name = self.core.types.name_of(&text);
-                    return Err(
-                        self.type_error(format!("__format__ must return a str, not {name}"))
-                    );
+            if let Some(method) = instance.class.lookup(known::FORMAT)
+                && !(spec.is_empty() && matches!(method, Value::Builtin(_)))
+            {
+                let text = self.plain(&self.formatted(&method, value, spec)?);
+                return match &text {
+                    Value::Str(text) => self.push_text(out, text.as_str()),
+                    _ => Ok(()),
                 };
-                return self.push_text(out, text.as_str());
             }
-            let overrides = instance.class.lookup(known::STR).is_some();
-            if let (Some(extended), false) = (instance.extended(), overrides) {
-                return self.format_into(&extended, spec, out);
+            if let (Some(extended), false) = (instance.extended(), spec.is_empty()) {
+                let name = self.core.types.name_of(value);
+                return self.format_by_spec(&extended, spec, &name, out);
             }
         }
         if spec.is_empty() {
@@ -276,13 +374,18 @@ impl Evaluator<'_> {
             }
             return self.check_allocation(out.len());
         }
+        let name = self.core.types.name_of(value);
+        self.format_by_spec(value, spec, &name, out)
+    }
+
+    /// A builtin value by a specification that says something; `name` is its type's in messages.
+    pub fn format_by_spec(&self, value: &Value, spec: &str, name: &str, out: &mut String) -> R<()> {
         if spec.len() > SPEC_MAX {
             return Err(self.value_error(format!(
                 "a format specification of {} bytes, {SPEC_MAX} are allowed",
                 spec.len()
             )));
         }
-        let name = self.core.types.name_of(value);
         let error = |message: String| self.value_error(message);
         match value {
             Value::Int(_)
@@ -291,10 +394,11 @@ impl Evaluator<'_> {
             | Value::Float(_)
             | Value::Complex(_)
             | Value::Str(_) => {
-                let spec = Spec::parse(spec, &name).map_err(error)?;
+                let is_text = matches!(value, Value::Str(_));
+                let spec = Spec::parse(spec, name, is_text).map_err(error)?;
                 let precision = spec.precision.unwrap_or(0);
                 self.check_allocation(spec.width.max(precision))?;
-                crate::format::value(value, &spec, self, out)
+                crate::format::value(value, &spec, name, self, out)
             }
             _ => Err(self.type_error(format!(
                 "unsupported format string passed to {name}.__format__"
@@ -324,11 +428,21 @@ impl Evaluator<'_> {
     /// Appends bytes as Python writes them.
     pub fn quote_bytes(&self, data: &[u8], out: &mut String) -> R<()> {
         let mark = self.quotation_mark(data)?;
+        self.quote_marked(data, mark, mark, out)
+    }
+
+    /// The content of a bytearray as Python writes it: single marks are escaped between double ones, too.
+    pub fn quote_bytearray(&self, data: &[u8], out: &mut String) -> R<()> {
+        let mark = self.quotation_mark(data)?;
+        self.quote_marked(data, mark, '\'', out)
+    }
+
+    fn quote_marked(&self, data: &[u8], mark: char, escaped: char, out: &mut String) -> R<()> {
         out.push('b');
         out.push(mark);
         for piece in data.chunks(PIECE) {
             self.grow(out, piece.len())?;
-            escape_bytes(piece, mark, out);
+            escape_bytes(piece, escaped, out);
             self.worked(2 * piece.len() * EACH)?;
         }
         out.push(mark);

@@ -196,9 +196,14 @@ fn within(ranges: &[(char, char)], c: char) -> bool {
     after > 0 && c <= ranges[after - 1].1
 }
 
-/// Digraphs with a form for the start of a word: U+01C5 beside U+01C4 and U+01C6, and three more.
+/// Characters with a form for the start of a word that is no capital: U+01C5 beside U+01C4 and U+01C6, three more such
+/// digraphs, and Greek letters with an iota beside them.
 pub fn is_title_form(c: char) -> bool {
-    matches!(c, 'ǅ' | 'ǈ' | 'ǋ' | 'ǲ')
+    matches!(
+        c,
+        'ǅ' | 'ǈ' | 'ǋ' | 'ǲ' | '\u{1f88}'..='\u{1f8f}' | '\u{1f98}'..='\u{1f9f}' | '\u{1fa8}'..='\u{1faf}'
+            | '\u{1fbc}' | '\u{1fcc}' | '\u{1ffc}'
+    )
 }
 
 /// Whether a character has upper and lower case.
@@ -214,10 +219,21 @@ pub fn push_title(c: char, out: &mut String) {
         'Ǌ'..='ǌ' => out.push('ǋ'),
         'Ǳ'..='ǳ' => out.push('ǲ'),
         'ŉ' => out.extend(c.to_uppercase()),
+        // Georgian has capitals for whole words only.
+        'ა'..='ჺ' | 'ჽ'..='ჿ' => out.push(c),
+        '\u{1f80}'..='\u{1faf}' => out.extend(char::from_u32(c as u32 | 8)),
+        '\u{1fb3}' | '\u{1fc3}' | '\u{1ff3}' => out.extend(char::from_u32(c as u32 + 9)),
+        _ if is_title_form(c) => out.push(c),
         _ => {
             let mut upper = c.to_uppercase();
             out.extend(upper.next());
-            out.extend(upper.flat_map(char::to_lowercase));
+            // The iota of a Greek letter stays below it.
+            let has_iota = ('\u{1fb0}'..'\u{2000}').contains(&c);
+            let below = |part| match part {
+                'Ι' if has_iota => '\u{345}',
+                other => other,
+            };
+            out.extend(upper.flat_map(|part| below(part).to_lowercase()));
         }
     }
 }
@@ -239,11 +255,31 @@ pub fn casefold(text: &str) -> String {
     out
 }
 
-/// A letter as `str.isalpha` has it. Unicode's alphabetic characters are a few more: numerals, and letters in circles.
+/// A letter as `str.isalpha` has it (general category L). Unicode's alphabetic characters are more: numerals, letters in
+/// circles, vowel signs. What may begin a name is nearly the same.
 pub fn is_letter(c: char) -> bool {
-    c.is_alphabetic()
-        && !c.is_numeric()
-        && !matches!(c, '\u{24b6}'..='\u{24e9}' | '\u{1f130}'..='\u{1f189}')
+    if c.is_ascii() {
+        return c.is_ascii_alphabetic();
+    }
+    match c {
+        '\u{1885}' | '\u{1886}' | '\u{2118}' | '\u{212e}' => false,
+        '\u{37a}'
+        | '\u{e33}'
+        | '\u{eb3}'
+        | '\u{2e2f}'
+        | '\u{fc5e}'..='\u{fc63}'
+        | '\u{fdfa}'
+        | '\u{fdfb}' => true,
+        '\u{fe70}' | '\u{fe72}' | '\u{fe74}' | '\u{fe76}' | '\u{fe78}' | '\u{fe7a}'
+        | '\u{fe7c}' | '\u{fe7e}' => true,
+        '\u{ff9e}' | '\u{ff9f}' => true,
+        _ => unicode_ident::is_xid_start(c) && !c.is_numeric(),
+    }
+}
+
+/// `str.isalnum` of one character.
+pub fn is_alphanumeric(c: char) -> bool {
+    is_letter(c) || is_numeric(c)
 }
 
 /// Whether a capital sigma between these texts ends a word: after a letter with case, and not before one. What counts for

@@ -53,7 +53,7 @@ impl Parser<'_> {
         let after = |at: usize| at + text[at..].len() - text[at..].trim_start().len();
         let word = after(1);
         let length = text[word..]
-            .find(|c: char| c != '_' && !c.is_alphanumeric())
+            .find(|c| !crate::lexer::names::continues_name(c))
             .unwrap_or(text.len() - word);
         let name = &text[word..word + length];
         let place = |at: usize, length: usize| {

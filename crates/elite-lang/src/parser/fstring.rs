@@ -12,14 +12,51 @@ const FIELD_NESTING_MAX: u32 = 2;
 const PART: usize = 128;
 const FIELD: usize = 512;
 
+/// The parts of an f-string while it is read. Texts side by side become one at once: a doubled brace ends one, and there may be
+/// half a million of them.
+#[derive(Default)]
+pub(super) struct Parts {
+    complete: Vec<FStringPart>,
+    text: String,
+}
+
+impl Parts {
+    pub(super) fn text(&mut self, text: &str) {
+        self.text.push_str(text);
+    }
+
+    fn value(&mut self, value: FStringPart) {
+        self.text_ends();
+        self.complete.push(value);
+    }
+
+    fn text_ends(&mut self) {
+        if !self.text.is_empty() {
+            let text = std::mem::take(&mut self.text);
+            self.complete.push(FStringPart::Text(text.into()));
+        }
+    }
+
+    pub(super) fn into_vec(mut self) -> Vec<FStringPart> {
+        self.text_ends();
+        self.complete
+    }
+
+    /// Of literals without fields, which have no other part.
+    pub(super) fn into_text(self) -> String {
+        self.text
+    }
+}
+
 impl Parser<'_> {
-    /// The parts of the f-string text at `span`. `level` counts the replacement fields around it.
+    /// The f-string text at `span` into `parts`. `level` counts the replacement fields around it.
     pub(super) fn fstring_parts(
         &mut self,
         literal: &Literal,
         span: Span,
         level: u32,
-    ) -> Parse<Vec<FStringPart>> {
+        parts: &mut Parts,
+    ) -> Parse<()> {
         if level > FIELD_NESTING_MAX {
             return self.fail(
                 span,
@@ -28,7 +65,6 @@ impl Parser<'_> {
         }
         let text = self.file.slice(span);
         let offset = span.start as usize;
-        let mut parts = Vec::new();
         let mut literal_start = 0;
         let mut at = 0;
         while let Some(found) = text[at..].find(['{', '}', '\\']) {
@@ -49,51 +85,41 @@ impl Parser<'_> {
                 };
                 at = brace + 1 + hidden;
             } else if doubled {
-                self.fstring_text(
-                    literal,
-                    offset + literal_start,
-                    offset + brace + 1,
-                    &mut parts,
-                );
+                self.fstring_text(literal, offset + literal_start, offset + brace + 1, parts);
                 at = brace + 2;
                 literal_start = at;
             } else if here.starts_with('{') {
-                self.fstring_text(literal, offset + literal_start, offset + brace, &mut parts);
-                let end = self.field(literal, offset + brace, span, level, &mut parts);
-                let end = match end {
-                    Ok(end) => end,
-                    failed => return self.behind(parts, failed).map(|(parts, _)| parts),
-                };
-                at = end - offset;
+                self.fstring_text(literal, offset + literal_start, offset + brace, parts);
+                at = self.field(literal, offset + brace, span, level, parts)? - offset;
                 literal_start = at;
             } else {
                 let span = Span::new(offset + brace, offset + brace + 1);
-                let failed = self.fail::<()>(
+                return self.fail(
                     span,
                     "a single '}' is not allowed in an f-string; write '}}'",
                 );
-                return self.behind(parts, failed).map(|(parts, ())| parts);
             }
         }
-        self.fstring_text(
-            literal,
-            offset + literal_start,
-            span.end as usize,
-            &mut parts,
-        );
-        Ok(parts)
+        self.fstring_text(literal, offset + literal_start, span.end as usize, parts);
+        Ok(())
     }
 
-    fn fstring_text(
+    /// A format specification: an f-string text within a field.
+    fn format_parts(
         &mut self,
         literal: &Literal,
-        start: usize,
-        end: usize,
-        parts: &mut Vec<FStringPart>,
-    ) {
+        span: Span,
+        level: u32,
+    ) -> Parse<Vec<FStringPart>> {
+        let mut parts = Parts::default();
+        let parsed = self.fstring_parts(literal, span, level, &mut parts);
+        Ok(self.behind(parts.into_vec(), parsed)?.0)
+    }
+
+    fn fstring_text(&mut self, literal: &Literal, start: usize, end: usize, parts: &mut Parts) {
         if start < end {
             let text = self.text_body(literal, Span::new(start, end));
-            parts.push(FStringPart::Text(text.into()));
+            parts.text(&text);
         }
     }
 
@@ -104,7 +130,7 @@ impl Parser<'_> {
         open: usize,
         within: Span,
         level: u32,
-        parts: &mut Vec<FStringPart>,
+        parts: &mut Parts,
     ) -> Parse<usize> {
         let text = self.file.text();
         let end = within.end as usize;
@@ -133,7 +159,7 @@ impl Parser<'_> {
         if echoes {
             at += 1;
             at += text[at..end].len() - text[at..end].trim_start().len();
-            parts.push(FStringPart::Text(text[start..at].into()));
+            parts.text(&text[start..at]);
         }
         self.budget.worked(FIELD);
         let value = self.field_expression(Span::new(start, stop))?;
@@ -141,7 +167,7 @@ impl Parser<'_> {
         let mut format = None;
         if text[at..end].starts_with(':') {
             let spec_end = at + 1 + format_end(&text[at + 1..end]);
-            format = Some(self.fstring_parts(literal, Span::new(at + 1, spec_end), level + 1)?);
+            format = Some(self.format_parts(literal, Span::new(at + 1, spec_end), level + 1)?);
             at = spec_end;
         }
         if !text[at..end].starts_with('}') {
@@ -153,7 +179,7 @@ impl Parser<'_> {
         } else {
             conversion
         };
-        parts.push(FStringPart::Value {
+        parts.value(FStringPart::Value {
             value,
             conversion,
             format,

@@ -1,15 +1,13 @@
 //! String literals: prefixes, escapes, implicit concatenation.
 
+use super::fstring::Parts;
 use super::{Parse, Parser};
-use crate::ast::{Constant, Expr, ExprKind, FStringPart};
+use crate::ast::{Constant, Expr, ExprKind};
 use crate::diagnostic::Diagnostic;
 use crate::lexer::{Token, TokenKind as T};
-use crate::limits::memory::Budget;
 use crate::source::Span;
 use crate::value::surrogate::char_of;
 
-/// Work for a part of a literal that is put together from several.
-const PART: usize = 64;
 /// Work for an escape.
 const ESCAPE: usize = 64;
 
@@ -41,7 +39,7 @@ impl Parser<'_> {
     /// One or more string literals side by side.
     pub(super) fn strings(&mut self) -> Parse<Expr> {
         let start = self.token().span;
-        let mut parts: Vec<FStringPart> = Vec::new();
+        let mut parts = Parts::default();
         let mut bytes: Vec<u8> = Vec::new();
         let (mut any_bytes, mut any_text, mut any_format) = (false, false, false);
         while let Some(token) = self.eat(T::Str) {
@@ -52,14 +50,12 @@ impl Parser<'_> {
             if literal.bytes {
                 bytes.extend(self.byte_body(&literal));
             } else if literal.formatted {
-                let found = self.fstring_parts(&literal, literal.body, 0);
-                let more;
-                (parts, more) = self.behind(parts, found)?;
-                parts.extend(more);
+                if let Err(failed) = self.fstring_parts(&literal, literal.body, 0, &mut parts) {
+                    self.aside.push(parts.into_vec().into());
+                    return Err(failed);
+                }
             } else {
-                parts.push(FStringPart::Text(
-                    self.text_body(&literal, literal.body).into(),
-                ));
+                parts.text(&self.text_body(&literal, literal.body));
             }
         }
         let span = self.span_from(start);
@@ -69,16 +65,9 @@ impl Parser<'_> {
         let kind = if any_bytes {
             ExprKind::Constant(Constant::Bytes(bytes.into()))
         } else if any_format {
-            ExprKind::FString(joined(parts, self.budget))
+            ExprKind::FString(parts.into_vec())
         } else {
-            let mut text = String::new();
-            for part in parts {
-                self.budget.worked(PART);
-                if let FStringPart::Text(piece) = part {
-                    text.push_str(&piece);
-                }
-            }
-            ExprKind::Constant(Constant::Str(text.into()))
+            ExprKind::Constant(Constant::Str(parts.into_text().into()))
         };
         Ok(Expr::new(kind, span))
     }
@@ -285,28 +274,4 @@ fn normalized(text: &str) -> std::borrow::Cow<'_, str> {
     } else {
         text.into()
     }
-}
-
-/// Neighbouring texts of an f-string become one.
-fn joined(parts: Vec<FStringPart>, budget: &Budget<'_>) -> Vec<FStringPart> {
-    let mut out: Vec<FStringPart> = Vec::new();
-    let mut text = String::new();
-    for part in parts {
-        budget.worked(PART);
-        match part {
-            FStringPart::Text(more) => text.push_str(&more),
-            value @ FStringPart::Value { .. } => {
-                out.extend(text_part(&mut text));
-                out.push(value);
-            }
-        }
-    }
-    out.extend(text_part(&mut text));
-    out
-}
-
-/// The text collected so far as a part of its own, if there is any.
-fn text_part(text: &mut String) -> Option<FStringPart> {
-    let text = std::mem::take(text);
-    (!text.is_empty()).then(|| FStringPart::Text(text.into()))
 }

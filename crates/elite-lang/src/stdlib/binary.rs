@@ -119,7 +119,7 @@ impl Format {
             return Ok(known);
         }
         let text = match ev.plain(format) {
-            Value::Str(text) => ev.copied_bytes(text.as_str().as_bytes())?,
+            Value::Str(text) => ev.encode(&text, &Value::str("ascii"), &Value::Unbound)?,
             other => match ev.bytes_like(&other) {
                 Some(data) => ev.copied_bytes(&data)?,
                 None => {
@@ -221,7 +221,7 @@ fn pack(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
     for ((code, width, offset), value) in format.fields.iter().zip(values) {
         ev.worked(4 * EACH)?;
         let place = &mut out[*offset..*offset + *width];
-        pack_one(ev, *code, format.native, value, place)?;
+        pack_one(ev, *code, &format, value, place)?;
         if format.little && !matches!(code, b's' | b'p' | b'c') {
             place.reverse();
         }
@@ -230,7 +230,13 @@ fn pack(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
 }
 
 /// Writes one value, big end first.
-fn pack_one(ev: &Evaluator<'_>, code: u8, native: bool, value: &Value, place: &mut [u8]) -> R<()> {
+fn pack_one(
+    ev: &Evaluator<'_>,
+    code: u8,
+    format: &Format,
+    value: &Value,
+    place: &mut [u8],
+) -> R<()> {
     match code {
         b'?' => place[0] = u8::from(ev.truth(value)?),
         b'f' | b'd' | b'e' => {
@@ -242,16 +248,14 @@ fn pack_one(ev: &Evaluator<'_>, code: u8, native: bool, value: &Value, place: &m
                 b'f' => {
                     let single = float as f32;
                     // The native format lets C convert, which makes it infinite.
-                    if !native && single.is_infinite() && float.is_finite() {
-                        let text = "float too large to pack with f format";
-                        return Err(ev.raise(crate::errors::ExceptionKind::OverflowError, text));
+                    if !format.native && single.is_infinite() && float.is_finite() {
+                        return Err(too_large(ev, value, 'f'));
                     }
                     place.copy_from_slice(&single.to_be_bytes());
                 }
                 _ => {
                     let Some(half) = half_from_f64(float) else {
-                        let text = "float too large to pack with e format";
-                        return Err(ev.raise(crate::errors::ExceptionKind::OverflowError, text));
+                        return Err(too_large(ev, value, 'e'));
                     };
                     place.copy_from_slice(&half.to_be_bytes());
                 }
@@ -283,15 +287,31 @@ fn pack_one(ev: &Evaluator<'_>, code: u8, native: bool, value: &Value, place: &m
                 ev.worked(many(to.len()))?;
             }
         }
-        _ => pack_int(ev, code, native, value, place)?,
+        _ => pack_int(ev, code, format, value, place)?,
     }
     Ok(())
 }
 
-fn pack_int(ev: &Evaluator<'_>, code: u8, native: bool, value: &Value, place: &mut [u8]) -> R<()> {
-    let Ok(int) = ev.to_int(value) else {
+/// A number beyond a format of floats. Integers are refused in other words.
+fn too_large(ev: &Evaluator<'_>, value: &Value, code: char) -> Raised {
+    if ev.has_index(value) {
+        return fail(ev, "int too large to convert");
+    }
+    let text = format!("float too large to pack with {code} format");
+    ev.raise(crate::errors::ExceptionKind::OverflowError, text)
+}
+
+fn pack_int(
+    ev: &Evaluator<'_>,
+    code: u8,
+    format: &Format,
+    value: &Value,
+    place: &mut [u8],
+) -> R<()> {
+    if !ev.has_index(value) {
         return Err(fail(ev, "required argument is not an integer"));
-    };
+    }
+    let int = ev.to_int(value)?;
     let bits = place.len() as u32 * 8;
     let unsigned = code.is_ascii_uppercase();
     let wide: Option<i128> = match &int {
@@ -312,12 +332,21 @@ fn pack_int(ev: &Evaluator<'_>, code: u8, native: bool, value: &Value, place: &m
             place.copy_from_slice(&bytes[16 - place.len()..]);
             Ok(())
         }
-        None if bits < 64 && matches!(int, Int::Big(_)) => Err(fail(ev, "argument out of range")),
-        None if unsigned && bits >= 32 && int.is_negative() => {
+        None if code == b'P' => Err(fail(ev, "int too large to convert")),
+        // What fits the `unsigned long` of C is out of the format's range instead.
+        None if bits < 64
+            && matches!(int, Int::Big(_))
+            && !((matches!(code, b'I' | b'L') || code == b'H' && !format.little)
+                && !int.is_negative()
+                && int.bits() <= 64) =>
+        {
+            Err(fail(ev, "argument out of range"))
+        }
+        None if unsigned && int.is_negative() && (bits >= 32 || code == b'H' && !format.little) => {
             Err(fail(ev, "argument out of range"))
         }
         None if bits == 64 && unsigned => Err(fail(ev, "argument out of range")),
-        None if bits == 64 && native => Err(fail(ev, "argument out of range")),
+        None if bits == 64 && format.native => Err(fail(ev, "argument out of range")),
         None if bits == 64 => Err(fail(ev, "int too large to convert")),
         None => {
             let code = char::from(code);
@@ -325,7 +354,7 @@ fn pack_int(ev: &Evaluator<'_>, code: u8, native: bool, value: &Value, place: &m
             let text = if matches!(code, 'b' | 'B') {
                 let kind = if unsigned { "ubyte" } else { "byte" };
                 format!("{kind} format requires {least} <= number <= {most}")
-            } else if matches!(code, 'h' | 'H') {
+            } else if matches!(code, 'h' | 'H') && format.little {
                 let kind = if unsigned { "ushort" } else { "short" };
                 format!("{kind} format requires {least} <= number <= {most}")
             } else {

@@ -111,6 +111,7 @@ impl<'b, 'y> Builder<'b, 'y> {
             body: BuiltinBody::Raw(body),
             fills: true,
             quick: None,
+            joins: None,
         };
         class.set(
             self.core().symbols.intern(name),
@@ -144,6 +145,7 @@ impl<'b, 'y> Builder<'b, 'y> {
             body: BuiltinBody::Bound(body),
             fills: true,
             quick: quick::find(Some(owner), None, name),
+            joins: None,
         }))
     }
 

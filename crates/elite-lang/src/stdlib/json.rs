@@ -472,9 +472,9 @@ impl Writer<'_, '_> {
                 let text = self.float(*float)?;
                 self.out.push_str(&text);
             }
-            // CPython copies the items of a subclass before it writes them.
-            Value::List(list) if matches!(value, Value::Instance(_)) => {
-                let items = self.ev.collect(&plain)?;
+            // CPython copies what a subclass gives before it writes it.
+            Value::List(_) | Value::Tuple(_) if matches!(value, Value::Instance(_)) => {
+                let items = self.ev.drain(&self.ev.iter(value)?)?;
                 self.within(&plain, |writer| {
                     writer.array(|index| items.get(index).cloned())
                 })?;
@@ -490,8 +490,8 @@ impl Writer<'_, '_> {
                 let entries = self.ev.entries(dict)?;
                 self.within(&plain, |writer| writer.object(entries))?;
             }
-            other if self.default.is_none() => {
-                let name = self.ev.core.types.of(other).name();
+            _ if self.default.is_none() => {
+                let name = self.ev.core.types.of(value).name();
                 let text = format!("Object of type {name} is not JSON serializable");
                 return Err(self.ev.type_error(text));
             }

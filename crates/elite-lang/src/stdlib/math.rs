@@ -3,6 +3,7 @@
 use num_bigint::BigInt;
 
 use super::define::{Builder, Entry};
+use crate::builtins::Args;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::pace::VALUE;
@@ -55,6 +56,7 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
     module.functions(FLOATS);
     module.functions(INTEGERS);
     module.raw("hypot", |ev, args| {
+        refuse_names(ev, "hypot", args)?;
         let sides: Vec<f64> = args
             .positional
             .iter()
@@ -63,6 +65,7 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
         Ok(Value::Float(norm(ev, &sides)?))
     });
     module.raw("gcd", |ev, args| {
+        refuse_names(ev, "gcd", args)?;
         let mut result = BigInt::ZERO;
         for arg in args.positional.iter() {
             result = ev.big_gcd(&result, &ev.to_int(arg)?.to_big())?;
@@ -70,6 +73,7 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
         Ok(Value::bigint(result))
     });
     module.raw("lcm", |ev, args| {
+        refuse_names(ev, "lcm", args)?;
         let mut result = BigInt::from(1);
         for arg in args.positional.iter() {
             let other = ev.to_int(arg)?.to_big();
@@ -84,6 +88,14 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
         Ok(Value::bigint(BigInt::from(result.magnitude().clone())))
     });
     Ok(())
+}
+
+/// Functions of any number of arguments take none by name.
+fn refuse_names(ev: &Evaluator<'_>, name: &str, args: &Args<'_>) -> R<()> {
+    match args.keywords.is_empty() {
+        true => Ok(()),
+        false => Err(ev.type_error(format!("math.{name}() takes no keyword arguments"))),
+    }
 }
 
 fn domain(ev: &Evaluator<'_>) -> Raised {
@@ -258,7 +270,7 @@ const FLOATS: &[Entry] = &[
         }
     }),
     ("fsum", "seq /", |ev, args| {
-        exact_sum(ev, &ev.collect(&args[0])?)
+        exact_sum(ev, &ev.drain(&ev.iter(&args[0])?)?)
     }),
     ("dist", "p q /", |ev, args| {
         let (p, q) = (ev.collect(&args[0])?, ev.collect(&args[1])?);
@@ -531,7 +543,7 @@ const INTEGERS: &[Entry] = &[
     }),
     ("prod", "iterable / * start?", |ev, args| {
         let mut result = args[1].given().cloned().unwrap_or(Value::Int(1));
-        for item in ev.collect(&args[0])? {
+        for item in ev.drain(&ev.iter(&args[0])?)? {
             ev.worked(VALUE)?;
             result = ev.binary(crate::ast::BinaryOp::Mul, &result, &item)?;
         }

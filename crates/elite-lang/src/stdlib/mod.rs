@@ -8,13 +8,16 @@ mod binary;
 mod bisect;
 mod codecs;
 pub(crate) mod collections;
+mod copies;
 mod define;
+mod fields;
 mod files;
 mod functools;
 pub(crate) mod heap;
 mod itertools;
 mod json;
 mod math;
+mod operator;
 mod process;
 mod random;
 mod regex;
@@ -58,15 +61,18 @@ use Content::{Native, Script};
 const MODULES: &[(&str, Content)] = &[
     ("_codecs", Native(codecs::fill)),
     ("_collections", Native(collections::fill)),
+    ("_copy", Native(copies::fill)),
     ("_files", Native(files::fill)),
     ("_functools", Native(functools::fill)),
     ("_heapq", Native(heap::fill)),
     ("_json", Native(json::fill)),
+    ("_operator", Native(operator::fill)),
     ("_process", Native(process::fill)),
     ("_random", Native(random::fill)),
     ("_re", Native(regex::fill)),
     ("_socket", Native(socket::fill)),
     ("_system", Native(system::fill)),
+    ("_string", Native(fields::fill)),
     ("_struct", Native(binary::fill)),
     ("_thread", Native(thread::fill)),
     ("_time", Native(time::fill)),

@@ -8,6 +8,7 @@ pub use crate::ast::{
     DictItem, Expr, ExprKind, FStringPart, FunctionDef, Handler, Ident, ImportAlias, Lambda,
     Module, Parameter, Parameters, Stmt, StmtKind, UnaryOp, WithItem,
 };
+pub use crate::lexer::names::is_name;
 pub use crate::lexer::{Token, TokenKind};
 pub use crate::lint::visit::{blocks, own_expressions, parts};
 pub use crate::reading::{Piece, Reading};

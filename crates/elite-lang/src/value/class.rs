@@ -65,6 +65,10 @@ pub struct Layout {
 struct SlotNames {
     /// In an order that does not depend on that of the script.
     sorted: Box<[Symbol]>,
+    /// `__dict__` is among them: instances may have any other attribute, too.
+    open: bool,
+    /// `__weakref__` is among them.
+    referable: bool,
 }
 
 impl SlotNames {
@@ -113,6 +117,8 @@ pub struct Class {
     layout: RefCell<Layout>,
     /// The only attributes instances may have (`__slots__`), those of the ancestors aside.
     slots: RefCell<Option<SlotNames>>,
+    /// It or an ancestor has had slots with names.
+    slotted: Cell<bool>,
     /// Its own class, if that is not `type`.
     metaclass: OnceCell<Rc<Class>>,
     /// A `class` statement made it; only such classes can be changed.
@@ -175,6 +181,7 @@ impl Class {
         ancestors: Vec<Rc<Class>>,
         is_script: bool,
     ) -> Rc<Class> {
+        let slotted = ancestors.iter().any(|class| class.slotted.get());
         let class = Rc::new(Class {
             name: RefCell::new(name.into()),
             in_c: Cell::new(false),
@@ -187,6 +194,7 @@ impl Class {
             old: Cell::new(false),
             layout: RefCell::default(),
             slots: RefCell::default(),
+            slotted: Cell::new(slotted),
             metaclass: OnceCell::new(),
             is_script,
             making: Cell::new((0, Making::General)),
@@ -212,6 +220,12 @@ impl Class {
             return format!("{}.{name}", module.as_str()).into();
         }
         name
+    }
+
+    /// Whether it or an ancestor is a builtin type that is called `name`; a script may call its own classes so.
+    pub fn is_builtin_called(&self, name: &str) -> bool {
+        let is_it = |class: &Class| !class.is_script && **class.name.borrow() == *name;
+        is_it(self) || self.ancestors.borrow().iter().any(|class| is_it(class))
     }
 
     /// Changes `__name__`.
@@ -267,6 +281,8 @@ impl Class {
 
     /// Sets the method resolution order without the class itself.
     pub fn set_ancestors(&self, ancestors: Vec<Rc<Class>>) {
+        let slotted = ancestors.iter().any(|class| class.slotted.get());
+        self.slotted.set(self.slotted.get() || slotted);
         self.ancestors.put(ancestors.into());
         self.changed();
     }
@@ -278,6 +294,12 @@ impl Class {
             UNKNOWN => self.named_version(),
             version => version,
         }
+    }
+
+    /// The name of the present state, if it has one.
+    #[inline(always)]
+    pub fn known_version(&self) -> Option<u32> {
+        Some(self.version.get()).filter(|version| *version != UNKNOWN)
     }
 
     /// Names the present state. The classes it is derived from get names, too, so that a change of one of them knows whether
@@ -335,7 +357,8 @@ impl Class {
             return Some(value.clone());
         }
         let ancestors = self.ancestors.borrow();
-        { ancestors.iter() }.find_map(|class| class.attrs.borrow().get(name).cloned())
+        let of_class = |class: &Rc<Class>| class.attrs.borrow().get(name).cloned();
+        ancestors.iter().find_map(of_class)
     }
 
     /// Like `lookup`, with the place for a cache.
@@ -354,9 +377,8 @@ impl Class {
         };
         within(self, 0).or_else(|| {
             let ancestors = self.ancestors.borrow();
-            { ancestors.iter() }
-                .enumerate()
-                .find_map(|(i, class)| within(class, i + 1))
+            let mut numbered = ancestors.iter().enumerate();
+            numbered.find_map(|(i, class)| within(class, i + 1))
         })
     }
 
@@ -496,28 +518,66 @@ impl Class {
     }
 
     /// Sets the names in `__slots__`.
-    pub fn set_slots(&self, mut names: Box<[Symbol]>) {
+    pub fn set_slots(&self, names: &[Symbol]) {
+        let mut names = names.to_vec();
+        let open = names.contains(&known::DICT);
+        let referable = names.contains(&known::WEAKREF);
+        names.retain(|name| !matches!(*name, known::DICT | known::WEAKREF));
         names.sort_unstable();
-        *self.slots.borrow_mut() = Some(SlotNames { sorted: names });
+        self.slotted.set(self.slotted.get() || !names.is_empty());
+        *self.slots.borrow_mut() = Some(SlotNames {
+            sorted: names.into(),
+            open,
+            referable,
+        });
     }
 
-    /// Whether instances have a `__dict__`: they do unless the class and all its ancestors have `__slots__`.
+    /// Whether `__slots__` of this class makes room for values.
+    pub fn has_own_slots(&self) -> bool {
+        let slots = self.slots.borrow();
+        slots.as_ref().is_some_and(|slots| !slots.sorted.is_empty())
+    }
+
+    /// Whether this class makes room for weak references, as those without `__slots__` do.
+    pub fn is_referable(&self) -> bool {
+        let slots = self.slots.borrow();
+        slots.as_ref().is_none_or(|slots| slots.referable)
+    }
+
+    /// The names in `__slots__` of this class.
+    pub fn own_slots(&self) -> Vec<Symbol> {
+        let slots = self.slots.borrow();
+        slots
+            .as_ref()
+            .map_or_else(Vec::new, |slots| slots.sorted.to_vec())
+    }
+
+    /// Whether instances have a `__dict__`: exceptions do, others unless the class and all its ancestors have `__slots__`.
     pub fn has_dict(&self) -> bool {
-        self.slots.borrow().is_none()
-            || self
-                .ancestors
-                .borrow()
-                .iter()
-                .any(|class| class.is_script && class.slots.borrow().is_none())
+        let is_open = |class: &Class| class.slots.borrow().as_ref().is_none_or(|slots| slots.open);
+        let is_open_script = |class: &Rc<Class>| class.is_script && is_open(class);
+        let ancestors = self.ancestors.borrow();
+        self.base == Base::Exception || is_open(self) || ancestors.iter().any(is_open_script)
     }
 
     /// Whether instances may have an attribute of this name.
     pub fn takes_attribute(&self, name: Symbol) -> bool {
-        let listed = |class: &Class| {
-            let slots = class.slots.borrow();
-            slots.as_ref().is_some_and(|slots| slots.has(name))
-        };
-        self.has_dict() || listed(self) || self.ancestors.borrow().iter().any(|class| listed(class))
+        self.has_dict() || self.has_slot(name)
+    }
+
+    /// Whether `__slots__` of the class or of an ancestor lists a name.
+    pub fn has_slot(&self, name: Symbol) -> bool {
+        if !self.slotted.get() {
+            return false;
+        }
+        let ancestors = self.ancestors.borrow();
+        self.has_own_slot(name) || ancestors.iter().any(|class| class.has_own_slot(name))
+    }
+
+    /// Whether `__slots__` of this class lists a name.
+    pub fn has_own_slot(&self, name: Symbol) -> bool {
+        let slots = self.slots.borrow();
+        slots.as_ref().is_some_and(|slots| slots.has(name))
     }
 
     /// Adds up to `count` of the names of its attributes and of those of its instances to a set, from number `from` on; whether

@@ -7,6 +7,7 @@ use std::mem::ManuallyDrop;
 use std::rc::Rc;
 
 use super::Value;
+use crate::eval::words::Words;
 
 /// Any object, seen by somebody who only counts.
 pub(crate) type Counted = Rc<u64>;
@@ -52,20 +53,30 @@ impl Value {
     /// Drops it: numbers and references that are not the last without a call.
     #[inline(always)]
     pub fn discard(self) {
+        if let Some(last) = self.last() {
+            drop_last(Words::of(last));
+        }
+    }
+
+    /// Drops it, unless its object goes with it: then it is given back.
+    #[inline(always)]
+    #[must_use = "the object is dropped only now"]
+    pub fn last(self) -> Option<Value> {
         let value = ManuallyDrop::new(self);
         if let Some(counted) = value.counted() {
             if Rc::strong_count(counted) == 1 {
-                return drop_last(ManuallyDrop::into_inner(value));
+                return Some(ManuallyDrop::into_inner(value));
             }
             // SAFETY: the value that owns this reference is not dropped; the object stays, since there are others.
             #[allow(unsafe_code)]
             drop(unsafe { std::ptr::read(counted) });
         }
+        None
     }
 }
 
 /// Drops a value together with its object.
 #[inline(never)]
-fn drop_last(value: Value) {
-    drop(value);
+fn drop_last(value: Words<Value>) {
+    drop(value.whole());
 }

@@ -10,6 +10,7 @@ mod variables;
 use std::cell::Cell;
 use std::rc::Rc;
 
+use super::values::Part as _;
 use super::{Held, Value, trash};
 use table::{AT_ONCE, EMPTY, SCAN_MAX, Table, place, slots_for};
 pub use table::{Entry, Found};
@@ -47,6 +48,15 @@ impl Dict {
         Dict::default()
     }
 
+    /// An empty dictionary with room for so many keys, if they are few.
+    pub fn with_room(keys: usize) -> Self {
+        let dict = Dict::default();
+        if keys > 0 {
+            dict.table.change(|table| table.make_room(keys));
+        }
+        dict
+    }
+
     /// Number of keys.
     #[inline]
     pub fn len(&self) -> usize {
@@ -77,11 +87,13 @@ impl Dict {
     /// The value of a key with its hash, if it is there; None if script code has to compare keys.
     #[inline]
     pub fn get_at_once(&self, hash: u64, key: &Value) -> Option<Option<Value>> {
-        let table = self.table.borrow();
+        // SAFETY: keys that need no code of a script are compared, and a value is copied; that changes nothing.
+        #[allow(unsafe_code)]
+        let table = unsafe { self.table.glimpse() }?;
         let found = table.find_at_once(hash, key).ok()?;
         Some(found.and_then(|index| match &table.entries[index].value {
             Value::Cell(variable) if table.of_variables() => {
-                Some(variable.value.get()).filter(|value| !value.is_unbound())
+                Some(variable.value.copied()).filter(|value| !value.is_unbound())
             }
             value => Some(value.clone()),
         }))
@@ -112,7 +124,9 @@ impl Dict {
     /// Whether a key with its hash is there, if no script code has to compare keys.
     #[inline]
     pub fn has_at_once(&self, hash: u64, key: &Value) -> Option<bool> {
-        let table = self.table.borrow();
+        // SAFETY: keys that need no code of a script are compared; that changes nothing.
+        #[allow(unsafe_code)]
+        let table = unsafe { self.table.glimpse() }?;
         match table.find_at_once(hash, key).ok()? {
             Some(_) if table.of_variables() => None,
             found => Some(found.is_some()),
@@ -550,9 +564,7 @@ fn new_slots<E>(
 }
 
 fn drop_entries(mut entries: Vec<Entry>) {
-    trash::leave(&mut entries, |entry| {
-        trash::tells(&entry.key) || trash::tells(&entry.value)
-    });
+    trash::leave(&mut entries, Entry::tells);
     let cell = Cell::new(entries);
     trash::dismantle_with(
         || drop(cell.take()),

@@ -15,7 +15,7 @@ pub struct ExceptionState {
     message: RefCell<Option<Box<str>>>,
     /// `__cause__`, or `Unbound`.
     pub cause: Held<Value>,
-    /// `__context__`, or `Unbound`.
+    /// `__context__`; `Unbound` until it is known, `None` if it is known that there is none.
     pub context: Held<Value>,
     /// `raise … from …` has been used.
     pub suppress_context: Cell<bool>,
@@ -123,9 +123,23 @@ impl ExceptionState {
         members.collect()
     }
 
-    /// Sets `__context__`, unless that would make a circle.
+    /// Sets `__context__`, unless it is known already.
     pub fn set_context(&self, own: &Rc<Instance>, context: &Rc<Instance>) {
-        if Rc::ptr_eq(own, context) || !self.context.borrow().is_unbound() {
+        if self.context.borrow().is_unbound() {
+            self.replace_context(own, context);
+        }
+    }
+
+    /// Says that there is no `__context__`, whatever is being handled where it passes, unless it is known already.
+    pub fn settle_context(&self) {
+        if self.context.borrow().is_unbound() {
+            self.context.put(Value::None);
+        }
+    }
+
+    /// Sets `__context__` anew, as `raise` does. No circle comes of it.
+    pub fn replace_context(&self, own: &Rc<Instance>, context: &Rc<Instance>) {
+        if Rc::ptr_eq(own, context) {
             return;
         }
         // Walk the chain that would hang below: if it holds this exception, the link is cut there (as CPython does).
@@ -136,7 +150,7 @@ impl ExceptionState {
                 break;
             };
             if Rc::ptr_eq(&next, own) {
-                state.context.put(Value::Unbound);
+                state.context.put(Value::None);
                 break;
             }
             at = next;

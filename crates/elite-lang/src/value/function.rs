@@ -87,6 +87,14 @@ pub struct BoundMethod {
     pub function: Value,
 }
 
+impl BoundMethod {
+    /// Whether it is a method of a builtin type, which is of another type in CPython than what a script has bound.
+    #[inline]
+    pub fn is_builtin(&self) -> bool {
+        matches!(&self.function, Value::Builtin(builtin) if builtin.owner.is_some())
+    }
+}
+
 impl Drop for BoundMethod {
     fn drop(&mut self) {
         trash::hand_over([&mut self.receiver, &mut self.function]);

@@ -8,6 +8,8 @@
 use std::cell::{Ref, RefCell};
 use std::ops::Deref;
 
+use super::Value;
+
 /// A cell that is never in use while script code runs.
 #[derive(Default)]
 pub struct Held<T>(RefCell<T>);
@@ -31,6 +33,18 @@ impl<T> Held<T> {
             value: self.0.borrow(),
             _open: Open::begin(),
         }
+    }
+
+    /// What it keeps, without keeping count of the look; None if it is being changed.
+    ///
+    /// # Safety
+    /// Until the reference is used for the last time nobody changes what the cell keeps: no script code runs, no value is
+    /// dropped, and `change`, `replace`, `put` and `take` are not called.
+    #[inline(always)]
+    #[allow(unsafe_code)]
+    pub(crate) unsafe fn glimpse(&self) -> Option<&T> {
+        // SAFETY: the caller's promise.
+        unsafe { self.0.try_borrow_unguarded() }.ok()
     }
 
     /// The same, unless it is being changed.
@@ -75,6 +89,16 @@ impl<T: Clone> Held<T> {
     #[inline(always)]
     pub fn get(&self) -> T {
         self.0.borrow().clone()
+    }
+}
+
+impl Held<Value> {
+    /// A copy of the value, without keeping count of the look; `Unbound` if it is being changed.
+    #[inline(always)]
+    pub fn copied(&self) -> Value {
+        // SAFETY: copying a value counts one reference more and does nothing else.
+        #[allow(unsafe_code)]
+        unsafe { self.glimpse() }.cloned().unwrap_or_default()
     }
 }
 

@@ -31,8 +31,19 @@ type Slots = SmallVec<[Value; 4]>;
 enum Attrs {
     /// By slot of the class's layout; short if the last ones were never set.
     Slots(Slots),
-    /// In a dictionary that scripts can see (`__dict__`).
-    Dict(Rc<Dict>),
+    /// In a dictionary that scripts can see (`__dict__`), and those of `__slots__` in one that they cannot.
+    Dict(Rc<Dict>, Option<Rc<Dict>>),
+}
+
+impl Attrs {
+    /// The dictionary that has or is to have an attribute; None if there is none, or none yet.
+    fn dict_with(&self, class: &Class, name: Symbol) -> Option<&Rc<Dict>> {
+        match self {
+            Attrs::Slots(_) => None,
+            Attrs::Dict(_, hidden) if class.has_slot(name) => hidden.as_ref(),
+            Attrs::Dict(dict, _) => Some(dict),
+        }
+    }
 }
 
 /// What an instance is beyond its attributes.
@@ -80,7 +91,10 @@ impl Instance {
         let attrs = self.attrs.replace(Attrs::Slots(Slots::new()));
         match attrs {
             Attrs::Slots(mut slots) => trash::dismantle_all(&mut slots),
-            Attrs::Dict(dict) => dict.clear(),
+            Attrs::Dict(dict, hidden) => {
+                dict.clear();
+                hidden.iter().for_each(|hidden| hidden.clear());
+            }
         }
         match &self.payload {
             Payload::Exception(state) => state.clear(),
@@ -94,7 +108,12 @@ impl Instance {
         if let Some(attrs) = self.attrs.try_borrow() {
             match &*attrs {
                 Attrs::Slots(slots) => slots.iter().for_each(&mut *each),
-                Attrs::Dict(dict) => each(&Value::Dict(dict.clone())),
+                Attrs::Dict(dict, hidden) => {
+                    each(&Value::Dict(dict.clone()));
+                    if let Some(hidden) = hidden {
+                        each(&Value::Dict(hidden.clone()));
+                    }
+                }
             }
         }
         match &self.payload {
@@ -137,12 +156,22 @@ impl Instance {
     /// Attribute in slot `slot`; None if not set or if the attributes are in a dictionary.
     #[inline(always)]
     pub fn slot(&self, slot: usize) -> Option<Value> {
-        match &*self.attrs.borrow() {
-            Attrs::Slots(slots) => match slots.get(slot) {
-                None | Some(Value::Unbound) => None,
-                Some(value) => Some(value.clone()),
-            },
-            Attrs::Dict(_) => None,
+        // SAFETY: the attribute is copied, which counts a reference and does nothing else.
+        #[allow(unsafe_code)]
+        unsafe { self.glimpse(slot) }.cloned()
+    }
+
+    /// Where the attribute in slot `slot` lies; None as in `slot`.
+    ///
+    /// # Safety
+    /// As `Held::glimpse`.
+    #[inline(always)]
+    #[allow(unsafe_code)]
+    pub(crate) unsafe fn glimpse(&self, slot: usize) -> Option<&Value> {
+        // SAFETY: the caller's promise.
+        match unsafe { self.attrs.glimpse() }? {
+            Attrs::Slots(slots) => slots.get(slot).filter(|value| !value.is_unbound()),
+            Attrs::Dict(..) => None,
         }
     }
 
@@ -154,29 +183,33 @@ impl Instance {
                 None | Some(Value::Unbound) => None,
                 Some(value) => Some(look(value)),
             },
-            Attrs::Dict(_) => None,
+            Attrs::Dict(..) => None,
         }
+    }
+
+    /// Puts a value into slot `slot`, if the instance has room for it already: the one that was there, or the new one back.
+    #[inline(always)]
+    pub fn replace_slot(&self, slot: usize, value: Value) -> Result<Value, Value> {
+        self.attrs.change(|attrs| match attrs {
+            Attrs::Slots(slots) => match slots.get_mut(slot) {
+                Some(place) => Ok(std::mem::replace(place, value)),
+                None => Err(value),
+            },
+            Attrs::Dict(..) => Err(value),
+        })
     }
 
     /// Sets the attribute in slot `slot`; false (and the value back) if the attributes are in a dictionary.
     #[inline(always)]
-    pub fn set_slot(&self, slot: usize, mut value: Value) -> Result<(), Value> {
-        let swapped = self.attrs.change(|attrs| match attrs {
-            Attrs::Slots(slots) => match slots.get_mut(slot) {
-                Some(place) => {
-                    std::mem::swap(place, &mut value);
-                    true
-                }
-                None => false,
-            },
-            Attrs::Dict(_) => false,
-        });
-        if swapped {
-            // Dropped only now: the old value's last reference may run script code.
-            value.discard();
-            return Ok(());
+    pub fn set_slot(&self, slot: usize, value: Value) -> Result<(), Value> {
+        match self.replace_slot(slot, value) {
+            Ok(old) => {
+                // Dropped only now: the old value's last reference may run script code.
+                old.discard();
+                Ok(())
+            }
+            Err(value) => self.add_slot(slot, value),
         }
-        self.add_slot(slot, value)
     }
 
     /// Sets a slot that the instance has no room for yet.
@@ -188,7 +221,7 @@ impl Instance {
                 slots.push(value);
                 Ok(())
             }
-            Attrs::Dict(_) => Err(value),
+            Attrs::Dict(..) => Err(value),
         })
     }
 
@@ -199,7 +232,9 @@ impl Instance {
                 let slot = self.class.slot(name)?;
                 slots.get(slot).cloned()
             }
-            Attrs::Dict(dict) => dict.get_str(&symbols.name(name)),
+            attrs => attrs
+                .dict_with(&self.class, name)?
+                .get_str(&symbols.name(name)),
         };
         value.filter(|value| !value.is_unbound())
     }
@@ -207,7 +242,7 @@ impl Instance {
     /// Sets the attribute `name` of the instance itself.
     pub fn set(&self, name: Symbol, value: Value, symbols: &super::symbol::Symbols) {
         // Slots are named; a dictionary has the text itself as its key.
-        let in_dict = matches!(&*self.attrs.borrow(), Attrs::Dict(_));
+        let in_dict = matches!(&*self.attrs.borrow(), Attrs::Dict(..));
         let slot = match in_dict {
             true => None,
             false => self.class.slot_for(name),
@@ -222,7 +257,18 @@ impl Instance {
             },
             None => value,
         };
-        self.dict(symbols).set_interned(symbols.value(name), value);
+        self.dict(symbols);
+        let dict = self.attrs.change(|attrs| {
+            if let Attrs::Dict(_, hidden @ None) = attrs
+                && self.class.has_slot(name)
+            {
+                *hidden = Some(Rc::new(Dict::new()));
+            }
+            attrs.dict_with(&self.class, name).cloned()
+        });
+        if let Some(dict) = dict {
+            dict.set_interned(symbols.value(name), value);
+        }
     }
 
     /// Deletes the attribute `name` of the instance itself; whether it was there.
@@ -233,7 +279,8 @@ impl Instance {
                 slot.and_then(|slot| slots.get_mut(slot))
                     .map(std::mem::take)
             }
-            Attrs::Dict(dict) => {
+            attrs => {
+                let dict = attrs.dict_with(&self.class, name)?;
                 let key = symbols.value(name);
                 let Value::Str(text) = &key else { return None };
                 match dict.find(text.hash(), &key) {
@@ -248,54 +295,64 @@ impl Instance {
     /// All attributes of the instance itself, in the order of their slots.
     pub fn entries(&self, symbols: &super::symbol::Symbols) -> Vec<(Value, Value)> {
         match &*self.attrs.borrow() {
-            Attrs::Slots(slots) => {
-                let layout = self.class.layout();
-                let named = layout
-                    .names()
-                    .iter()
-                    .zip(slots)
-                    .filter(|(_, value)| !value.is_unbound());
-                named
-                    .map(|(name, value)| (symbols.value(*name), value.clone()))
-                    .collect()
+            Attrs::Slots(_) => {
+                let named = self.named_slots(symbols).into_iter();
+                named.map(|(_, key, value)| (key, value)).collect()
             }
-            Attrs::Dict(dict) => dict
-                .entries()
-                .into_iter()
-                .map(|(_, key, value)| (key, value))
-                .collect(),
+            Attrs::Dict(dict, hidden) => {
+                let hidden = hidden.as_ref().map(|hidden| hidden.entries());
+                let entries = dict.entries().into_iter().chain(hidden.unwrap_or_default());
+                entries.map(|(_, key, value)| (key, value)).collect()
+            }
         }
     }
 
-    /// Replaces all attributes of the instance itself by those in a dictionary, live from now on.
-    pub fn set_dict(&self, dict: Rc<Dict>) {
-        self.in_dict.set(true);
-        let old = self.attrs.replace(Attrs::Dict(dict));
-        if let Attrs::Slots(mut slots) = old {
-            trash::dismantle_all(&mut slots);
-        }
+    /// Replaces all attributes of the instance itself but those of `__slots__` by those in a dictionary, live from now on.
+    pub fn set_dict(&self, dict: Rc<Dict>, symbols: &super::symbol::Symbols) {
+        self.dict(symbols);
+        let old = self.attrs.change(|attrs| match attrs {
+            Attrs::Dict(place, _) => Some(std::mem::replace(place, dict)),
+            Attrs::Slots(_) => None,
+        });
+        drop(old);
     }
 
     /// The dictionary its attributes are in, if they are in one.
     pub fn shown_dict(&self) -> Option<Rc<Dict>> {
         match &*self.attrs.borrow() {
             Attrs::Slots(_) => None,
-            Attrs::Dict(dict) => Some(dict.clone()),
+            Attrs::Dict(dict, _) => Some(dict.clone()),
         }
     }
 
     /// The attributes as a dictionary, live from now on (`__dict__`).
     pub fn dict(&self, symbols: &super::symbol::Symbols) -> Rc<Dict> {
-        if let Attrs::Dict(dict) = &*self.attrs.borrow() {
+        if let Attrs::Dict(dict, _) = &*self.attrs.borrow() {
             return dict.clone();
         }
-        let dict = Rc::new(Dict::new());
-        for (key, value) in self.entries(symbols) {
-            dict.set_interned(key, value);
+        let (dict, mut hidden) = (Rc::new(Dict::new()), None);
+        for (name, key, value) in self.named_slots(symbols) {
+            match self.class.has_slot(name) {
+                true => hidden.get_or_insert_with(|| Rc::new(Dict::new())),
+                false => &dict,
+            }
+            .set_interned(key, value);
         }
         self.in_dict.set(true);
-        self.attrs.put(Attrs::Dict(dict.clone()));
+        self.attrs.put(Attrs::Dict(dict.clone(), hidden));
         dict
+    }
+
+    /// The attributes that lie in slots, with their names.
+    fn named_slots(&self, symbols: &super::symbol::Symbols) -> Vec<(Symbol, Value, Value)> {
+        let Attrs::Slots(slots) = &*self.attrs.borrow() else {
+            return Vec::new();
+        };
+        let layout = self.class.layout();
+        let named = { layout.names().iter() }.zip(slots);
+        { named.filter(|(_, value)| !value.is_unbound()) }
+            .map(|(name, value)| (*name, symbols.value(*name), value.clone()))
+            .collect()
     }
 }
 

@@ -88,6 +88,15 @@ pub trait LibraryIterator {
     /// Gives the values it holds away; it is at its end then.
     fn clear(&self, _held: &mut Vec<Value>) {}
 
+    /// Another one that stands where this one stands, over what `each` makes of the values this one holds; None if it cannot be copied.
+    fn copied(
+        &self,
+        _ev: &Evaluator<'_>,
+        _each: &dyn Fn(&Value) -> R,
+    ) -> R<Option<Box<dyn LibraryIterator>>> {
+        Ok(None)
+    }
+
     /// Its `repr`, if it has one of its own.
     fn repr(&self, _ev: &Evaluator<'_>) -> R<Option<String>> {
         Ok(None)
@@ -119,6 +128,49 @@ impl NativeIter {
 }
 
 impl Iter {
+    /// Another iterator over the same characters, bytes, numbers, dictionary or set, which stands where this one stands; None for
+    /// other kinds.
+    pub fn twin(&self) -> Option<Iter> {
+        Some(match self {
+            Iter::Str { text, offset } => Iter::Str {
+                text: text.clone(),
+                offset: offset.clone(),
+            },
+            Iter::Bytes { bytes, index } => Iter::Bytes {
+                bytes: bytes.clone(),
+                index: index.clone(),
+            },
+            Iter::Range { next, step, left } => Iter::Range {
+                next: next.clone(),
+                step: *step,
+                left: left.clone(),
+            },
+            Iter::Dict {
+                dict,
+                kind,
+                position,
+                length,
+                reversed,
+            } => Iter::Dict {
+                dict: dict.clone(),
+                kind: *kind,
+                position: position.clone(),
+                length: length.clone(),
+                reversed: *reversed,
+            },
+            Iter::Set {
+                set,
+                position,
+                length,
+            } => Iter::Set {
+                set: set.clone(),
+                position: position.clone(),
+                length: length.clone(),
+            },
+            _ => return None,
+        })
+    }
+
     /// The name of its type.
     pub fn type_name(&self) -> Rc<str> {
         let name = match self {

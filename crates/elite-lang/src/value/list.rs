@@ -91,10 +91,23 @@ impl List {
         })
     }
 
+    /// The items, without keeping count of the look.
+    ///
+    /// # Safety
+    /// As `Held::glimpse`.
+    #[inline(always)]
+    #[allow(unsafe_code)]
+    pub(crate) unsafe fn glimpse(&self) -> &[Value] {
+        // SAFETY: the caller's promise.
+        unsafe { self.items.glimpse() }.map_or(&[], Vec::as_slice)
+    }
+
     /// Number of items.
     #[inline]
     pub fn len(&self) -> usize {
-        self.items.borrow().len()
+        // SAFETY: only the length is read.
+        #[allow(unsafe_code)]
+        unsafe { self.glimpse() }.len()
     }
 
     /// Whether there are no items.
@@ -105,13 +118,17 @@ impl List {
     /// Item `index`.
     #[inline]
     pub fn get(&self, index: usize) -> Option<Value> {
-        self.items.borrow().get(index).cloned()
+        // SAFETY: an item is copied, which counts a reference and does nothing else.
+        #[allow(unsafe_code)]
+        unsafe { self.glimpse() }.get(index).cloned()
     }
 
     /// The item that an index means, which counts from the end if it is negative.
     #[inline(always)]
     pub fn at(&self, index: i64) -> Option<Value> {
-        let items = self.items.borrow();
+        // SAFETY: an item is copied, which counts a reference and does nothing else.
+        #[allow(unsafe_code)]
+        let items = unsafe { self.glimpse() };
         items.get(place_of(index, items.len())?).cloned()
     }
 

@@ -266,6 +266,9 @@ impl Value {
 
     /// An integer of any size, in place if it fits.
     pub fn bigint(value: BigInt) -> Value {
+        if value.magnitude().iter_u64_digits().len() > 1 {
+            return Value::BigInt(Rc::new(value));
+        }
         match i64::try_from(&value) {
             Ok(small) => Value::Int(small),
             Err(_) => Value::BigInt(Rc::new(value)),
@@ -350,6 +353,7 @@ impl Value {
             }
             // Numbers have no identity of their own here; equal bits are the same object.
             (Value::Int(a), Value::Int(b)) => a == b,
+            (Value::BigInt(a), Value::BigInt(b)) => a == b,
             (Value::Float(a), Value::Float(b)) => a.to_bits() == b.to_bits(),
             _ => match (self.counted(), other.counted()) {
                 (Some(a), Some(b)) => self.kind() == other.kind() && Rc::ptr_eq(a, b),

@@ -6,6 +6,7 @@
 use std::cell::Cell;
 
 use super::dict::{Between, Found, SOME, Sought};
+use super::values::Part;
 use super::{Held, Value, trash};
 use crate::ops::hash::{Equal, quick_equal};
 
@@ -29,6 +30,17 @@ pub struct Set {
 struct Slot {
     hash: u64,
     key: Value,
+}
+
+impl Part for Slot {
+    fn tells(&self) -> bool {
+        self.key.tells()
+    }
+
+    #[inline(always)]
+    fn go(self) {
+        self.key.discard();
+    }
 }
 
 /// What stands for the hash where an element has been deleted.
@@ -458,7 +470,7 @@ impl Set {
             std::mem::replace(table, empty)
         });
         let mut slots = old.slots;
-        trash::leave(&mut slots, |slot| trash::tells(&slot.key));
+        trash::leave(&mut slots, Slot::tells);
         drop(slots);
     }
 
@@ -486,7 +498,7 @@ impl Set {
 impl Drop for Set {
     fn drop(&mut self) {
         let mut slots = std::mem::take(&mut self.table.get_mut().slots);
-        trash::leave(&mut slots, |slot| trash::tells(&slot.key));
+        trash::leave(&mut slots, Slot::tells);
         let cell = Cell::new(slots);
         trash::dismantle_with(
             || drop(cell.take()),

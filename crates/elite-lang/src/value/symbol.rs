@@ -58,7 +58,7 @@ NUMERATOR = "numerator", DENOMINATOR = "denominator", START = "start", STOP = "s
 FGET = "fget", FSET = "fset", FDEL = "fdel", DIR = "__dir__", KEY = "key", SEP = "sep", END = "end", FILE = "file", FLUSH = "flush", DEFAULT = "default",
 KEYS = "keys", METACLASS = "metaclass", STRICT = "strict",
 NOTES = "__notes__", THROW = "throw", SEND = "send",
-BYTES = "__bytes__", SLOTS = "__slots__", THISCLASS = "__thisclass__", KWDEFAULTS = "__kwdefaults__",
+BYTES = "__bytes__", SLOTS = "__slots__", WEAKREF = "__weakref__", OBJCLASS = "__objclass__", LENGTH_HINT = "__length_hint__", THISCLASS = "__thisclass__", KWDEFAULTS = "__kwdefaults__",
 CLASSCELL = "__classcell__", CLOSE = "close", MAIN = "__main__", }
 
 /// The table of names of one interpreter.
@@ -74,7 +74,12 @@ pub struct Symbols {
     /// The same as far as a sweep that is under way has found them in use.
     kept: Cell<usize>,
     due: Cell<usize>,
+    /// Names that were looked for lately, by the hash of their text; who asks here compares the text.
+    recent: [Cell<Symbol>; RECENT],
 }
+
+/// Names that are found again without asking the table.
+const RECENT: usize = 64;
 
 /// A sweep is not worth it for less.
 const LOOSE_MIN: usize = 2048;
@@ -156,6 +161,7 @@ impl Default for Symbols {
             loose: Cell::new(0),
             kept: Cell::new(0),
             due: Cell::new(LOOSE_MIN),
+            recent: [const { Cell::new(Symbol(0)) }; RECENT],
         };
         for (number, text) in KNOWN.iter().enumerate() {
             let symbol = symbols.intern(text);
@@ -262,6 +268,19 @@ impl Symbols {
     /// The symbol for `name`, if anything has ever been called that.
     pub fn find(&self, name: &str) -> Option<Symbol> {
         self.inner.borrow().find(name)
+    }
+
+    /// The same for a text whose hash is soon known.
+    pub fn find_text(&self, name: &Str) -> Option<Symbol> {
+        let recent = &self.recent[(name.hash() >> 32) as usize % RECENT];
+        let inner = self.inner.borrow();
+        let last = recent.get();
+        if *inner.names.get(last.0 as usize)?.text == *name.as_str() {
+            return Some(last);
+        }
+        let found = inner.find(name.as_str())?;
+        recent.set(found);
+        Some(found)
     }
 
     /// The text of a symbol.

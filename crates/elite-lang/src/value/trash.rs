@@ -8,6 +8,7 @@
 use std::cell::{Cell, RefCell};
 
 use super::Value;
+use super::values::Part;
 use crate::limits::memory;
 
 /// Levels that are dropped by plain recursion; deeper ones are put aside and dropped one after the other. So few that
@@ -113,18 +114,17 @@ const ROOM: usize = 4 << 20;
 
 struct Parts<T>(Vec<T>);
 
-impl<T> Rest for Parts<T> {
+impl<T: Part> Rest for Parts<T> {
     fn drop_some(&mut self) -> bool {
         let taken = memory::taken();
-        while !self.0.is_empty() {
-            let left = self.0.len().saturating_sub(FEW);
-            let enough = count(self.0.len() - left) >= PORTION;
-            self.0.truncate(left);
-            if taken - memory::taken() >= PORTION_BYTES {
-                count(PORTION);
+        while let Some(part) = self.0.pop() {
+            // Each may be a container of many, which has counted those.
+            part.go();
+            if count(1) >= PORTION {
                 break;
             }
-            if enough {
+            if self.0.len().is_multiple_of(FEW) && taken - memory::taken() >= PORTION_BYTES {
+                count(PORTION);
                 break;
             }
         }
@@ -147,7 +147,7 @@ pub fn put_off(on: bool) -> bool {
 /// Leaves the parts of a container to be dropped bit by bit, if they are many, or many have been dropped just now, and nobody
 /// could tell the difference: `tells` says which of them may end a generator, whose `finally` block must run at once (with very
 /// many parts it has to wait, too).
-pub fn leave<T: 'static>(parts: &mut Vec<T>, tells: impl Fn(&T) -> bool) {
+pub fn leave<T: Part>(parts: &mut Vec<T>, tells: impl Fn(&T) -> bool) {
     if !PUTS_OFF.with(Cell::get) {
         return;
     }
@@ -340,9 +340,26 @@ pub fn dismantle(values: &mut Vec<Value>) {
     if values.iter().any(nests) {
         let values = Cell::new(std::mem::take(values));
         dismantle_with(
-            || drop(values.take()),
+            || drop_all(values.take()),
             |deferred| deferred.append(&mut values.take()),
         );
+    } else if values.len() >= FEW {
+        // Most of many are numbers, or have others who refer to them.
+        values.drain(..).for_each(Value::discard);
+    }
+}
+
+/// Drops values, and leaves the rest of them once they have come to many with all they hold. So what lay side by side goes side by
+/// side, and the system gets it back in few pieces.
+fn drop_all(mut values: Vec<Value>) {
+    if values.len() < FEW || !PUTS_OFF.with(Cell::get) || values.iter().any(tells) {
+        return;
+    }
+    while let Some(value) = values.pop() {
+        drop(value);
+        if count(0) >= PORTION && !values.is_empty() {
+            return put_aside(Parts(values));
+        }
     }
 }
 
@@ -414,7 +431,9 @@ fn drop_deferred() {
         let Ok(Some(value)) = DEFERRED.try_with(|deferred| deferred.borrow_mut().pop()) else {
             return;
         };
-        let _ = DROPPED.try_with(|dropped| dropped.set(dropped.get() + 1));
+        // Each takes as many others with it, as deep as they may be dropped.
+        let _ = DROPPED.try_with(|dropped| dropped.set(dropped.get() + DEPTH_MAX as usize));
+        count(DEPTH_MAX as usize);
         drop(value);
     }
 }

@@ -12,6 +12,12 @@ pub trait Part: Sized + 'static {
     /// Whether dropping it may run code of the script.
     fn tells(&self) -> bool;
 
+    /// Drops it.
+    #[inline(always)]
+    fn go(self) {
+        drop(self);
+    }
+
     /// Drops many of them, or leaves them to be dropped bit by bit.
     fn drop_all(parts: &mut Vec<Self>) {
         trash::leave(parts, Self::tells);
@@ -22,6 +28,11 @@ pub trait Part: Sized + 'static {
 impl Part for Value {
     fn tells(&self) -> bool {
         trash::tells(self)
+    }
+
+    #[inline(always)]
+    fn go(self) {
+        self.discard();
     }
 
     #[inline]

@@ -24,7 +24,13 @@ pub(super) fn install(core: &Rc<Core>) {
         core,
         &types.bytes,
         "source? encoding? errors?",
-        |ev, args| data(ev, args, "bytes").map(|data| Value::Bytes(Rc::new(Bytes::new(data)))),
+        |ev, args| {
+            let is_object = args[1].is_unbound() && args[2].is_unbound();
+            if is_object && let Some(made) = own_bytes(ev, &args[0])? {
+                return Ok(made);
+            }
+            data(ev, args, "bytes").map(|data| Value::Bytes(Rc::new(Bytes::new(data))))
+        },
     );
     constructor(
         core,
@@ -41,10 +47,12 @@ pub(super) fn install(core: &Rc<Core>) {
         );
     }
     class_method(core, &types.bytes, "fromhex", "string /", |ev, args| {
-        from_hex(ev, &args[1]).map(|data| Value::Bytes(Rc::new(Bytes::new(data))))
+        let data = from_hex(ev, &args[1])?;
+        ev.of_class(&args[0], Value::Bytes(Rc::new(Bytes::new(data))))
     });
     class_method(core, &types.bytearray, "fromhex", "string /", |ev, args| {
-        from_hex(ev, &args[1]).map(bytearray)
+        let data = from_hex(ev, &args[1])?;
+        ev.of_class(&args[0], bytearray(data))
     });
     install_mutable(core, &types.bytearray);
 }
@@ -53,62 +61,86 @@ fn bytearray(data: Vec<u8>) -> Value {
     Value::ByteArray(Rc::new(ByteArray::new(data)))
 }
 
+/// What the constructors make of their arguments.
 fn data(ev: &Evaluator<'_>, args: &[Value], type_name: &str) -> R<Vec<u8>> {
-    let Some(source) = args[0].given() else {
+    ev.check_codec_arguments(type_name, &args[1], &args[2])?;
+    let source = args[0].given();
+    let text = source.map(|source| ev.plain(source));
+    if let Some(Value::Str(text)) = text {
+        if args[1].is_unbound() {
+            return Err(ev.type_error("string argument without an encoding"));
+        }
+        return ev.encode(&text, &args[1], &args[2]);
+    }
+    if args[1].given().is_some() {
+        return Err(ev.type_error("encoding without a string argument"));
+    }
+    if args[2].given().is_some() {
+        return Err(ev.type_error("errors without a string argument"));
+    }
+    let Some(source) = source else {
         return Ok(Vec::new());
     };
-    if !matches!(ev.plain(source), Value::Str(_)) {
-        if args[1].given().is_some() {
-            return Err(ev.type_error("encoding without a string argument"));
-        }
-        if args[2].given().is_some() {
-            return Err(ev.type_error("errors without a string argument"));
-        }
+    let has_bytes = matches!(source, Value::Instance(instance)
+        if type_name == "bytes" && instance.class.lookup(known::BYTES).is_some());
+    if has_bytes || !ev.has_index(source) {
+        return of_object(ev, source, type_name);
     }
-    match ev.plain(source) {
-        Value::Instance(instance) if instance.class.lookup(known::BYTES).is_some() => {
-            let made = ev
-                .special(source, known::BYTES, &mut [])?
-                .unwrap_or_default();
-            let made = ev.bytes_like(&made).ok_or_else(|| {
-                let name = ev.core.types.name_of(&made);
-                ev.type_error(format!("__bytes__ returned non-bytes (type {name})"))
-            })?;
-            ev.copied_bytes(&made)
+    let count = match ev.index(source) {
+        // An object whose `__index__` refuses may still have items.
+        Err(raised) if ev.is_kind(&raised, ExceptionKind::TypeError) => {
+            return of_object(ev, source, type_name);
         }
-        Value::Instance(instance) if instance.class.lookup(known::INDEX).is_some() => {
-            let count = ev.index(source)?;
-            let count = usize::try_from(count).map_err(|_| ev.value_error("negative count"))?;
-            ev.check_allocation(count)?;
-            Ok(vec![0; count])
-        }
-        Value::Bool(flag) => Ok(vec![0; usize::from(flag)]),
-        Value::Str(text) => {
-            if args[1].is_unbound() {
-                return Err(ev.type_error("string argument without an encoding"));
-            }
-            ev.encode(&text, &args[1], &args[2])
-        }
-        Value::Int(count) => {
-            let count = usize::try_from(count).map_err(|_| ev.value_error("negative count"))?;
-            ev.check_allocation(count)?;
-            Ok(vec![0; count])
-        }
-        other => match ev.bytes_like(&other) {
-            Some(data) => ev.copied_bytes(&data),
-            None if ev.iter(source).is_err() => {
-                let name = ev.core.types.name_of(source);
-                Err(ev.type_error(format!("cannot convert '{name}' object to {type_name}")))
-            }
-            None => {
-                let error =
-                    || ev.value_error(format!("{} must be in range(0, 256)", byte_word(type_name)));
-                ev.collect_as(source, |item| {
-                    u8::try_from(ev.index(item)?).map_err(|_| error())
-                })
-            }
-        },
+        count => usize::try_from(count?),
+    };
+    let count = count.map_err(|_| ev.value_error("negative count"))?;
+    ev.check_allocation(count)?;
+    Ok(vec![0; count])
+}
+
+/// What the `__bytes__` of an object gives, which may be of a class derived from `bytes`.
+fn own_bytes(ev: &Evaluator<'_>, source: &Value) -> R<Option<Value>> {
+    let Value::Instance(_) = source else {
+        return Ok(None);
+    };
+    let Some(made) = ev.special(source, known::BYTES, &mut [])? else {
+        return Ok(None);
+    };
+    if let Value::Bytes(_) = ev.plain(&made) {
+        return Ok(Some(made));
     }
+    let name = ev.core.types.name_of(&made);
+    Err(ev.type_error(format!("__bytes__ returned non-bytes (type {name})")))
+}
+
+/// The bytes of an object that is no text: its own, or those that it has as items.
+pub fn of_object(ev: &Evaluator<'_>, source: &Value, type_name: &str) -> R<Vec<u8>> {
+    if type_name == "bytes"
+        && let Some(made) = own_bytes(ev, source)?
+        && let Some(data) = ev.bytes_like(&made)
+    {
+        return ev.copied_bytes(&data);
+    }
+    if let Some(data) = ev.bytes_like(source) {
+        return ev.copied_bytes(&data);
+    }
+    let refusal = || {
+        let name = ev.core.types.name_of(source);
+        format!("cannot convert '{name}' object to {type_name}")
+    };
+    if let Value::Str(_) = ev.plain(source) {
+        return Err(ev.type_error(refusal()));
+    }
+    let items = ev.iter_or(source, refusal)?;
+    if type_name == "bytes" {
+        ev.ask_length(source)?;
+    }
+    ev.collect_as(&items, |item| {
+        let byte = u8::try_from(ev.index(item)?);
+        byte.map_err(|_| {
+            ev.value_error(format!("{} must be in range(0, 256)", byte_word(type_name)))
+        })
+    })
 }
 
 fn byte_word(type_name: &str) -> &'static str {
@@ -272,11 +304,21 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
             ("extend", "iterable /", |ev, args| {
                 let more = match ev.bytes_like(&args[1]) {
                     Some(more) => more,
-                    None if ev.iter(&args[1]).is_err() => {
-                        let name = ev.core.types.name_of(&args[1]);
-                        return Err(ev.type_error(format!("can't extend bytearray with {name}")));
+                    None => {
+                        let items = ev.iter_or(&args[1], || {
+                            let name = ev.core.types.name_of(&args[1]);
+                            format!("can't extend bytearray with {name}")
+                        })?;
+                        // CPython makes room for as many as there will be, so the object is asked how many.
+                        if let Value::Instance(instance) = &args[1]
+                            && instance.class.lookup(known::LEN).is_some()
+                            && let Err(raised) = ev.len(&args[1])
+                            && !ev.is_kind(&raised, ExceptionKind::TypeError)
+                        {
+                            return Err(raised);
+                        }
+                        Data::Snapshot(Rc::new(ev.collect_bytes(&items)?))
                     }
-                    None => Data::Snapshot(Rc::new(ev.collect_bytes(&args[1])?)),
                 };
                 let bytes = mutable(ev, &args[0])?;
                 ev.extend_bytes(&bytes, more)?;
@@ -284,7 +326,7 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
             }),
             ("insert", "index item /", |ev, args| {
                 let bytes = mutable(ev, &args[0])?;
-                let index = ev.clamped_index(&args[1])?;
+                let index = ev.index(&args[1])?;
                 let byte = ev.byte(&args[2])?;
                 let place = |length| super::insertion_place(index, length);
                 let here = |length| Some(place(length)..place(length));
@@ -403,6 +445,7 @@ fn from_text(ev: &Evaluator<'_>, receiver: &Value, value: Value) -> R {
 /// The method of `str` with this name, on bytes read as Latin-1.
 fn by_text(ev: &Evaluator<'_>, args: &mut [Value], name: &str) -> R {
     settle(ev, args, name)?;
+    check_fill(ev, args, name)?;
     let method = ev
         .core
         .types
@@ -424,32 +467,48 @@ fn by_text(ev: &Evaluator<'_>, args: &mut [Value], name: &str) -> R {
             return Err(ev.type_error(text));
         }
     }
+    if let ("replace", Some(count)) = (name, args.get(3).and_then(Value::given)) {
+        args[3] = Value::Int(ev.index(count)?);
+    }
     let given = args.iter().take_while(|arg| !arg.is_unbound());
     let texts: R<Vec<Value>> = given.map(|arg| to_text(ev, arg)).collect();
     let result = ev.call(&method, &mut texts?, &[])?;
     from_text(ev, &args[0], result)
 }
 
-/// Asks the objects among the arguments that stand for integers, each once and before the bytes are looked at.
+/// Asks the arguments that are numbers, each once and before the bytes are looked at.
 fn settle(ev: &Evaluator<'_>, args: &mut [Value], name: &str) -> R<()> {
-    let places: &[usize] = match name {
-        "find" | "rfind" | "index" | "rindex" | "count" => &[2, 3, 1],
-        "startswith" | "endswith" => &[2, 3],
-        "center" | "ljust" | "rjust" | "zfill" | "expandtabs" => &[1],
-        "split" | "rsplit" => &[2],
-        "replace" => &[3],
-        _ => &[],
+    let place = match name {
+        "center" | "ljust" | "rjust" | "zfill" | "expandtabs" => 1,
+        "split" | "rsplit" => 2,
+        _ => return Ok(()),
     };
-    for place in places {
-        if let Some(arg) = args.get_mut(*place)
-            && matches!(arg, Value::Instance(_))
-            && ev.bytes_like(arg).is_none()
-            && ev.has_index(arg)
-        {
-            *arg = ev.to_int(arg)?.into_value();
-        }
+    if let Some(arg) = args.get_mut(place)
+        && !arg.is_unbound()
+    {
+        *arg = Value::Int(match name {
+            "expandtabs" => i64::from(ev.c_int(arg)?),
+            _ => ev.index(arg)?,
+        });
     }
     Ok(())
+}
+
+/// Refuses what is no single byte to fill up with.
+fn check_fill(ev: &Evaluator<'_>, args: &[Value], name: &str) -> R<()> {
+    let ("center" | "ljust" | "rjust", Some(fill)) = (name, args.get(2).and_then(Value::given))
+    else {
+        return Ok(());
+    };
+    match ev.bytes_like(fill) {
+        Some(data) if data.len() == 1 => Ok(()),
+        _ => {
+            let given = ev.core.types.name_of_argument(fill);
+            Err(ev.type_error(format!(
+                "{name}() argument 2 must be a byte string of length 1, not {given}"
+            )))
+        }
+    }
 }
 
 fn strip(ev: &Evaluator<'_>, args: &mut [Value], name: &str) -> R {
@@ -505,13 +564,12 @@ fn split(ev: &Evaluator<'_>, args: &mut [Value], name: &str) -> R {
 fn join(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let separator = receiver(ev, &args[0])?;
     let mut out = Vec::new();
-    let items = ev.collect(&args[1]).map_err(|raised| {
-        let is_plain = !matches!(args[1], Value::Instance(_) | Value::Generator(_));
-        match is_plain && ev.is_kind(&raised, ExceptionKind::TypeError) {
-            true => ev.type_error("can only join an iterable"),
-            false => raised,
-        }
-    })?;
+    let message = || "can only join an iterable".to_owned();
+    let items = match &args[1] {
+        // An object of a script is asked for its iterator, but not for its length.
+        object @ Value::Instance(_) => ev.drain(&ev.iter_or(object, message)?)?,
+        other => ev.collect_or(other, message)?,
+    };
     for (index, item) in items.iter().enumerate() {
         let Some(data) = ev.bytes_like(item) else {
             let name = ev.core.types.name_of(item);
@@ -588,7 +646,7 @@ fn maketrans(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 }
 
 fn splitlines(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let keep = args[1].given().map_or(Ok(0), |value| ev.index(value))? != 0;
+    let keep = args[1].given().map_or(Ok(0), |value| ev.c_int(value))? != 0;
     let data = receiver(ev, &args[0])?;
     let is_end = |byte: &u8| matches!(byte, b'\n' | b'\r');
     let mut lines = Values::default();
@@ -666,6 +724,7 @@ fn push_hex(ev: &Evaluator<'_>, data: &[u8], out: &mut String) -> R<()> {
 }
 
 fn hex(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let group = args[2].given().map_or(Ok(1), |value| ev.c_int(value))?;
     let data = receiver(ev, &args[0])?;
     let mut out = String::new();
     let Some(separator) = args[1].given() else {
@@ -673,21 +732,18 @@ fn hex(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         push_hex(ev, &data, &mut out)?;
         return ev.string(out);
     };
-    let separator = match (ev.plain(separator), ev.bytes_like(separator)) {
-        (Value::Str(text), _) if text.len() == 1 => text.as_str().to_owned(),
-        (Value::Str(_), _) => return Err(ev.value_error("sep must be length 1.")),
-        (_, Some(data)) if data.len() == 1 => char::from(data[0]).to_string(),
-        (_, Some(_)) => return Err(ev.value_error("sep must be length 1.")),
-        (other, None) => {
-            // CPython asks for its length first.
-            ev.len(&other)?;
-            return Err(ev.type_error("sep must be str or bytes."));
-        }
+    // Its length is asked before its type.
+    if ev.len(separator)? != 1 {
+        return Err(ev.value_error("sep must be length 1."));
+    }
+    let separator = match ev.plain(separator) {
+        Value::Str(text) => text.as_str().to_owned(),
+        Value::Bytes(data) => ev.of_latin1(data.data())?,
+        _ => return Err(ev.type_error("sep must be str or bytes.")),
     };
     if !separator.is_ascii() {
         return Err(ev.value_error("sep must be ASCII."));
     }
-    let group = args[2].given().map_or(Ok(1), |value| ev.index(value))?;
     if group == 0 {
         ev.grow(&mut out, data.len() * 2)?;
         push_hex(ev, &data, &mut out)?;
@@ -712,7 +768,7 @@ fn hex(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 
 fn from_hex(ev: &Evaluator<'_>, text: &Value) -> R<Vec<u8>> {
     let Value::Str(text) = ev.plain(text) else {
-        let name = ev.core.types.name_of(text);
+        let name = ev.core.types.name_of_argument(text);
         return Err(ev.type_error(format!("fromhex() argument must be str, not {name}")));
     };
     let mut out = Vec::new();

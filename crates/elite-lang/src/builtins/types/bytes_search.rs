@@ -9,7 +9,6 @@ use crate::eval::Evaluator;
 use crate::eval::bulk::EACH;
 use crate::ops::search::Occurrences;
 use crate::value::bytes::Data;
-use crate::value::int::Int;
 use crate::value::{R, Value};
 
 /// Which end of the bytes a search looks at.
@@ -64,9 +63,9 @@ pub fn count(ev: &Evaluator<'_>, args: &[Value]) -> R {
 /// `startswith` and `endswith`
 pub fn affix(ev: &Evaluator<'_>, args: &[Value], side: Side) -> R {
     let bounds = Bounds::read(ev, &args[2], &args[3])?;
-    let parts = match &args[1] {
+    let parts = match &ev.plain(&args[1]) {
         Value::Tuple(parts) => parts.items().iter().map(|part| ev.bytes(part)).collect(),
-        one => match ev.bytes_like(one) {
+        _ => match ev.bytes_like(&args[1]) {
             Some(part) => Ok(vec![part]),
             None => {
                 let name = if side == Side::Left {
@@ -74,7 +73,7 @@ pub fn affix(ev: &Evaluator<'_>, args: &[Value], side: Side) -> R {
                 } else {
                     "endswith"
                 };
-                let given = ev.core.types.name_of(one);
+                let given = ev.core.types.name_of(&args[1]);
                 Err(ev.type_error(format!(
                     "{name} first arg must be bytes or a tuple of bytes, not {given}"
                 )))
@@ -105,7 +104,7 @@ pub fn affix(ev: &Evaluator<'_>, args: &[Value], side: Side) -> R {
 
 /// What is searched for: bytes, or the number of one.
 fn part(ev: &Evaluator<'_>, value: &Value) -> R<Data> {
-    if Int::of(value).is_some() {
+    if ev.bytes_like(value).is_none() && ev.has_index(value) {
         return Ok(Data::Snapshot(Rc::new(vec![ev.byte(value)?])));
     }
     ev.bytes_like(value).ok_or_else(|| {

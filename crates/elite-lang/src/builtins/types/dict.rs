@@ -76,8 +76,11 @@ pub(super) fn install(core: &Rc<Core>) {
         "fromkeys",
         "iterable value? /",
         |ev, args| {
-            let dict = Dict::new();
             let value = args[2].given().cloned().unwrap_or(Value::None);
+            if !args[0].is(&Value::Class(ev.core.types.dict.clone())) {
+                return derived_from_keys(ev, args, &value);
+            }
+            let dict = Dict::new();
             // Hashes that are known are not asked for again.
             let hashed: Values<(u64, Value)> = match &args[1] {
                 Value::Dict(other) => {
@@ -210,4 +213,14 @@ fn popitem(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     };
     let (key, value) = ev.dict_take(&dict, index)?;
     Ok(Value::pair(key, value))
+}
+
+/// `fromkeys` of a class derived from `dict`: the class makes the object, and that takes the items one by one.
+fn derived_from_keys(ev: &Evaluator<'_>, args: &[Value], value: &Value) -> R {
+    let made = ev.call(&args[0], &mut [], &[])?;
+    let iterator = ev.iter(&args[1])?;
+    while let Some(key) = ev.step(&iterator)? {
+        ev.set_item(&made, &key, value.clone())?;
+    }
+    Ok(made)
 }

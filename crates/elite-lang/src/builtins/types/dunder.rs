@@ -51,6 +51,7 @@ fn compare(ev: &Evaluator<'_>, op: CompareOp, a: &Value, b: &Value) -> R {
     let (a, b) = (ev.plain(a), ev.plain(b));
     if rank(&a) == 0 && matches!(b, Value::Float(_) | Value::Complex(_))
         || rank(&a) == 1 && rank(&b) == 2
+        || matches!((&a, &b), (Value::Bytes(_), Value::ByteArray(_)))
     {
         return Ok(Value::NotImplemented);
     }
@@ -60,6 +61,22 @@ fn compare(ev: &Evaluator<'_>, op: CompareOp, a: &Value, b: &Value) -> R {
     Ok(or_not_implemented(
         ev.builtin_compare(op, &a, &b)?.map(Value::Bool),
     ))
+}
+
+/// `receiver + other` or `receiver * other` of a sequence, which leaves nothing to `other`.
+fn joined(ev: &Evaluator<'_>, op: BinaryOp, a: &Value, b: &Value) -> R {
+    let a = ev.plain(a);
+    let made = match op {
+        BinaryOp::Mul => ev.builtin_binary(op, &a, b),
+        _ => ev.builtin_binary(op, &a, &ev.plain(b)),
+    };
+    if let Some(made) = made? {
+        return Ok(made);
+    }
+    if op == BinaryOp::Mul {
+        ev.index(b)?;
+    }
+    Err(ev.unsupported(op, &a, b, "+"))
 }
 
 macro_rules! binary_methods {
@@ -84,7 +101,15 @@ macro_rules! in_place_methods {
     ($($name:literal = $op:ident;)*) => {
         &[$(($name, "other /", |ev, args| {
             let target = ev.plain(&args[0]);
-            let done = ev.builtin_in_place(BinaryOp::$op, &target, &ev.plain(&args[1]))?;
+            // What a sequence takes item by item is asked as what it is.
+            let other = match target {
+                Value::List(_) | Value::ByteArray(_) => args[1].clone(),
+                _ => ev.plain(&args[1]),
+            };
+            let done = ev.builtin_in_place(BinaryOp::$op, &target, &other)?;
+            if done.is_none() && matches!(target, Value::List(_) | Value::ByteArray(_)) {
+                return joined(ev, BinaryOp::$op, &target, &args[1]);
+            }
             Ok(if done.is_some() { args[0].clone() } else { Value::NotImplemented })
         }),)*]
     };
@@ -124,27 +149,14 @@ const TEXT: List = &[
     }),
     ("__format__", "spec /", |ev, args| {
         let mut out = String::new();
+        super::check_spec(ev, &args[1])?;
         let spec = ev.str(&args[1])?;
         if spec.is_empty() {
-            return ev.string(ev.str(&args[0])?);
+            return ev.str_value(&args[0]);
         }
         let plain = ev.plain(&args[0]);
-        let takes_spec = matches!(
-            plain,
-            Value::Bool(_)
-                | Value::Int(_)
-                | Value::BigInt(_)
-                | Value::Float(_)
-                | Value::Complex(_)
-                | Value::Str(_)
-        );
-        if !takes_spec {
-            let name = ev.core.types.name_of(&args[0]);
-            return Err(ev.type_error(format!(
-                "unsupported format string passed to {name}.__format__"
-            )));
-        }
-        ev.format_into(&plain, &spec, &mut out)?;
+        let name = ev.core.types.name_of(&args[0]);
+        ev.format_by_spec(&plain, &spec, &name, &mut out)?;
         ev.string(out)
     }),
 ];
@@ -152,13 +164,74 @@ const TEXT: List = &[
 const NUMBERS: List = number_methods! {
     "__add__" = Add, "__radd__"; "__sub__" = Sub, "__rsub__"; "__mul__" = Mul, "__rmul__";
     "__truediv__" = Div, "__rtruediv__"; "__floordiv__" = FloorDiv, "__rfloordiv__"; "__mod__" = Mod, "__rmod__";
-    "__pow__" = Pow, "__rpow__";
 };
+
+const POWERS: List = &[
+    ("__pow__", "other modulus? /", |ev, args| {
+        power(ev, args, false)
+    }),
+    ("__rpow__", "other modulus? /", |ev, args| {
+        power(ev, args, true)
+    }),
+];
+
+/// `receiver.__pow__(other, modulus)`
+fn power(ev: &Evaluator<'_>, args: &[Value], reflected: bool) -> R {
+    let Some(modulus) = args[2].given().filter(|modulus| !modulus.is_none()) else {
+        return number(ev, BinaryOp::Pow, args, reflected);
+    };
+    let (receiver, other) = (ev.plain(&args[0]), ev.plain(&args[1]));
+    let modulus = ev.plain(modulus);
+    match rank(&receiver) {
+        0 if rank(&other) > 0 || rank(&modulus) > 0 => return Ok(Value::NotImplemented),
+        2 if rank(&other) > 2 => return Ok(Value::NotImplemented),
+        2 => return Err(ev.value_error("complex modulo")),
+        _ => {}
+    }
+    let mut given = match reflected {
+        true => [other, receiver, modulus],
+        false => [receiver, other, modulus],
+    };
+    crate::builtins::numbers::pow(ev, &mut given)
+}
 
 const BITS: List = number_methods! {
     "__and__" = BitAnd, "__rand__"; "__or__" = BitOr, "__ror__"; "__xor__" = BitXor, "__rxor__";
+};
+
+const SHIFTS: List = number_methods! {
     "__lshift__" = Shl, "__rlshift__"; "__rshift__" = Shr, "__rrshift__";
 };
+
+macro_rules! integer_bits {
+    ($($name:literal = $op:ident, $reflected:literal;)*) => {
+        &[$(
+            ($name, "other /", |ev, args| integer_bits(ev, BinaryOp::$op, args, false)),
+            ($reflected, "other /", |ev, args| integer_bits(ev, BinaryOp::$op, args, true)),
+        )*]
+    };
+}
+
+const INTEGER_BITS: List = integer_bits! {
+    "__and__" = BitAnd, "__rand__"; "__or__" = BitOr, "__ror__"; "__xor__" = BitXor, "__rxor__";
+};
+
+/// As `number`, of integers: two truth values give a number here.
+fn integer_bits(ev: &Evaluator<'_>, op: BinaryOp, args: &[Value], reflected: bool) -> R {
+    Ok(match number(ev, op, args, reflected)? {
+        Value::Bool(flag) => Value::Int(i64::from(flag)),
+        other => other,
+    })
+}
+
+/// For types whose text is neither that of any object nor made elsewhere.
+const OWN_TEXT: List = &[("__repr__", "", |ev, args| {
+    ev.string(match &args[0] {
+        Value::Instance(_) => ev.natural_repr(&args[0])?,
+        Value::Class(_) => ev.object_repr(&args[0])?,
+        other => ev.repr(other)?,
+    })
+})];
 
 const CONVERSIONS: List = &[
     ("__int__", "", |ev, args| ev.int_of(&ev.plain(&args[0]))),
@@ -190,6 +263,10 @@ const CONVERSIONS: List = &[
             .get(ev.core.symbols.intern("round"))
             .unwrap_or_default();
         let mut given = vec![ev.plain(&args[0])];
+        if !matches!(given[0], Value::Float(_)) && args[1].given().is_some() {
+            // Only `round` itself takes None of an integer.
+            ev.to_int(&args[1])?;
+        }
         given.extend(args[1].given().cloned());
         ev.call(&round, &mut given, &[])
     }),
@@ -198,6 +275,9 @@ const CONVERSIONS: List = &[
 const DIVMOD: List = &[
     ("__divmod__", "other /", |ev, args| {
         let (a, b) = (ev.plain(&args[0]), ev.plain(&args[1]));
+        if rank(&b) > rank(&a) {
+            return Ok(Value::NotImplemented);
+        }
         let pair = ev.number_divmod(&a, &b)?;
         Ok(or_not_implemented(
             pair.map(|(q, r)| Value::tuple(vec![q, r])),
@@ -205,6 +285,9 @@ const DIVMOD: List = &[
     }),
     ("__rdivmod__", "other /", |ev, args| {
         let (a, b) = (ev.plain(&args[1]), ev.plain(&args[0]));
+        if rank(&a) > rank(&b) {
+            return Ok(Value::NotImplemented);
+        }
         let pair = ev.number_divmod(&a, &b)?;
         Ok(or_not_implemented(
             pair.map(|(q, r)| Value::tuple(vec![q, r])),
@@ -260,19 +343,42 @@ const SETITEM: List = &[
     }),
 ];
 
-const SEQUENCE: List = binary_methods! {
-    "__add__" = Add, "__radd__"; "__mul__" = Mul, "__rmul__";
-};
+const SEQUENCE: List = &[
+    ("__add__", "other /", |ev, args| {
+        joined(ev, BinaryOp::Add, &args[0], &args[1])
+    }),
+    ("__radd__", "other /", |ev, args| {
+        binary(ev, BinaryOp::Add, &args[1], &args[0])
+    }),
+    ("__mul__", "other /", |ev, args| {
+        joined(ev, BinaryOp::Mul, &args[0], &args[1])
+    }),
+    ("__rmul__", "other /", |ev, args| {
+        joined(ev, BinaryOp::Mul, &args[0], &args[1])
+    }),
+];
 
 const MODULO: List = &[
     ("__mod__", "other /", |ev, args| {
         // The argument keeps its class: its `__str__` counts.
         let format = ev.plain(&args[0]);
-        ev.builtin_binary(BinaryOp::Mod, &format, &args[1])
-            .map(or_not_implemented)
+        let made = ev.builtin_binary(BinaryOp::Mod, &format, &args[1])?;
+        Ok(match (&made, &format) {
+            // Nothing to fill in: the format is its own result.
+            (Some(Value::Str(text)), Value::Str(format))
+                if !text.is_empty() && text.as_str() == format.as_str() =>
+            {
+                args[0].clone()
+            }
+            _ => or_not_implemented(made),
+        })
     }),
     ("__rmod__", "other /", |ev, args| {
-        binary(ev, BinaryOp::Mod, &args[1], &args[0])
+        let (format, own) = (ev.plain(&args[1]), ev.plain(&args[0]));
+        match std::mem::discriminant(&format) == std::mem::discriminant(&own) {
+            true => binary(ev, BinaryOp::Mod, &format, &own),
+            false => Ok(Value::NotImplemented),
+        }
     }),
 ];
 
@@ -282,7 +388,7 @@ const ALGEBRA: List = binary_methods! {
 };
 
 const DICT_IN_PLACE: List = in_place_methods! { "__ior__" = BitOr; };
-const LIST_IN_PLACE: List = in_place_methods! { "__iadd__" = Add; "__imul__" = Mul; };
+const SEQUENCE_IN_PLACE: List = in_place_methods! { "__iadd__" = Add; "__imul__" = Mul; };
 const SET_IN_PLACE: List = in_place_methods! {
     "__iand__" = BitAnd; "__ior__" = BitOr; "__ixor__" = BitXor; "__isub__" = Sub;
 };
@@ -314,19 +420,33 @@ pub(super) fn install(core: &Rc<Core>) {
             HASH,
             TEXT,
             NUMBERS,
+            POWERS,
             DIVMOD,
-            BITS,
+            INTEGER_BITS,
+            SHIFTS,
             CONVERSIONS,
             INTEGER,
         ],
     );
+    give(&types.bool, &[BITS, OWN_TEXT]);
     give(
         &types.float,
-        &[COMPARISONS, HASH, TEXT, NUMBERS, DIVMOD, CONVERSIONS],
+        &[
+            COMPARISONS,
+            HASH,
+            TEXT,
+            NUMBERS,
+            POWERS,
+            DIVMOD,
+            CONVERSIONS,
+        ],
     );
     let conversions = &CONVERSIONS[3..7];
     methods(core, &types.complex, conversions);
-    give(&types.complex, &[COMPARISONS, HASH, TEXT, NUMBERS, COMPLEX]);
+    give(
+        &types.complex,
+        &[COMPARISONS, HASH, TEXT, NUMBERS, POWERS, COMPLEX],
+    );
     give(
         &types.str,
         &[
@@ -360,6 +480,7 @@ pub(super) fn install(core: &Rc<Core>) {
             GETITEM,
             SETITEM,
             SEQUENCE,
+            SEQUENCE_IN_PLACE,
             MODULO,
         ],
     );
@@ -372,7 +493,7 @@ pub(super) fn install(core: &Rc<Core>) {
             GETITEM,
             SETITEM,
             SEQUENCE,
-            LIST_IN_PLACE,
+            SEQUENCE_IN_PLACE,
         ],
     );
     give(
@@ -417,7 +538,28 @@ pub(super) fn install(core: &Rc<Core>) {
         &[("__str__", "", |ev, args| Ok(ev.plain(&args[0])))],
     );
     for view in [&types.dict_keys, &types.dict_values, &types.dict_items] {
-        give(view, &[CONTAINER]);
+        give(view, &[CONTAINER, OWN_TEXT]);
+    }
+    for class in [
+        &types.none,
+        &types.ellipsis,
+        &types.not_implemented,
+        &types.range,
+        &types.slice,
+        &types.function,
+        &types.method,
+        &types.builtin,
+        &types.type_,
+        &types.module,
+        &types.generator,
+        &types.staticmethod,
+        &types.classmethod,
+        &types.super_,
+        &types.cell,
+        &types.frame,
+        &types.code,
+    ] {
+        give(class, &[OWN_TEXT]);
     }
     for iterator in types.iterators().into_iter().chain([&types.generator]) {
         give(iterator, &[NEXT]);

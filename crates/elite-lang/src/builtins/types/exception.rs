@@ -3,6 +3,7 @@
 use std::rc::Rc;
 
 use super::methods;
+use crate::builtins::BoundFn;
 use crate::errors::ExceptionKind;
 use crate::eval::{Core, Evaluator};
 use crate::value::symbol::known;
@@ -14,13 +15,6 @@ pub(super) fn install(core: &Rc<Core>) {
         core,
         base,
         &[
-            ("__init__", "*args", |ev, args| {
-                if let Some(state) = exception(&args[0]) {
-                    state.set_args(args[1].clone());
-                    return Ok(Value::None);
-                }
-                Err(super::wrong_receiver(ev, "BaseException", &args[0]))
-            }),
             ("with_traceback", "tb /", |ev, args| {
                 let is_traceback = match &args[1] {
                     Value::None => true,
@@ -42,8 +36,57 @@ pub(super) fn install(core: &Rc<Core>) {
                 }
             }),
             ("add_note", "note /", add_note),
+            ("__repr__", "", |ev, args| {
+                ev.string(ev.natural_repr(&args[0])?)
+            }),
+            ("__str__", "", |ev, args| {
+                let Some(state) = exception(&args[0]) else {
+                    return Err(super::wrong_receiver(ev, "BaseException", &args[0]));
+                };
+                match &state.args() {
+                    Value::Tuple(items) => match items.items() {
+                        [] => ev.string(String::new()),
+                        [single] => ev.str_value(single),
+                        _ => ev.str_value(&state.args()),
+                    },
+                    other => ev.str_value(other),
+                }
+            }),
         ],
     );
+    let init: BoundFn = |ev, args| {
+        if let Some(state) = exception(&args[0]) {
+            state.set_args(args[1].clone());
+            return Ok(Value::None);
+        }
+        Err(super::wrong_receiver(ev, "BaseException", &args[0]))
+    };
+    // As in CPython each has its own, but for the one that is made of two others.
+    for kind in ExceptionKind::ALL {
+        if *kind != ExceptionKind::ExceptionGroup {
+            methods(
+                core,
+                core.types.exception(*kind),
+                &[("__init__", "*args", init)],
+            );
+        }
+    }
+    // These say more than their arguments, or have at least a method of their own for it.
+    for kind in [
+        ExceptionKind::AttributeError,
+        ExceptionKind::BaseExceptionGroup,
+        ExceptionKind::ImportError,
+        ExceptionKind::KeyError,
+        ExceptionKind::NameError,
+        ExceptionKind::OSError,
+        ExceptionKind::SyntaxError,
+        ExceptionKind::UnicodeDecodeError,
+        ExceptionKind::UnicodeEncodeError,
+        ExceptionKind::UnicodeTranslateError,
+    ] {
+        let text: BoundFn = |ev, args| ev.string(ev.natural_str(&args[0])?);
+        methods(core, core.types.exception(kind), &[("__str__", "", text)]);
+    }
 }
 
 fn exception(value: &Value) -> Option<&crate::value::exception::ExceptionState> {

@@ -48,6 +48,7 @@ pub(super) fn install(core: &Rc<Core>) {
             ("__get__", "instance owner? /", |ev, args| {
                 let property = property(ev, &args[0])?;
                 match &args[1] {
+                    Value::None if names_nothing(&args[2]) => Err(got_nothing(ev)),
                     Value::None => Ok(args[0].clone()),
                     _ if property.get.is_none() => Err(lacking(ev, &property, &args[1], "getter")),
                     instance => ev.call1(&property.get, instance.clone()),
@@ -79,14 +80,23 @@ pub(super) fn install(core: &Rc<Core>) {
     methods(
         core,
         &types.function,
-        &[("__get__", "instance owner? /", |_, args| {
+        &[("__get__", "instance owner? /", |ev, args| {
             if args[1].is_none() {
+                if names_nothing(&args[2]) {
+                    return Err(got_nothing(ev));
+                }
                 return Ok(args[0].clone());
             }
             let (function, receiver) = (args[0].clone(), args[1].clone());
             let method = crate::value::BoundMethod { receiver, function };
             Ok(Value::BoundMethod(Rc::new(method)))
         })],
+    );
+    constructor(
+        core,
+        &types.function,
+        "code globals name? argdefs? closure?",
+        refuse_parts,
     );
     for class in [&types.function, &types.method, &types.builtin] {
         super::raw_method(core, class, "__call__", |ev, args| {
@@ -97,6 +107,34 @@ pub(super) fn install(core: &Rc<Core>) {
             }
         });
     }
+    methods(
+        core,
+        &types.staticmethod,
+        &[("__get__", "instance owner? /", |ev, args| match &args[0] {
+            Value::StaticMethod(_) if args[1].is_none() && names_nothing(&args[2]) => {
+                Err(got_nothing(ev))
+            }
+            Value::StaticMethod(function) => Ok(Value::clone(function)),
+            other => Err(wrong_receiver(ev, "staticmethod", other)),
+        })],
+    );
+    methods(
+        core,
+        &types.classmethod,
+        &[("__get__", "instance owner? /", |ev, args| match &args[0] {
+            Value::ClassMethod(_) if args[1].is_none() && names_nothing(&args[2]) => {
+                Err(got_nothing(ev))
+            }
+            Value::ClassMethod(function) => {
+                let receiver = match names_nothing(&args[2]) {
+                    true => Value::Class(ev.core.types.of(&args[1]).clone()),
+                    false => args[2].clone(),
+                };
+                ev.bound_to_class(function, &receiver)
+            }
+            other => Err(wrong_receiver(ev, "classmethod", other)),
+        })],
+    );
     constructor(core, &types.staticmethod, "function /", |_, args| {
         Ok(Value::StaticMethod(unwrapped(&args[0])))
     });
@@ -118,6 +156,56 @@ pub(super) fn install(core: &Rc<Core>) {
             )),
         },
     );
+}
+
+/// Functions are made by `def` and `lambda` only; what cannot be a part of one is refused in CPython's words before.
+fn refuse_parts(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let named = |value: &Value| ev.core.types.name_of_argument(value);
+    let free = match &args[0] {
+        Value::Code(code) => code.free_names.len(),
+        other => {
+            let text = format!(
+                "function() argument 'code' must be code, not {}",
+                named(other)
+            );
+            return Err(ev.type_error(text));
+        }
+    };
+    if !matches!(ev.plain(&args[1]), Value::Dict(_)) {
+        let text = format!(
+            "function() argument 'globals' must be dict, not {}",
+            named(&args[1])
+        );
+        return Err(ev.type_error(text));
+    }
+    let is_none = |value: &Value| value.given().is_none_or(Value::is_none);
+    let is_tuple = |value: &Value| matches!(ev.plain(value), Value::Tuple(_));
+    if !is_none(&args[2]) && !matches!(ev.plain(&args[2]), Value::Str(_)) {
+        return Err(ev.type_error("arg 3 (name) must be None or string"));
+    }
+    if !is_none(&args[3]) && !is_tuple(&args[3]) {
+        return Err(ev.type_error("arg 4 (defaults) must be None or tuple"));
+    }
+    if !is_tuple(&args[4]) {
+        if free > 0 && is_none(&args[4]) {
+            return Err(ev.type_error("arg 5 (closure) must be tuple"));
+        }
+        if !is_none(&args[4]) {
+            return Err(ev.type_error("arg 5 (closure) must be None or tuple"));
+        }
+    }
+    Err(ev.type_error("cannot create 'function' instances"))
+}
+
+/// Whether an owner that may be left out is none.
+pub(super) fn names_nothing(owner: &Value) -> bool {
+    owner.given().is_none_or(Value::is_none)
+}
+
+/// `__get__` of neither an object nor a class.
+#[cold]
+pub(super) fn got_nothing(ev: &Evaluator<'_>) -> crate::value::Raised {
+    ev.type_error("__get__(None, None) is invalid")
 }
 
 /// The function behind a static or class method: wrapped twice it is wrapped once, so these never nest.

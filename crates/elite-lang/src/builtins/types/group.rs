@@ -159,10 +159,9 @@ impl Evaluator<'_> {
         ))
     }
 
-    /// A group without a message, as `except*` makes them.
-    pub fn plain_group(&self, members: Vec<Rc<Instance>>) -> R<Rc<Instance>> {
+    /// A group without a message, as `except*` makes them, of a tuple or a list of members, which its arguments show.
+    pub fn plain_group(&self, members: Value) -> R<Rc<Instance>> {
         let class = self.core.types.exception(ExceptionKind::BaseExceptionGroup);
-        let members = Value::tuple(members.into_iter().map(Value::Instance).collect());
         self.new_group(class, &[Value::str(""), members])
     }
 

@@ -4,7 +4,7 @@ use std::cell::Cell;
 use std::rc::Rc;
 
 use super::range::long_range_iterator;
-use super::{constructor, methods, raw_constructor, wrong_receiver};
+use super::{BoundFn, constructor, methods, raw_constructor, wrong_receiver};
 use crate::builtins::Args;
 use crate::errors::ExceptionKind;
 use crate::eval::generator::{Generator, Stepped, ToGenerator};
@@ -37,6 +37,32 @@ pub(super) fn install(core: &Rc<Core>) {
         })))
     });
     constructor(core, &types.reversed, "sequence /", reversed);
+    for class in [
+        &types.iterator,
+        &types.list_iterator,
+        &types.tuple_iterator,
+        &types.str_iterator,
+        &types.str_ascii_iterator,
+        &types.bytes_iterator,
+        &types.bytearray_iterator,
+        &types.range_iterator,
+        &types.dict_keyiterator,
+        &types.dict_valueiterator,
+        &types.dict_itemiterator,
+        &types.dict_reversekeyiterator,
+        &types.dict_reversevalueiterator,
+        &types.dict_reverseitemiterator,
+        &types.set_iterator,
+        &types.list_reverseiterator,
+        &types.reversed,
+    ] {
+        let methods_of_all: &[(&str, &str, BoundFn)] =
+            &[("__length_hint__", "", |ev, args| match &args[0] {
+                Value::Iter(iter) => left(ev, iter),
+                _ => Ok(Value::NotImplemented),
+            })];
+        methods(core, class, methods_of_all);
+    }
     methods(
         core,
         &types.generator,
@@ -181,12 +207,14 @@ fn reversed(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             if let Some(result) = ev.special(value, known::REVERSED, &mut [])? {
                 return Ok(result);
             }
-            if instance.class.lookup(known::GETITEM).is_none()
-                || instance.class.lookup(known::LEN).is_none()
-            {
-                return Err(not_reversible(ev, value));
+            // A sequence is what has `__getitem__` by a script, or a builtin one and a length; what has none says so itself.
+            match instance.class.lookup(known::GETITEM) {
+                None => return Err(not_reversible(ev, value)),
+                Some(Value::Builtin(_)) if instance.class.lookup(known::LEN).is_none() => {
+                    return Err(not_reversible(ev, value));
+                }
+                Some(_) => backwards(ev, value)?,
             }
-            backwards(ev, value)?
         }
         Value::Class(class) if class.meta_method(known::REVERSED).is_some() => {
             return match ev.special(value, known::REVERSED, &mut [])? {
@@ -197,6 +225,60 @@ fn reversed(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         other => return Err(not_reversible(ev, other)),
     };
     Ok(Value::Iter(Rc::new(iter)))
+}
+
+/// How many items an iterator still has, as far as it knows.
+fn left(ev: &Evaluator<'_>, iter: &Iter) -> R {
+    let count = match iter {
+        Iter::List { list, index } => {
+            let length = list.borrow().as_ref().map_or(0, |list| list.len());
+            length.saturating_sub(index.get())
+        }
+        Iter::Tuple { tuple, index } => tuple.items().len().saturating_sub(index.get()),
+        Iter::Str { text, offset } => {
+            ev.count_chars(text.as_str().get(offset.get()..).unwrap_or_default())?
+        }
+        Iter::Bytes { bytes, index } => bytes.data().len().saturating_sub(index.get()),
+        Iter::Range { left, .. } => usize::try_from(left.get()).unwrap_or(usize::MAX),
+        Iter::ListReversed { list, index } => match index.get() {
+            index if index <= list.len() => index,
+            _ => 0,
+        },
+        Iter::Dict { dict, length, .. } if dict.len() == length.get() => count(ev, iter)?,
+        Iter::Set { set, length, .. } if set.len() == length.get() => count(ev, iter)?,
+        Iter::Sequence { done, .. } if done.get() => 0,
+        Iter::Sequence {
+            object,
+            index,
+            reversed,
+            ..
+        } => {
+            if ev.core.types.of(object).lookup(known::LEN).is_none() {
+                return Ok(Value::NotImplemented);
+            }
+            let length = ev.len(object)?;
+            match (usize::try_from(index.get()), reversed) {
+                (Ok(index), true) if index < length => index + 1,
+                (Ok(index), false) => length.saturating_sub(index),
+                _ => 0,
+            }
+        }
+        _ => 0,
+    };
+    Ok(Value::Int(i64::try_from(count).unwrap_or(i64::MAX)))
+}
+
+/// How many items an iterator of a dictionary or set would still give.
+fn count(ev: &Evaluator<'_>, iter: &Iter) -> R<usize> {
+    let Some(twin) = iter.twin() else {
+        return Ok(0);
+    };
+    let iterator = Value::Iter(Rc::new(twin));
+    let mut count = 0;
+    while ev.step(&iterator)?.is_some() {
+        count += 1;
+    }
+    Ok(count)
 }
 
 fn backwards(ev: &Evaluator<'_>, value: &Value) -> R<Iter> {

@@ -6,7 +6,6 @@ use super::{constructor, insertion_place, methods, wrong_receiver};
 use crate::errors::ExceptionKind;
 use crate::eval::pace::VALUE;
 use crate::eval::{Core, Evaluator};
-use crate::value::symbol::known;
 use crate::value::{Iter, List, R, Value, Values};
 
 pub(super) fn install(core: &Rc<Core>) {
@@ -113,12 +112,8 @@ impl Evaluator<'_> {
         );
         if runs_code && !is_itself(iterable) {
             let iterator = self.iter(iterable)?;
-            if let Value::Instance(instance) = iterable
-                && instance.class.lookup(known::LEN).is_some()
-            {
-                // CPython asks how much room to make; the answer means nothing here.
-                self.len(iterable)?;
-            }
+            // CPython asks how much room to make; the answer means nothing here.
+            self.ask_length(iterable)?;
             while let Some(item) = self.step(&iterator)? {
                 self.grow_list(list, 1)?;
                 list.push(item);
@@ -135,7 +130,7 @@ impl Evaluator<'_> {
 
 fn insert(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let list = receiver(ev, &args[0])?;
-    let index = ev.clamped_index(&args[1])?;
+    let index = ev.index(&args[1])?;
     let item = std::mem::take(&mut args[2]);
     ev.list_insert(&list, index, item)?;
     Ok(Value::None)
@@ -208,7 +203,12 @@ fn index(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     };
     let (start, stop) = (bound(&args[2], 0)?, bound(&args[3], i64::MAX)?);
     let length = ev.len(&plain)?;
-    for index in insertion_place(start, length)..insertion_place(stop, usize::MAX >> 1) {
+    // The end is where the sequence ends by then, which comparing may change.
+    let end = match stop < 0 {
+        true => insertion_place(stop, length),
+        false => usize::try_from(stop).unwrap_or(usize::MAX),
+    };
+    for index in insertion_place(start, length)..end {
         let Some(item) = item_at(ev, &plain, index)? else {
             break;
         };
@@ -235,7 +235,7 @@ fn reverse(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 fn sort(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let list = receiver(ev, &args[0])?;
     let reverse = match args[3].given() {
-        Some(value) => ev.truth(value)?,
+        Some(value) => ev.c_int(value)? != 0,
         None => false,
     };
     let mut key = args[2].given().cloned();

@@ -1,9 +1,10 @@
 //! Constructors and methods of the builtin types, one file a type.
 
 mod bounds;
-mod bytes;
+pub mod bytes;
 mod bytes_search;
 mod codec;
+pub mod descriptor;
 mod dict;
 mod dunder;
 mod exception;
@@ -15,18 +16,21 @@ mod list;
 mod number;
 mod object;
 pub mod range;
+mod reduce;
 mod set;
 mod string;
 pub mod union;
 
 pub use dunder::install_next;
+pub use number::int_from;
 
 use std::rc::Rc;
 
 use super::{BoundFn, Builtin, BuiltinBody, RawFn, Signature, quick};
+use crate::ast::BinaryOp;
 use crate::eval::{Core, Evaluator};
 use crate::value::class::Base;
-use crate::value::{Class, Raised, Value};
+use crate::value::{Class, R, Raised, Value};
 
 /// Puts them in place.
 pub fn install(core: &Rc<Core>) {
@@ -41,16 +45,18 @@ pub fn install(core: &Rc<Core>) {
     function::install(core);
     iterators::install(core);
     exception::install(core);
+    reduce::install(core);
     group::install(core);
     dunder::install(core);
     union::install(core);
+    descriptor::install(core);
 }
 
 /// The name of a builtin type, which lives as long as the program.
 fn static_name(class: &Class) -> &'static str {
     let name = class.name();
-    let names = super::builtin_names().chain(crate::eval::types::NAMES.iter().copied());
-    { names }.find(|known| **known == *name).unwrap_or("object")
+    let mut names = super::builtin_names().chain(crate::eval::types::NAMES.iter().copied());
+    names.find(|known| **known == *name).unwrap_or("object")
 }
 
 /// Gives a class methods with bound arguments; the receiver is the first one.
@@ -69,8 +75,23 @@ fn methods(core: &Core, class: &Class, list: &[(&'static str, &str, BoundFn)]) {
                 body,
                 fills: holds_items(class),
                 quick: quick::find(owner, None, name),
+                joins: owner.and_then(|owner| joins(owner, name)),
             })),
         );
+    }
+}
+
+/// `Builtin::joins` of a method of this name.
+fn joins(owner: &str, name: &str) -> Option<(BinaryOp, bool)> {
+    if !matches!(owner, "str" | "list" | "tuple" | "bytes" | "bytearray") {
+        return None;
+    }
+    match name {
+        "__add__" | "__iadd__" => Some((BinaryOp::Add, false)),
+        "__mul__" | "__imul__" => Some((BinaryOp::Mul, false)),
+        "__radd__" => Some((BinaryOp::Add, true)),
+        "__rmul__" => Some((BinaryOp::Mul, true)),
+        _ => None,
     }
 }
 
@@ -96,6 +117,7 @@ fn raw_method(core: &Core, class: &Class, name: &'static str, body: RawFn) {
             body,
             fills: holds_items(class),
             quick: None,
+            joins: None,
         })),
     );
 }
@@ -110,11 +132,33 @@ fn class_method(core: &Core, class: &Class, name: &'static str, signature: &str,
         body: BuiltinBody::Bound(body),
         fills: false,
         quick: None,
+        joins: None,
     };
     class.set(
         core.symbols.intern(name),
         Value::ClassMethod(Rc::new(Value::Builtin(Rc::new(function)))),
     );
+}
+
+/// Refuses what is no text as the format specification that `__format__` is called with.
+fn check_spec(ev: &Evaluator<'_>, spec: &Value) -> R<()> {
+    if matches!(ev.plain(spec), Value::Str(_)) {
+        return Ok(());
+    }
+    let name = ev.core.types.name_of_argument(spec);
+    Err(ev.type_error(format!("__format__() argument must be str, not {name}")))
+}
+
+impl Evaluator<'_> {
+    /// What a class method of a builtin type has made, as an object of the class it was called on.
+    fn of_class(&self, class: &Value, made: Value) -> R {
+        match class {
+            Value::Class(class) if !Rc::ptr_eq(class, self.core.types.of(&made)) => {
+                self.call1(&Value::Class(class.clone()), made)
+            }
+            _ => Ok(made),
+        }
+    }
 }
 
 /// What calling the class does.

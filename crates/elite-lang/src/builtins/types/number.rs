@@ -8,10 +8,9 @@ use super::{class_method, constructor, float_text, methods};
 use crate::errors::ExceptionKind;
 use crate::eval::bulk::{EACH, PIECE, pieces};
 use crate::eval::{Core, Evaluator};
-use crate::value::bytes::Data;
 use crate::value::int::{Int, from_f64};
 use crate::value::symbol::known;
-use crate::value::{Bytes, R, Symbol, Value};
+use crate::value::{Bytes, R, Raised, Symbol, Value};
 
 pub(super) fn install(core: &Rc<Core>) {
     let types = &core.types;
@@ -97,7 +96,7 @@ pub(super) fn install(core: &Rc<Core>) {
                 let text = "hexadecimal value too large to represent as a float";
                 Err(ev.raise(ExceptionKind::OverflowError, text))
             }
-            Some(float) => Ok(Value::Float(float)),
+            Some(float) => ev.of_class(&args[0], Value::Float(float)),
             None => Err(ev.value_error("invalid hexadecimal floating-point string")),
         }
     });
@@ -135,6 +134,14 @@ impl Evaluator<'_> {
                     let result = self.special(value, method, &mut [])?.unwrap_or_default();
                     return match Int::of(&self.plain(&result)) {
                         Some(int) => Ok(int.into_value()),
+                        None if method == known::TRUNC && self.has_index(&result) => {
+                            self.to_int(&result).map(Int::into_value)
+                        }
+                        None if method == known::TRUNC => {
+                            let name = self.core.types.name_of(&result);
+                            let text = format!("__trunc__ returned non-Integral (type {name})");
+                            Err(self.type_error(text))
+                        }
                         None => {
                             let (method, name) = (
                                 self.core.symbols.name(method),
@@ -166,6 +173,11 @@ impl Evaluator<'_> {
     }
 }
 
+/// `int(value)`
+pub fn int_from(ev: &Evaluator<'_>, value: &Value) -> R {
+    int(ev, &mut [value.clone(), Value::Unbound])
+}
+
 fn int(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let base = args[1].given();
     let Some(value) = args[0].given() else {
@@ -186,7 +198,7 @@ fn int(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     };
     let text = match value {
         Value::Str(text) => numeral(ev, text.as_str())?,
-        value if base.is_none() && has_own(value, [known::INT, known::INDEX]) => {
+        value if base.is_none() && has_own(value, &[known::INT, known::INDEX, known::TRUNC]) => {
             return ev.int_of(value);
         }
         other => match ev.plain(other) {
@@ -216,12 +228,12 @@ fn int(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 }
 
 /// Whether the class of a value has one of these methods from a script: that comes before the text or number that it extends.
-fn has_own(value: &Value, names: [Symbol; 2]) -> bool {
+fn has_own(value: &Value, names: &[Symbol]) -> bool {
     let Value::Instance(instance) = value else {
         return false;
     };
     let own = |name: Symbol| matches!(instance.class.lookup(name), Some(Value::Function(_)));
-    names.into_iter().any(own)
+    names.iter().any(|name| own(*name))
 }
 
 /// A text without the blanks around it.
@@ -330,12 +342,19 @@ pub(super) fn to_ascii_digit(c: char) -> char {
         .unwrap_or(c)
 }
 
+/// Whether an object has a method that is asked for a float, whose refusal is its own.
+fn gives_number(value: &Value) -> bool {
+    matches!(value, Value::Instance(instance)
+        if instance.class.lookup(known::FLOAT).is_some()
+            || instance.class.lookup(known::INDEX).is_some())
+}
+
 fn float(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let Some(value) = args[0].given() else {
         return Ok(Value::Float(0.0));
     };
-    if has_own(value, [known::FLOAT, known::INDEX]) {
-        return ev.to_f64(value).map(Value::Float);
+    if has_own(value, &[known::FLOAT, known::INDEX]) {
+        return ev.converted_f64(value).map(Value::Float);
     }
     let text = match ev.plain(value) {
         Value::Str(text) => numeral(ev, text.as_str())?,
@@ -343,10 +362,7 @@ fn float(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             Some(data) => numeral(ev, &ev.of_latin1(&data)?)?,
             None => {
                 return ev.to_f64(value).map(Value::Float).map_err(|raised| {
-                    let has_method = matches!(value, Value::Instance(instance)
-                        if instance.class.lookup(known::FLOAT).is_some()
-                            || instance.class.lookup(known::INDEX).is_some());
-                    if ev.is_kind(&raised, ExceptionKind::TypeError) && !has_method {
+                    if ev.is_kind(&raised, ExceptionKind::TypeError) && !gives_number(value) {
                         return ev.not_a_number("float()", "a string or a real number", value);
                     }
                     raised
@@ -363,45 +379,81 @@ fn float(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     }
 }
 
+/// Whether there is a `_` in a numeral that is not between two digits.
+fn has_loose_underscore(ev: &Evaluator<'_>, text: &str) -> R<bool> {
+    let mut before = b' ';
+    let found = ev.position(text.as_bytes(), |byte| {
+        let is_loose =
+            byte == b'_' && !before.is_ascii_digit() || before == b'_' && !byte.is_ascii_digit();
+        before = byte;
+        is_loose
+    })?;
+    Ok(found.is_some() || before == b'_')
+}
+
 fn complex(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    if let Some(Value::Str(text)) = args[0].given() {
+    let text_of = |value: &Value| match ev.plain(value) {
+        Value::Str(text) => Some(text),
+        _ => None,
+    };
+    if let Some(text) = args[0].given().and_then(text_of) {
         if args[1].given().is_some() {
             return Err(ev.type_error("complex() can't take second arg if first is a string"));
         }
-        let parsed = float_text::complex(ev, &numeral(ev, text.as_str())?)?;
-        return parsed
-            .map(|(re, im)| Value::complex(re, im))
-            .ok_or_else(|| ev.value_error("complex() arg is a malformed string"));
+        let written = numeral(ev, text.as_str())?;
+        if let Some((re, im)) = float_text::complex(ev, &written)? {
+            return Ok(Value::complex(re, im));
+        }
+        if has_loose_underscore(ev, &written)? {
+            let shown = ev.repr(&args[0])?;
+            let text = format!("could not convert string to complex: {shown}");
+            return Err(ev.value_error(text));
+        }
+        return Err(ev.value_error("complex() arg is a malformed string"));
     }
-    if let Some(Value::Str(_)) = args[1].given() {
+    if args[1].given().and_then(text_of).is_some() {
         return Err(ev.type_error("complex() second arg can't be a string"));
     }
-    let part = |value: &Value| -> R<(f64, f64)> {
+    let part = |value: &Value, wanted: &str| -> R<(f64, f64)> {
+        let is_second = wanted.starts_with("second");
         match value {
             Value::Unbound => Ok((0.0, 0.0)),
             Value::Complex(complex) => Ok(**complex),
-            Value::Instance(instance) if instance.class.lookup(known::COMPLEX).is_some() => {
-                match ev.special(value, known::COMPLEX, &mut [])? {
-                    Some(Value::Complex(complex)) => Ok(*complex),
-                    other => {
-                        let name = ev.core.types.name_of(&other.unwrap_or_default());
+            // Only the first one is asked to become a complex number.
+            Value::Instance(instance)
+                if is_second && let Some(Value::Complex(complex)) = instance.extended() =>
+            {
+                Ok(*complex)
+            }
+            Value::Instance(instance)
+                if !is_second && instance.class.lookup(known::COMPLEX).is_some() =>
+            {
+                let made = ev
+                    .special(value, known::COMPLEX, &mut [])?
+                    .unwrap_or_default();
+                match ev.plain(&made) {
+                    Value::Complex(complex) => Ok(*complex),
+                    _ => {
+                        let name = ev.core.types.name_of(&made);
                         Err(ev
                             .type_error(format!("__complex__ returned non-complex (type {name})")))
                     }
                 }
             }
-            other => ev.to_f64(other).map(|re| (re, 0.0)).map_err(|raised| {
-                if ev.is_kind(&raised, ExceptionKind::TypeError) {
-                    let name = ev.core.types.name_of(other);
-                    return ev.type_error(format!(
-                        "complex() first argument must be a string or a number, not '{name}'"
-                    ));
-                }
-                raised
-            }),
+            other => ev
+                .converted_f64(other)
+                .map(|re| (re, 0.0))
+                .map_err(|raised| {
+                    if ev.is_kind(&raised, ExceptionKind::TypeError) && !gives_number(other) {
+                        let name = ev.core.types.name_of(other);
+                        return ev.type_error(format!("complex() {wanted}, not '{name}'"));
+                    }
+                    raised
+                }),
         }
     };
-    let (a, b) = (part(&args[0])?, part(&args[1])?);
+    let a = part(&args[0], "first argument must be a string or a number")?;
+    let b = part(&args[1], "second argument must be a number")?;
     // Parts that are no complex numbers are taken as they are: adding a zero would lose the sign of another.
     let is_complex = |value: &Value| matches!(value, Value::Complex(_) | Value::Instance(_));
     let real = if is_complex(&args[1]) { a.0 - b.1 } else { a.0 };
@@ -409,13 +461,29 @@ fn complex(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     Ok(Value::complex(real, imaginary))
 }
 
-fn byte_order(ev: &Evaluator<'_>, value: &Value) -> R<bool> {
-    match value {
-        Value::Unbound => Ok(true),
-        Value::Str(text) if text.as_str() == "big" => Ok(true),
-        Value::Str(text) if text.as_str() == "little" => Ok(false),
-        _ => Err(ev.value_error("byteorder must be either 'little' or 'big'")),
+/// The argument `byteorder` of a method, which must be a text: whether the high byte comes first, None if it says neither.
+fn byte_order(ev: &Evaluator<'_>, value: &Value, method: &str) -> R<Option<bool>> {
+    if value.is_unbound() {
+        return Ok(Some(true));
     }
+    match ev.plain(value) {
+        Value::Str(text) => Ok(match text.as_str() {
+            "big" => Some(true),
+            "little" => Some(false),
+            _ => None,
+        }),
+        _ => {
+            let name = ev.core.types.name_of_argument(value);
+            Err(ev.type_error(format!(
+                "{method}() argument 'byteorder' must be str, not {name}"
+            )))
+        }
+    }
+}
+
+#[cold]
+fn no_byte_order(ev: &Evaluator<'_>) -> Raised {
+    ev.value_error("byteorder must be either 'little' or 'big'")
 }
 
 fn to_bytes(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
@@ -424,11 +492,12 @@ fn to_bytes(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         Some(length) => ev.index(length)?,
         None => 1,
     };
-    let big_endian = byte_order(ev, &args[2])?;
+    let big_endian = byte_order(ev, &args[2], "to_bytes")?;
+    let signed = args[3].given().map_or(Ok(false), |value| ev.truth(value))?;
+    let big_endian = big_endian.ok_or_else(|| no_byte_order(ev))?;
     let length = usize::try_from(length)
         .map_err(|_| ev.value_error("length argument must be non-negative"))?;
     ev.check_allocation(length)?;
-    let signed = args[3].given().map_or(Ok(false), |value| ev.truth(value))?;
     if int.is_negative() && !signed {
         return Err(ev.raise(
             ExceptionKind::OverflowError,
@@ -464,15 +533,13 @@ fn fits_without(data: &[u8], filler: u8) -> bool {
 }
 
 fn from_bytes(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let given = match ev.bytes_like(&args[1]) {
-        Some(data) => data,
-        None => Data::Snapshot(Rc::new(ev.collect_bytes(&args[1])?)),
-    };
-    let mut data = ev.copied_bytes(&given)?;
-    if !byte_order(ev, &args[2])? {
+    let big_endian = byte_order(ev, &args[2], "from_bytes")?;
+    let signed = args[3].given().map_or(Ok(false), |value| ev.truth(value))?;
+    let big_endian = big_endian.ok_or_else(|| no_byte_order(ev))?;
+    let mut data = super::bytes::of_object(ev, &args[1], "bytes")?;
+    if !big_endian {
         data.reverse();
     }
-    let signed = args[3].given().map_or(Ok(false), |value| ev.truth(value))?;
     let mut zeros = 0;
     for piece in data.chunks(PIECE) {
         let some = piece.iter().take_while(|byte| **byte == 0).count();
@@ -490,7 +557,7 @@ fn from_bytes(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     } else {
         BigInt::from_bytes_be(num_bigint::Sign::Plus, data)
     };
-    Ok(Value::bigint(big))
+    ev.of_class(&args[0], Value::bigint(big))
 }
 
 /// Python's `float.hex()`.

@@ -21,7 +21,15 @@ pub(super) fn install(core: &Rc<Core>) {
         let class = ev.core.types.object.clone();
         Ok(Value::Instance(Instance::new(class, Payload::None)))
     });
-    constructor(core, &types.none, "", |_, _| Ok(Value::None));
+    raw_constructor(&types.none, |ev, args| {
+        only(ev, args, "NoneType", Value::None)
+    });
+    raw_constructor(&types.ellipsis, |ev, args| {
+        only(ev, args, "EllipsisType", Value::Ellipsis)
+    });
+    raw_constructor(&types.not_implemented, |ev, args| {
+        only(ev, args, "NotImplementedType", Value::NotImplemented)
+    });
     constructor(core, &types.module, "name doc?", |ev, args| {
         let Value::Str(name) = ev.plain(&args[0]) else {
             let found = ev.core.types.name_of(&args[0]);
@@ -101,6 +109,14 @@ pub(super) fn install(core: &Rc<Core>) {
     install_natural(core);
 }
 
+/// The only value of a type.
+fn only(ev: &Evaluator<'_>, args: &Args<'_>, name: &str, value: Value) -> R {
+    match args.positional.is_empty() && args.keywords.is_empty() {
+        true => Ok(value),
+        false => Err(ev.type_error(format!("{name} takes no arguments"))),
+    }
+}
+
 /// What every object has unless its class says otherwise. These are not found by lookups of special methods, only
 /// when a script names them: `super().__init__()`, `object.__setattr__(self, name, value)`.
 fn install_natural(core: &Rc<Core>) {
@@ -134,22 +150,24 @@ fn install_natural(core: &Rc<Core>) {
         natural,
         &[
             ("__str__", "", |ev, args| {
-                ev.string(ev.natural_str(&args[0])?)
+                // The text is that of the `__repr__` that the object has, whatever that gives when it is a script's.
+                match ev.core.types.of(&args[0]).lookup(known::REPR) {
+                    Some(method @ Value::Function(_)) => {
+                        ev.call_method_value(&method, &args[0], &mut [])
+                    }
+                    _ => ev.repr_value(&args[0]),
+                }
             }),
-            ("__repr__", "", |ev, args| {
-                ev.string(ev.natural_repr(&args[0])?)
-            }),
+            ("__repr__", "", |ev, args| ev.string(ev.bare_repr(&args[0]))),
             ("__format__", "spec /", |ev, args| {
+                super::check_spec(ev, &args[1])?;
                 if ev.truth(&args[1])? {
                     let name = ev.core.types.name_of(&args[0]);
                     return Err(ev.type_error(format!(
                         "unsupported format string passed to {name}.__format__"
                     )));
                 }
-                let mut out = String::new();
-                let (text, spec) = (ev.str_value(&args[0])?, ev.str(&args[1])?);
-                ev.format_into(&text, &spec, &mut out)?;
-                ev.string(out)
+                ev.str_value(&args[0])
             }),
             ("__hash__", "", |_, args| {
                 Ok(Value::Int(
@@ -163,6 +181,10 @@ fn install_natural(core: &Rc<Core>) {
                 let equal = ev.compare(CompareOp::Eq, &args[0], &args[1])?;
                 ev.truth(&equal).map(|equal| Value::Bool(!equal))
             }),
+            ("__lt__", "other /", |_, _| Ok(Value::NotImplemented)),
+            ("__le__", "other /", |_, _| Ok(Value::NotImplemented)),
+            ("__gt__", "other /", |_, _| Ok(Value::NotImplemented)),
+            ("__ge__", "other /", |_, _| Ok(Value::NotImplemented)),
             ("__getattribute__", "name /", |ev, args| {
                 let name = name_of(ev, &args[1])?;
                 let found = match &args[0] {
@@ -207,11 +229,40 @@ fn install_natural(core: &Rc<Core>) {
                     other => ev.delete_attribute(other, *name).map(|()| Value::None),
                 }
             }),
+            ("__getstate__", "", |ev, args| ev.state_of(&args[0])),
             ("__sizeof__", "", |_, _| {
                 Ok(Value::Int(size_of::<Instance>() as i64))
             }),
         ],
     );
+}
+
+impl Evaluator<'_> {
+    /// What `object.__getstate__` gives: the attributes of an instance, in a pair with those of its slots if it has some.
+    fn state_of(&self, value: &Value) -> R {
+        let Value::Instance(instance) = value else {
+            return Ok(Value::None);
+        };
+        let dict = match self.attribute_or_none(value, known::DICT)? {
+            Some(Value::Dict(dict)) if !dict.is_empty() => Value::Dict(dict),
+            _ => Value::None,
+        };
+        let slots = crate::value::Dict::new();
+        for class in instance.class.line() {
+            for name in class.own_slots() {
+                self.worked(crate::eval::pace::VALUE)?;
+                if let Some(found) = instance.get(name, &self.core.symbols) {
+                    self.dict_set(&slots, self.core.symbols.value(name), found)?;
+                }
+            }
+        }
+        if slots.is_empty() {
+            return Ok(dict);
+        }
+        let pair = Value::pair(dict, Value::Dict(Rc::new(slots)));
+        self.core.note(&pair);
+        Ok(pair)
+    }
 }
 
 fn identity(a: &Value, b: &Value, equal: bool) -> Value {

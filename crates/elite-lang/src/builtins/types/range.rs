@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use num_bigint::BigInt;
+use num_bigint::{BigInt, Sign};
 
 use super::{constructor, methods, wrong_receiver};
 use crate::eval::{Core, Evaluator};
@@ -46,6 +46,7 @@ fn range(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 }
 
 /// Counts through a range whose numbers may leave 64 bits.
+#[derive(Clone)]
 struct LongRangeIterator {
     next: RefCell<BigInt>,
     step: BigInt,
@@ -53,6 +54,14 @@ struct LongRangeIterator {
 }
 
 impl LibraryIterator for LongRangeIterator {
+    fn copied(
+        &self,
+        _: &Evaluator<'_>,
+        _: &dyn Fn(&Value) -> R,
+    ) -> R<Option<Box<dyn LibraryIterator>>> {
+        Ok(Some(Box::new(self.clone())))
+    }
+
     fn next(&self, _: &Evaluator<'_>) -> R<Option<Value>> {
         let mut left = self.left.borrow_mut();
         if *left == BigInt::ZERO {
@@ -136,12 +145,42 @@ fn indices(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let Value::Slice(slice) = &args[0] else {
         return Err(wrong_receiver(ev, "slice", &args[0]));
     };
-    let length = usize::try_from(ev.index(&args[1])?);
-    let length = length.map_err(|_| ev.value_error("length should not be negative"))?;
-    let bounds = ev.bounds(slice, || length)?;
+    let length = ev.to_int(&args[1])?;
+    if length.is_negative() {
+        return Err(ev.value_error("length should not be negative"));
+    }
+    let length = length.to_big();
+    let part = |value: &Value| -> R<Option<BigInt>> {
+        match value {
+            Value::None => Ok(None),
+            value if ev.has_index(value) => ev.to_int(value).map(|int| Some(int.to_big())),
+            _ => {
+                let text = "slice indices must be integers or None or have an __index__ method";
+                Err(ev.type_error(text))
+            }
+        }
+    };
+    let step = part(&slice.step)?.unwrap_or_else(|| BigInt::from(1));
+    let is_back = match step.sign() {
+        Sign::NoSign => return Err(ev.value_error("slice step cannot be zero")),
+        sign => sign == Sign::Minus,
+    };
+    let (lowest, highest) = match is_back {
+        true => (BigInt::from(-1), &length - 1),
+        false => (BigInt::from(0), length.clone()),
+    };
+    let place = |given: Option<BigInt>, default: &BigInt| match given {
+        None => default.clone(),
+        Some(index) if index.sign() == Sign::Minus => (index + &length).max(lowest.clone()),
+        Some(index) => index.min(highest.clone()),
+    };
+    let (first, last) = match is_back {
+        true => (&highest, &lowest),
+        false => (&lowest, &highest),
+    };
+    let start = place(part(&slice.start)?, first);
+    let stop = place(part(&slice.stop)?, last);
     Ok(Value::tuple(
-        [bounds.start, bounds.stop, bounds.step]
-            .map(Value::Int)
-            .to_vec(),
+        [start, stop, step].map(Value::bigint).to_vec(),
     ))
 }

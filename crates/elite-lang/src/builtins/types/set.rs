@@ -92,7 +92,7 @@ pub(super) fn install(core: &Rc<Core>) {
                         Value::Set(other) | Value::FrozenSet(other) => {
                             ev.set_subtract(&set, &other)?;
                         }
-                        other => {
+                        _ => {
                             let iterator = ev.iter(&other)?;
                             while let Some(item) = ev.step(&iterator)? {
                                 ev.set_remove(&set, &item)?;
@@ -176,9 +176,9 @@ fn receiver(ev: &Evaluator<'_>, value: &Value) -> R<Rc<Set>> {
 fn as_set(ev: &Evaluator<'_>, value: &Value) -> R<Rc<Set>> {
     match ev.plain(value) {
         Value::Set(set) | Value::FrozenSet(set) => Ok(set),
-        other => {
+        _ => {
             let set = Rc::new(Set::new());
-            ev.set_extend(&set, &other)?;
+            ev.set_extend(&set, value)?;
             Ok(set)
         }
     }
@@ -216,7 +216,7 @@ fn intersection(ev: &Evaluator<'_>, args: &[Value]) -> R<Set> {
     for other in others {
         result = Rc::new(match ev.plain(&other) {
             Value::Set(other) | Value::FrozenSet(other) => ev.set_intersection(&result, &other)?,
-            other => {
+            _ => {
                 let common = Set::new();
                 let iterator = ev.iter(&other)?;
                 while let Some(item) = ev.step(&iterator)? {

@@ -14,6 +14,7 @@ pub struct Union(Vec<Value>);
 pub(super) fn install(core: &Rc<Core>) {
     let class = &core.types.union;
     class.set(known::MODULE, Value::str("types"));
+    class.in_c.set(true);
     methods(
         core,
         class,
@@ -36,6 +37,10 @@ pub(super) fn install(core: &Rc<Core>) {
                 };
                 let within = |a: &[Value], b: &[Value]| a.iter().all(|x| b.iter().any(|y| x.is(y)));
                 Ok(Value::Bool(within(a, b) && within(b, a)))
+            }),
+            ("__getitem__", "key /", |ev, args| {
+                let shown = ev.repr(&args[0])?;
+                Err(ev.type_error(format!("{shown} is not a generic class")))
             }),
             ("__hash__", "", |_, args| {
                 let addresses = members(&args[0]).unwrap_or_default().iter();

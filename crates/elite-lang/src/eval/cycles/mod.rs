@@ -240,7 +240,7 @@ impl Core {
             return !self.is_searching();
         };
         let is_over = search.slice(&cycles.noted);
-        // What it has freed is sorted slice by slice, too: the next big request would have to sort all of it.
+        // What it has freed in big blocks goes back slice by slice, too.
         memory::tidy();
         if !is_over {
             *cycles.search.borrow_mut() = Some(search);

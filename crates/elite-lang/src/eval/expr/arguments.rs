@@ -2,6 +2,8 @@
 
 use std::collections::HashSet;
 
+use smallvec::SmallVec;
+
 use crate::errors::ExceptionKind;
 use crate::eval::pace::VALUE;
 use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
@@ -36,6 +38,13 @@ impl Expression for CallWith {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let callee = self.function.eval(ev, f)?;
+        if let [before @ .., CallArg::Star(last)] = &*self.args
+            && before
+                .iter()
+                .all(|arg| matches!(arg, CallArg::Positional(_)))
+        {
+            return self.forward(&callee, before, last, ev, f);
+        }
         let mut positional = Values::from(Vec::with_capacity(self.args.len()));
         let (mut keywords, mut names) = (Values::default(), Vec::new());
         let gathered = gather(
@@ -55,10 +64,75 @@ impl Expression for CallWith {
         // Many names are forgotten bit by bit.
         for name in names {
             drop(name);
-            ev.worked(VALUE)?;
+            ev.worked(4 * VALUE)?;
         }
         result
     }
+}
+
+/// Arguments by position that are most often few.
+type Few = SmallVec<[Value; 8]>;
+
+impl CallWith {
+    /// `callee(a, b, *last)`
+    #[inline(never)]
+    fn forward(
+        &self,
+        callee: &Value,
+        before: &[CallArg],
+        last: &Expr,
+        ev: &Evaluator<'_>,
+        f: &mut Frame<'_>,
+    ) -> R {
+        let mut args = Few::new();
+        for arg in before {
+            if let CallArg::Positional(expr) = arg {
+                args.push(expr.eval(ev, f)?);
+            }
+        }
+        let iterable = last.eval(ev, f)?;
+        if !extend_at_once(&iterable, |items| args.extend(items.iter().cloned())) {
+            let items = collect(&iterable, before.is_empty(), callee, ev).at(ev, f, self.span)?;
+            let mut args = Values::from(args.into_vec());
+            ev.append_values(items, &mut args).at(ev, f, self.span)?;
+            let result = ev.call_from(callee, &mut args, &[], Some(&mut *f));
+            return result.at(ev, f, self.span);
+        }
+        iterable.discard();
+        if let Value::Function(function) = callee {
+            return ev
+                .call_function(function, &mut args, &[])
+                .at(ev, f, self.span);
+        }
+        ev.call_from(callee, &mut args, &[], Some(&mut *f))
+            .at(ev, f, self.span)
+    }
+}
+
+/// Hands the items of a short tuple or list over; whether it is one.
+#[inline]
+fn extend_at_once(iterable: &Value, extend: impl FnOnce(&[Value])) -> bool {
+    match iterable {
+        Value::Tuple(tuple) if tuple.items().len() <= FEW => extend(tuple.items()),
+        Value::List(list) if list.len() <= FEW => extend(&list.borrow()),
+        _ => return false,
+    }
+    true
+}
+
+/// The items of `*iterable`; `single` if there are no other arguments by position.
+fn collect(iterable: &Value, single: bool, callee: &Value, ev: &Evaluator<'_>) -> R<Values> {
+    ev.collect(iterable).map_err(|raised| {
+        let raised = ev.not_unpackable(raised, iterable);
+        let is_none = !ev.has_iteration(iterable);
+        if single && is_none && ev.is_kind(&raised, ExceptionKind::TypeError) {
+            let (label, name) = (ev.callee_label(callee), ev.core.types.name_of(iterable));
+            return ev.type_error(format!(
+                "{label} argument after * must be an iterable, not {name}"
+            ));
+        }
+        raised
+    })
 }
 
 /// So many items are copied at once.
@@ -87,33 +161,10 @@ pub fn gather<'e>(
             CallArg::Positional(expr) => positional.push(expr.eval(ev, f)?),
             CallArg::Star(expr) => {
                 let iterable = expr.eval(ev, f)?;
-                match &iterable {
-                    Value::Tuple(tuple) if tuple.items().len() <= FEW => {
-                        positional.extend_from_slice(tuple.items());
-                        continue;
-                    }
-                    Value::List(list) if list.len() <= FEW => {
-                        positional.extend_from_slice(&list.borrow());
-                        continue;
-                    }
-                    _ => {}
+                if extend_at_once(&iterable, |items| positional.extend_from_slice(items)) {
+                    continue;
                 }
-                let items = ev.collect(&iterable).map_err(|raised| {
-                    let raised = ev.not_unpackable(raised, &iterable);
-                    let plain = !matches!(
-                        iterable,
-                        Value::Instance(_) | Value::Iter(_) | Value::Generator(_)
-                    );
-                    if single && plain && ev.is_kind(&raised, ExceptionKind::TypeError) {
-                        let (label, name) =
-                            (ev.callee_label(callee), ev.core.types.name_of(&iterable));
-                        return ev.type_error(format!(
-                            "{label} argument after * must be an iterable, not {name}"
-                        ));
-                    }
-                    raised
-                });
-                let items = items.at(ev, f, span)?;
+                let items = collect(&iterable, single, callee, ev).at(ev, f, span)?;
                 ev.append_values(items, positional).at(ev, f, span)?;
             }
             CallArg::Keyword(name, expr) => {
@@ -137,14 +188,18 @@ fn gather_mapping<'e>(
     names: &mut Vec<Passing<'e>>,
 ) -> R<()> {
     let dict = Dict::new();
-    ev.update_from_mapping(&dict, mapping).map_err(|raised| {
+    ev.merge_mapping(&dict, mapping).map_err(|raised| {
         let no_mapping = match mapping {
             Value::Instance(instance) => {
-                instance.extended().is_none() && instance.class.lookup(known::KEYS).is_none()
+                !matches!(instance.extended(), Some(Value::Dict(_)))
+                    && instance.class.lookup(known::KEYS).is_none()
             }
             _ => true,
         };
-        if ev.is_kind(&raised, ExceptionKind::TypeError) && no_mapping {
+        // An attribute that is missing on the way says that there is no mapping, as in CPython.
+        let lacks = ev.is_kind(&raised, ExceptionKind::AttributeError)
+            && !matches!(ev.plain(mapping), Value::Dict(_));
+        if lacks || ev.is_kind(&raised, ExceptionKind::TypeError) && no_mapping {
             let (label, name) = (ev.callee_label(callee), ev.core.types.name_of(mapping));
             return ev.type_error(format!(
                 "{label} argument after ** must be a mapping, not {name}"

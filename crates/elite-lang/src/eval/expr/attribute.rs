@@ -6,6 +6,7 @@ use std::rc::Rc;
 use super::names::Peek;
 use super::operand::Operand;
 use crate::builtins::Quick;
+use crate::eval::words::Words;
 use crate::eval::{Evaluator, Expression, Frame, Located};
 use crate::source::Span;
 use crate::value::class::Location;
@@ -136,8 +137,17 @@ impl Cache {
         self.entries[0].set((version, hint));
     }
 
-    /// Finds out what can be remembered about reading `name` of instances of `class`.
+    /// Finds out what can be remembered about reading `name` of instances of `class`, and does.
     pub fn learn(&self, class: &Class, name: Symbol) -> Option<Hint> {
+        let hint = Hint::about(class, name)?;
+        self.set(class.version(), hint);
+        Some(hint)
+    }
+}
+
+impl Hint {
+    /// What can be remembered about reading `name` of instances of `class`.
+    fn about(class: &Class, name: Symbol) -> Option<Hint> {
         if class.lookup(known::GETATTRIBUTE).is_some() {
             return None;
         }
@@ -159,7 +169,33 @@ impl Cache {
             (Some((location, _)), None) => Hint::Plain(location),
             (None, None) => return None,
         };
-        self.set(class.version(), hint);
+        Some(hint)
+    }
+}
+
+/// What is known about attributes that are asked for by a text, whoever asks: by the class and the name.
+pub struct Hints([Cell<(u32, Symbol, Hint)>; HINTS]);
+
+const HINTS: usize = 64;
+
+impl Default for Hints {
+    fn default() -> Self {
+        Hints([const { Cell::new((0, Symbol(0), Hint::Other)) }; HINTS])
+    }
+}
+
+impl Hints {
+    /// What is known about reading `name` of instances of `class`.
+    #[inline]
+    pub fn about(&self, class: &Class, name: Symbol) -> Option<Hint> {
+        let version = class.version();
+        let place = &self.0[(version.wrapping_mul(31) ^ name.0) as usize % HINTS];
+        let (known, of, hint) = place.get();
+        if known == version && of == name {
+            return Some(hint);
+        }
+        let hint = Hint::about(class, name)?;
+        place.set((class.version(), name, hint));
         Some(hint)
     }
 }
@@ -181,25 +217,38 @@ pub struct Attribute {
 impl Expression for Attribute {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
-        match self.look(f, Value::clone) {
+        match self.at_hand(f) {
             Some(found) => Ok(found),
-            None => self.find(ev, f),
+            None => self.find(ev, f).whole(),
         }
+    }
+
+    const IS_AT_HAND: bool = true;
+
+    #[inline(always)]
+    fn at_hand(&self, f: &Frame<'_>) -> Option<Value> {
+        // SAFETY: copying a value counts one reference more and does nothing else.
+        #[allow(unsafe_code)]
+        unsafe { self.reach(f) }.cloned()
     }
 }
 
 impl Attribute {
     /// The attribute, wherever it is.
     #[inline(never)]
-    fn find(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+    fn find(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Words<R> {
+        Words::of(self.find_anywhere(ev, f))
+    }
+
+    #[inline(always)]
+    fn find_anywhere(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         if let Operand::Local(local) = &self.value {
             local.check(ev, f)?;
-            if let Some(found) = self.cache.read(local.peek(f)) {
-                return Ok(found);
-            }
         }
-        if let Some(cell) = self.value.shared(f)
-            && let Some(found) = self.cache.read(&cell.value.borrow())
+        // SAFETY: what is found is copied, which counts a reference and does nothing else.
+        #[allow(unsafe_code)]
+        if let Some(receiver) = unsafe { self.value.reach(f) }
+            && let Some(found) = self.cache.read(receiver)
         {
             return Ok(found);
         }
@@ -208,6 +257,24 @@ impl Attribute {
         }
         let value = self.value.eval(ev, f)?;
         self.of(&value, ev, f)
+    }
+
+    /// Where the attribute of an instance in a local variable lies, if that is known.
+    ///
+    /// # Safety
+    /// As `Held::glimpse`.
+    #[inline(always)]
+    #[allow(unsafe_code)]
+    pub unsafe fn reach<'v>(&'v self, f: &'v Frame<'_>) -> Option<&'v Value> {
+        let Operand::Local(local) = &self.value else {
+            return None;
+        };
+        let Value::Instance(instance) = local.peek(f) else {
+            return None;
+        };
+        let slot = self.cache.slot(instance.class.known_version()?)?;
+        // SAFETY: the caller's promise.
+        unsafe { instance.glimpse(slot) }
     }
 
     /// What `look` makes of the attribute of an instance in a local variable, if it is known where it lies.

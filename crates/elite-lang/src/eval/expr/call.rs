@@ -54,7 +54,9 @@ enum Callee {
 impl Expression for Call {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
-        let callee = self.function.look(f, |callee| match callee {
+        // SAFETY: a function is copied, which counts a reference, or a builtin is asked what it answers with.
+        #[allow(unsafe_code)]
+        let callee = unsafe { self.function.reach(f) }.map(|callee| match callee {
             Value::Function(function) => Callee::Script(function.clone()),
             other => Builtin::quick_of(other).map_or(Callee::Other, Callee::Quick),
         });
@@ -156,6 +158,7 @@ pub(super) fn call_native(
             let mut args: Vec<Value> = args
                 .chain(site.args.iter().map(|arg| arg.eval(ev, f)))
                 .collect::<R<_>>()?;
+            ev.check_receiver(builtin, &args).at(ev, f, site.span)?;
             let result = ev.call_builtin(builtin, &mut args, &[], Some(&mut *f));
             result.at(ev, f, site.span)
         }
@@ -175,11 +178,16 @@ fn run_native<const N: usize>(
     let slots = slots.first(N);
     let first = usize::from(receiver.is_some());
     let given = site.args.len() + first;
+    let is_unbound = receiver.is_none();
     if let Some(receiver) = receiver {
         slots[0].fill(receiver);
     }
     for (slot, arg) in slots[first..].iter_mut().zip(&site.args) {
         slot.fill(arg.eval(ev, f)?);
+    }
+    if is_unbound {
+        ev.check_receiver(builtin, &slots[..given])
+            .at(ev, f, site.span)?;
     }
     if let Some(quick) = builtin.quick
         && let Some(answer) = answer_to(quick, &slots[..given], ev)

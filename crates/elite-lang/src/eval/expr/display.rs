@@ -5,6 +5,7 @@ use std::rc::Rc;
 use super::operand::Operand;
 use crate::errors::ExceptionKind;
 use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
+use crate::ops::hash::quick_hash;
 use crate::source::Span;
 use crate::value::trash::Nodes;
 use crate::value::{Dict, R, Raised, Set, Value};
@@ -111,9 +112,7 @@ impl Expression for SetDisplay {
                 Element::Star(expr, span) => {
                     let iterable = expr.eval(ev, f)?;
                     let added = ev.set_extend(&set, &iterable);
-                    added
-                        .map_err(|raised| ev.not_unpackable(raised, &iterable))
-                        .at(ev, f, *span)?;
+                    added.at(ev, f, *span)?;
                 }
             }
         }
@@ -143,12 +142,21 @@ pub struct DictDisplay(pub Nodes<DictElement>, pub Span);
 impl Expression for DictDisplay {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
-        let dict = Dict::new();
+        let dict = Dict::with_room(self.0.len());
         for element in self.0.iter() {
             match element {
                 DictElement::Pair(key, value) => {
                     let key = key.eval(ev, f)?;
-                    let value = value.eval(ev, f)?;
+                    let mut value = value.eval(ev, f)?;
+                    if let Some(hash) = quick_hash(&key) {
+                        match dict.set_at_once(hash, &key, value) {
+                            Ok(old) => {
+                                old.discard();
+                                continue;
+                            }
+                            Err(back) => value = back,
+                        }
+                    }
                     ev.dict_set(&dict, key, value).at(ev, f, self.1)?;
                 }
                 DictElement::Unpack(mapping) => {
@@ -165,29 +173,41 @@ impl Evaluator<'_> {
     /// The error for `*value` of something that is no iterable.
     pub fn not_unpackable(&self, raised: Raised, value: &Value) -> Raised {
         // An iterator has failed on its way; what it says counts.
-        if !self.is_kind(&raised, ExceptionKind::TypeError)
-            || matches!(
-                value,
-                Value::Instance(_) | Value::Iter(_) | Value::Generator(_)
-            )
-        {
+        if !self.is_kind(&raised, ExceptionKind::TypeError) || self.has_iteration(value) {
             return raised;
         }
         let name = self.core.types.name_of(value);
         self.type_error(format!("Value after * must be an iterable, not {name}"))
     }
 
-    /// `**mapping`: like `dict.update`, but only mappings are accepted.
+    /// `**mapping`: like `dict.update`, but only mappings are accepted. An attribute that is missing on the way says that there
+    /// is no mapping, as in CPython.
     pub fn update_from_mapping(&self, dict: &Dict, mapping: &Value) -> R<()> {
+        self.merge_mapping(dict, mapping).map_err(|raised| {
+            let is_dict = matches!(self.plain(mapping), Value::Dict(_));
+            match !is_dict && self.is_kind(&raised, ExceptionKind::AttributeError) {
+                true => self.not_a_mapping(mapping),
+                false => raised,
+            }
+        })
+    }
+
+    /// The same with what is raised as it is.
+    pub fn merge_mapping(&self, dict: &Dict, mapping: &Value) -> R<()> {
         let is_dict = matches!(self.plain(mapping), Value::Dict(_));
         if !is_dict
             && self
                 .attribute_or_none(mapping, crate::value::symbol::known::KEYS)?
                 .is_none()
         {
-            let name = self.core.types.name_of(mapping);
-            return Err(self.type_error(format!("'{name}' object is not a mapping")));
+            return Err(self.not_a_mapping(mapping));
         }
         self.dict_update_from(dict, mapping)
+    }
+
+    #[cold]
+    fn not_a_mapping(&self, value: &Value) -> Raised {
+        let name = self.core.types.name_of(value);
+        self.type_error(format!("'{name}' object is not a mapping"))
     }
 }

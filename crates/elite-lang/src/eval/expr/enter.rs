@@ -4,7 +4,7 @@ use std::rc::Rc;
 
 use super::call::Site;
 use super::keywords::call_with_keywords;
-use crate::builtins::with_first;
+use super::operand::Operand;
 use crate::eval::code::{CodeKind, Params};
 use crate::eval::run::{Slots, make_cells};
 use crate::eval::words::Words;
@@ -31,6 +31,12 @@ impl Entries {
     /// Those of functions of that kind with so many variables.
     pub fn of(kind: CodeKind, params: &Params, slots: usize) -> Self {
         let (call, given): (Entry, Given) = match slots {
+            0..=4 if params.is_starred() && kind == CodeKind::Plain => {
+                (enter_starred::<4>, enter_with_any)
+            }
+            5..=8 if params.is_starred() && kind == CodeKind::Plain => {
+                (enter_starred::<8>, enter_with_any)
+            }
             _ if !params.is_simple() || kind != CodeKind::Plain => {
                 (enter_generally, enter_with_any)
             }
@@ -88,18 +94,78 @@ fn enter<const N: usize>(
     let mut slots = Slots::<N>::empty();
     let places = slots.first(N);
     places[0].fill(receiver);
-    for (place, arg) in places[first..].iter_mut().zip(&site.args) {
-        match arg.eval(ev, f) {
-            Ok(value) => place.fill(value),
-            Err(raised) => return Words::of(Err(raised)),
-        }
+    if let Err(raised) = fill(&mut places[first..], &site.args, ev, f) {
+        return Words::of(Err(raised));
     }
-    if given < code.params.positional
-        && let Err(raised) = ev.fill_defaults(function, places)
-    {
-        return Words::of(Err(raised).at(ev, f, site.span));
+    let all = given == code.params.positional;
+    Words::of(run_filled(function, places, all, ev).at(ev, f, site.span))
+}
+
+/// Evaluates arguments into the places of their parameters.
+#[inline(always)]
+fn fill(places: &mut [Value], args: &[Operand], ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<()> {
+    for (place, arg) in places.iter_mut().zip(args) {
+        place.fill(arg.eval(ev, f)?);
     }
-    Words::of(run_here(function, places, ev).at(ev, f, site.span))
+    Ok(())
+}
+
+/// Runs a function whose arguments are in their places, `all` of them or all but those that have defaults.
+#[inline(always)]
+fn run_filled(function: &Rc<Function>, places: &mut [Value], all: bool, ev: &Evaluator<'_>) -> R {
+    if !all {
+        ev.fill_defaults(function, places)?;
+    }
+    run_here(function, places, ev)
+}
+
+/// A function of at most `N` variables with `*args` after its positional parameters and nothing else.
+fn enter_starred<const N: usize>(
+    function: &Rc<Function>,
+    receiver: Words<Value>,
+    site: &Site,
+    ev: &Evaluator<'_>,
+    f: &mut Frame<'_>,
+) -> Words<R> {
+    let code = &*function.code;
+    let positional = code.params.positional;
+    let receiver = receiver.whole();
+    let first = usize::from(!receiver.is_unbound());
+    let (Some(star), true) = (code.params.star, first <= positional) else {
+        return enter_generally(function, Words::of(receiver), site, ev, f);
+    };
+    let (own, others) = site.args.split_at(site.args.len().min(positional - first));
+    let mut slots = Slots::<N>::empty();
+    let places = slots.first(N);
+    places[0].fill(receiver);
+    if let Err(raised) = fill(&mut places[first..], own, ev, f) {
+        return Words::of(Err(raised));
+    }
+    match rest_of(others, ev, f).whole() {
+        Ok(rest) => places[star].put(rest),
+        Err(raised) => return Words::of(Err(raised)),
+    }
+    let all = own.len() + first == positional;
+    Words::of(run_filled(function, places, all, ev).at(ev, f, site.span))
+}
+
+/// What `*args` is bound to.
+fn rest_of(args: &[Operand], ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Words<R> {
+    let mut rest = || {
+        Ok(match args {
+            [] => ev.core.empty_tuple.clone(),
+            [a, b] => Value::pair(a.eval(ev, f)?, b.eval(ev, f)?),
+            [a, b, c] => Value::triple([a.eval(ev, f)?, b.eval(ev, f)?, c.eval(ev, f)?]),
+            _ => {
+                let mut rest = Vec::with_capacity(args.len());
+                for arg in args {
+                    rest.push(arg.eval(ev, f)?);
+                }
+                Value::tuple(rest)
+            }
+        })
+    };
+    Words::of(rest())
 }
 
 /// Any function with values by position.
@@ -112,7 +178,7 @@ fn enter_with_any(
     let first = first.whole();
     Words::of(match first.is_unbound() {
         true => ev.call_bound(function, args, &[]),
-        false => with_first(first, args, |all| ev.call_bound(function, all, &[])),
+        false => ev.with_first(first, args, |all| ev.call_bound(function, all, &[])),
     })
 }
 
@@ -136,12 +202,8 @@ fn enter_with<const N: usize>(
     for (place, arg) in places[before..].iter_mut().zip(args) {
         place.fill(std::mem::take(arg));
     }
-    if given < code.params.positional
-        && let Err(raised) = ev.fill_defaults(function, places)
-    {
-        return Words::of(Err(raised));
-    }
-    Words::of(run_here(function, places, ev))
+    let all = given == code.params.positional;
+    Words::of(run_filled(function, places, all, ev))
 }
 
 /// Runs a plain function whose parameters are bound.

@@ -32,6 +32,9 @@ pub struct FString(pub Nodes<Part>);
 impl Expression for FString {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+        if let [Part::Field { .. }] = &*self.0 {
+            return single(&self.0[0], ev, f);
+        }
         let mut out = String::with_capacity(16 * self.0.len());
         join(&self.0, ev, f, &mut out)?;
         if out.len() <= STRIDE {
@@ -40,6 +43,32 @@ impl Expression for FString {
         // Its characters are counted with pauses.
         ev.string(out)
     }
+}
+
+/// An f-string of nothing but a field: what formats an object may give an object, too.
+#[inline(never)]
+fn single(part: &Part, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+    if let Part::Field {
+        value,
+        conversion,
+        spec,
+        nested,
+        span,
+    } = part
+    {
+        let value = value.eval(ev, f)?;
+        let value = match conversion {
+            Conversion::None => value,
+            conversion => ev.convert(value, *conversion).at(ev, f, *span)?,
+        };
+        let Some(parts) = nested else {
+            return ev.format_value(&value, spec).at(ev, f, *span);
+        };
+        let mut spec = String::new();
+        join(parts, ev, f, &mut spec)?;
+        return ev.format_value(&value, &spec).at(ev, f, *span);
+    }
+    Ok(Value::str(""))
 }
 
 fn join(parts: &[Part], ev: &Evaluator<'_>, f: &mut Frame<'_>, out: &mut String) -> R<()> {

@@ -25,9 +25,11 @@ impl Expression for Item {
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         if let Operand::Local(local) = &self.value
             && let Some(index) = self.index.peek(f)
-            && let Some(item) = found(local.peek(f), index, ev)
         {
-            return Ok(item);
+            return match found(local.peek(f), index, ev) {
+                Some(item) => Ok(item),
+                None => self.evaluate(ev, f).whole(),
+            };
         }
         self.find(ev, f).whole()
     }
@@ -47,6 +49,27 @@ fn found(value: &Value, index: &Value, ev: &Evaluator<'_>) -> Option<Value> {
 }
 
 impl Item {
+    /// Where the item lies, if container and index are found without evaluating anything and it lies in a list or tuple.
+    ///
+    /// # Safety
+    /// As `Held::glimpse`.
+    #[inline(never)]
+    #[allow(unsafe_code)]
+    pub unsafe fn reach<'v>(&'v self, f: &'v Frame<'_>) -> Option<&'v Value> {
+        // SAFETY: the caller's promise.
+        unsafe {
+            let Value::Int(at) = self.index.reach(f)? else {
+                return None;
+            };
+            let items = match self.value.reach(f)? {
+                Value::List(list) => list.glimpse(),
+                Value::Tuple(tuple) => tuple.items(),
+                _ => return None,
+            };
+            items.get(place_of(*at, items.len())?)
+        }
+    }
+
     /// Shows `each` the item, if container and index can be looked at and it lies in a list or tuple.
     #[inline(never)]
     pub fn show(&self, f: &Frame<'_>, each: &mut dyn FnMut(&Value)) {
@@ -76,6 +99,23 @@ impl Item {
     /// The item, wherever container and index come from.
     #[inline(never)]
     fn find(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Words<R> {
+        // SAFETY: what is found is copied; to find it in a dictionary or a text changes nothing and runs no script code.
+        #[allow(unsafe_code)]
+        let item = unsafe {
+            match (self.value.reach(f), self.index.reach(f)) {
+                (Some(value), Some(index)) => found(value, index, ev),
+                _ => None,
+            }
+        };
+        match item {
+            Some(item) => Words::of(Ok(item)),
+            None => self.evaluate(ev, f),
+        }
+    }
+
+    /// The same, container and index evaluated one after the other.
+    #[inline(never)]
+    fn evaluate(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Words<R> {
         Words::of(self.evaluated(ev, f))
     }
 

@@ -3,6 +3,8 @@
 
 use std::rc::Rc;
 
+use smallvec::SmallVec;
+
 use super::operand::Operand;
 use crate::eval::code::Params;
 use crate::eval::run::with_slots;
@@ -93,7 +95,7 @@ pub(super) fn call_with_keywords(
             .at(ev, f, span);
     }
     with_slots(function.code.slots, |slots| {
-        let mut more = Vec::with_capacity(given.saturating_sub(params.positional));
+        let mut more = Rest::new();
         let mut place = |index: usize, value: Value, slots: &mut [Value]| match params.positional {
             count if index < count => slots[index].put(value),
             _ => more.push(value),
@@ -104,33 +106,59 @@ pub(super) fn call_with_keywords(
         for (index, arg) in (first..).zip(args) {
             place(index, arg.eval(ev, f)?, slots);
         }
+        let others = params.double_star.map(|slot| {
+            let is_other = |(name, _): &&(Symbol, Operand)| params.by_name(*name).is_none();
+            (
+                slot,
+                Dict::with_room(keywords.iter().filter(is_other).count()),
+            )
+        });
         for (name, value) in keywords {
             let value = value.eval(ev, f)?;
-            if let Some(index) = params.by_name(*name) {
-                slots[index].put(value);
+            match (params.by_name(*name), &others) {
+                (Some(index), _) => slots[index].put(value),
+                (None, Some((_, dict))) => {
+                    let name = ev.core.symbols.value(*name);
+                    // No name is given twice.
+                    if let Value::Str(text) = &name {
+                        dict.append(text.hash(), name.clone(), value);
+                    }
+                }
+                (None, None) => {}
             }
         }
         if let Some(star) = params.star {
-            let rest = match more.is_empty() {
-                true => ev.core.empty_tuple.clone(),
-                false => Value::tuple(more),
-            };
-            slots[star].put(rest);
+            slots[star].put(rest(more, ev));
         }
-        if let Some(double_star) = params.double_star {
-            slots[double_star].put(Value::Dict(Rc::new(Dict::new())));
+        if let Some((slot, dict)) = others {
+            slots[slot].put(Value::Dict(Rc::new(dict)));
         }
         ev.fill_defaults(function, slots).at(ev, f, span)?;
         ev.run(function, slots).at(ev, f, span)
     })
 }
 
+/// Arguments beyond the positional parameters.
+type Rest = SmallVec<[Value; 4]>;
+
+/// What `*args` is bound to.
+fn rest(mut more: Rest, ev: &Evaluator<'_>) -> Value {
+    match &mut more[..] {
+        [] => ev.core.empty_tuple.clone(),
+        [a, b] => Value::pair(std::mem::take(a), std::mem::take(b)),
+        [a, b, c] => Value::triple([a, b, c].map(std::mem::take)),
+        _ => Value::tuple(more.into_vec()),
+    }
+}
+
 /// Whether every argument has a parameter of its own; defaults aside, binding them cannot fail then.
 #[inline]
 fn fit(params: &Params, given: usize, keywords: &[(Symbol, Operand)]) -> bool {
     (given <= params.positional || params.star.is_some())
-        && keywords.iter().all(|(name, _)| {
-            let index = params.by_name(*name);
-            index.is_some_and(|index| index >= given.min(params.positional))
-        })
+        && keywords
+            .iter()
+            .all(|(name, _)| match params.by_name(*name) {
+                Some(index) => index >= given.min(params.positional),
+                None => params.double_star.is_some(),
+            })
 }

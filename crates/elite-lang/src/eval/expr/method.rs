@@ -6,7 +6,7 @@ use std::rc::{Rc, Weak};
 use super::attribute::{Cache, Hint, Member};
 use super::call::{Site, answer, call_native, call_other};
 use super::enter::call_script;
-use super::names::Peek;
+use super::names::{Local, Peek};
 use super::operand::Operand;
 use crate::builtins::{Builtin, Quick};
 use crate::errors::ExceptionKind;
@@ -76,30 +76,21 @@ impl Expression for CallMethod {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         if let Operand::Local(local) = &self.receiver {
-            match local.peek(f) {
-                Value::Instance(instance) => {
-                    if !instance.in_dict.get() {
-                        let version = instance.class.version();
-                        if let Some(function) = self.methods.of(version) {
-                            let receiver = Some(Value::Instance(instance.clone()));
-                            return call_script(&function, receiver, &self.site, ev, f);
-                        }
-                        if let Some((kind, quick)) = self.quick.get()
-                            && kind == kind_of_class(version)
-                            && let receiver = Some(local.peek(f))
-                            && let Some(answer) = answer(quick, receiver, &self.site, ev, f)
-                        {
-                            return Ok(answer);
-                        }
-                    }
+            let Value::Instance(instance) = local.peek(f) else {
+                return self.call_of_builtin(local, ev, f).whole();
+            };
+            if !instance.in_dict.get() {
+                let version = instance.class.version();
+                if let Some(function) = self.methods.of(version) {
+                    let receiver = Some(Value::Instance(instance.clone()));
+                    return call_script(&function, receiver, &self.site, ev, f);
                 }
-                receiver => {
-                    if let Some((kind, quick)) = self.quick.get()
-                        && kind == receiver.kind()
-                        && let Some(answer) = answer(quick, Some(receiver), &self.site, ev, f)
-                    {
-                        return Ok(answer);
-                    }
+                if let Some((kind, quick)) = self.quick.get()
+                    && kind == kind_of_class(version)
+                    && let receiver = Some(local.peek(f))
+                    && let Some(answer) = answer(quick, receiver, &self.site, ev, f)
+                {
+                    return Ok(answer);
                 }
             }
         }
@@ -108,6 +99,19 @@ impl Expression for CallMethod {
 }
 
 impl CallMethod {
+    /// A call with a value of a builtin type in a local variable.
+    #[inline(never)]
+    fn call_of_builtin(&self, local: &Local, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Words<R> {
+        let receiver = local.peek(f);
+        if let Some((kind, quick)) = self.quick.get()
+            && kind == receiver.kind()
+            && let Some(answer) = answer(quick, Some(receiver), &self.site, ev, f)
+        {
+            return Words::of(Ok(answer));
+        }
+        self.call(ev, f)
+    }
+
     /// A call of what is not a known function of the class of a local variable.
     #[inline(never)]
     fn call(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Words<R> {

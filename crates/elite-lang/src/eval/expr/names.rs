@@ -36,6 +36,13 @@ impl Expression for Const {
     fn eval(&self, _: &Evaluator<'_>, _: &mut Frame<'_>) -> R {
         Ok(self.0.clone())
     }
+
+    const IS_AT_HAND: bool = true;
+
+    #[inline(always)]
+    fn at_hand(&self, _: &Frame<'_>) -> Option<Value> {
+        Some(self.0.clone())
+    }
 }
 
 /// A local variable.
@@ -83,6 +90,16 @@ impl Expression for Local {
             value => ev.truth(value),
         }
     }
+
+    const IS_AT_HAND: bool = true;
+
+    #[inline(always)]
+    fn at_hand(&self, f: &Frame<'_>) -> Option<Value> {
+        match &f.slots[self.slot as usize] {
+            Value::Unbound => None,
+            value => Some(value.clone()),
+        }
+    }
 }
 
 #[cold]
@@ -126,14 +143,36 @@ pub struct Free {
     pub span: Span,
 }
 
+impl Free {
+    /// Where its value lies, if it is bound.
+    ///
+    /// # Safety
+    /// As `Held::glimpse`.
+    #[inline(always)]
+    #[allow(unsafe_code)]
+    pub unsafe fn reach<'v>(&'v self, f: &'v Frame<'_>) -> Option<&'v Value> {
+        let cell = &f.function.closure[self.index as usize];
+        // SAFETY: the caller's promise.
+        unsafe { cell.value.glimpse() }.filter(|value| !value.is_unbound())
+    }
+}
+
 impl Expression for Free {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
-        let value = f.function.closure[self.index as usize].value.borrow();
-        if value.is_unbound() {
-            return Err(unbound_free(ev, f, self.index, self.span));
+        match self.at_hand(f) {
+            Some(value) => Ok(value),
+            None => Err(unbound_free(ev, f, self.index, self.span)),
         }
-        Ok(value.clone())
+    }
+
+    const IS_AT_HAND: bool = true;
+
+    #[inline(always)]
+    fn at_hand(&self, f: &Frame<'_>) -> Option<Value> {
+        // SAFETY: copying a value counts one reference more and does nothing else.
+        #[allow(unsafe_code)]
+        unsafe { self.reach(f) }.cloned()
     }
 }
 
@@ -163,21 +202,29 @@ pub struct Global {
 }
 
 impl Global {
-    /// Runs `inner` on the value without copying it; the value must not be assigned meanwhile.
+    /// Its value.
     #[inline]
     pub fn value(&self, ev: &Evaluator<'_>, f: &Frame<'_>) -> R {
-        let value = self.cell.value.borrow();
-        if !value.is_unbound() {
-            return Ok(value.clone());
+        match self.at_hand(f) {
+            Some(value) => Ok(value),
+            None => undefined(ev, f, self.name, self.span),
         }
-        drop(value);
-        let builtin = self.builtin.value.borrow();
-        if !builtin.is_unbound() {
-            return Ok(builtin.clone());
+    }
+
+    /// Where its value lies, if it or the builtin of that name is bound.
+    ///
+    /// # Safety
+    /// As `Held::glimpse`.
+    #[inline(always)]
+    #[allow(unsafe_code)]
+    pub unsafe fn reach<'v>(&'v self, _: &'v Frame<'_>) -> Option<&'v Value> {
+        // SAFETY: the caller's promise.
+        unsafe {
+            match self.cell.value.glimpse() {
+                Some(value) if !value.is_unbound() => Some(value),
+                _ => { self.builtin.value.glimpse() }.filter(|value| !value.is_unbound()),
+            }
         }
-        // A module that is loaded now runs code.
-        drop(builtin);
-        undefined(ev, f, self.name, self.span)
     }
 }
 
@@ -204,6 +251,15 @@ impl Expression for Global {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         self.value(ev, f)
+    }
+
+    const IS_AT_HAND: bool = true;
+
+    #[inline(always)]
+    fn at_hand(&self, f: &Frame<'_>) -> Option<Value> {
+        // SAFETY: copying a value counts one reference more and does nothing else.
+        #[allow(unsafe_code)]
+        unsafe { self.reach(f) }.cloned()
     }
 }
 

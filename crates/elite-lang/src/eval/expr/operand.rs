@@ -96,6 +96,27 @@ impl Operand {
         self.peek(f).filter(|value| !value.is_unbound())
     }
 
+    /// Where its value lies, if that is found without evaluating anything and it is bound.
+    ///
+    /// # Safety
+    /// As `Held::glimpse`: while the reference is in use values are read and copied only.
+    #[inline(always)]
+    #[allow(unsafe_code)]
+    pub unsafe fn reach<'v>(&'v self, f: &'v Frame<'_>) -> Option<&'v Value> {
+        // SAFETY: the caller's promise.
+        unsafe {
+            match self {
+                Operand::Local(local) => Some(local.peek(f)).filter(|value| !value.is_unbound()),
+                Operand::Const(value) => Some(value),
+                Operand::Free(free) => free.reach(f),
+                Operand::Global(global) => global.reach(f),
+                Operand::Attribute(attribute) => attribute.reach(f),
+                Operand::Item(item) => item.reach(f),
+                Operand::Expr(_) => None,
+            }
+        }
+    }
+
     /// What `look` makes of the value of a variable, a constant, an attribute that lies in an instance or an item of a list
     /// or tuple, which is not copied; None for anything else. No script code may run meanwhile, and the list that an
     /// item is from must not be changed.
@@ -137,8 +158,9 @@ impl Operand {
     /// A copy of its value, if that can be looked at without evaluating anything and is bound.
     #[inline]
     pub fn copied(&self, f: &Frame<'_>) -> Option<Value> {
-        self.look(f, Value::clone)
-            .filter(|value| !value.is_unbound())
+        // SAFETY: copying a value counts one reference more and does nothing else.
+        #[allow(unsafe_code)]
+        unsafe { self.reach(f) }.cloned()
     }
 
     /// The variable of an outer function or of the module that it is; its value may be `Unbound`.

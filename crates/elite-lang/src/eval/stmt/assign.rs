@@ -6,10 +6,10 @@ use std::rc::Rc;
 use super::target::{AttributeTarget, Destination, ItemTarget, Target, Unpack};
 use crate::ast::BinaryOp;
 use crate::eval::expr::binary::{Operator, op};
-use crate::eval::expr::names::{Const, Peek};
+use crate::eval::expr::names::{Const, Local, Peek};
 use crate::eval::expr::operand::{Operand, by_operand};
 use crate::eval::run::with_slots;
-use crate::eval::words::Words;
+use crate::eval::words::{Words, next_without};
 use crate::eval::{
     Evaluator, Executes, Expr, Expression, Flow, Frame, Located, Statement, attempt,
 };
@@ -27,9 +27,26 @@ pub struct AssignLocal<V> {
 impl<V: Expression> Statement for AssignLocal<V> {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        if !V::IS_AT_HAND {
+            return self.evaluated(ev, f);
+        }
+        match self.value.at_hand(f) {
+            Some(value) => next_without(std::mem::replace(&mut f.slots[self.slot as usize], value)),
+            None => self.evaluate(ev, f).whole(),
+        }
+    }
+}
+
+impl<V: Expression> AssignLocal<V> {
+    #[inline(never)]
+    fn evaluate(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Words<Flow> {
+        Words::of(self.evaluated(ev, f))
+    }
+
+    #[inline(always)]
+    fn evaluated(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let value = attempt!(self.value.eval(ev, f));
-        f.slots[self.slot as usize].put(value);
-        Flow::Next
+        next_without(std::mem::replace(&mut f.slots[self.slot as usize], value))
     }
 }
 
@@ -76,10 +93,36 @@ impl<V: Expression, W: Expression> Statement for AssignPair<V, W> {
     }
 }
 
+/// `a, b = b, a` for two local names.
+struct Exchange {
+    slots: [u32; 2],
+    /// The same, for names that are not bound.
+    pair: AssignPair<Local, Local>,
+}
+
+impl Statement for Exchange {
+    #[inline(always)]
+    fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        let [a, b] = self.slots.map(|slot| slot as usize);
+        if f.slots[a].is_unbound() || f.slots[b].is_unbound() {
+            return self.pair.exec_words(ev, f).whole();
+        }
+        f.slots.swap(a, b);
+        Flow::Next
+    }
+}
+
 /// The statement `a, b = x, y`.
 pub fn assign_pair(targets: [Destination; 2], values: (Operand, Operand)) -> Box<dyn Executes> {
     use Operand::{Expr, Local};
     match values {
+        (Local(a), Local(b)) if are_local(&targets, [b.slot, a.slot]) => Box::new(Exchange {
+            slots: [a.slot, b.slot],
+            pair: AssignPair {
+                targets,
+                values: (a, b),
+            },
+        }),
         (Local(a), Local(b)) => Box::new(AssignPair {
             targets,
             values: (a, b),
@@ -94,6 +137,15 @@ pub fn assign_pair(targets: [Destination; 2], values: (Operand, Operand)) -> Box
         }),
         values => Box::new(AssignPair { targets, values }),
     }
+}
+
+/// Whether the targets are the local variables in these slots.
+fn are_local(targets: &[Destination; 2], slots: [u32; 2]) -> bool {
+    let is_local = |(target, slot): (&Destination, u32)| match target {
+        Destination::Local(local) => local.slot == slot,
+        Destination::Other(_) => false,
+    };
+    targets.iter().zip(slots).all(is_local)
 }
 
 /// `a, b = value` for `N` local names: the items of a tuple or list of as many are put there without a detour.
@@ -177,16 +229,45 @@ struct AssignAttribute<V> {
 impl<V: Expression> Statement for AssignAttribute<V> {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        if !V::IS_AT_HAND {
+            return self.evaluated(ev, f);
+        }
+        if let Operand::Local(local) = &self.target.value
+            && let Value::Instance(instance) = local.peek(f)
+            && let Some(value) = self.value.at_hand(f)
+        {
+            return match self.target.replace_at_once(instance, value) {
+                Ok(old) => next_without(old),
+                Err(value) => self.assign(Words::of(value), ev, f).whole(),
+            };
+        }
+        self.evaluate(ev, f).whole()
+    }
+}
+
+impl<V: Expression> AssignAttribute<V> {
+    #[inline(never)]
+    fn evaluate(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Words<Flow> {
+        Words::of(self.evaluated(ev, f))
+    }
+
+    #[inline(always)]
+    fn evaluated(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let value = attempt!(self.value.eval(ev, f));
         if let Operand::Local(local) = &self.target.value
             && let Value::Instance(instance) = local.peek(f)
         {
-            return match self.target.set_at_once(instance, value) {
-                Ok(()) => Flow::Next,
-                Err(value) => self.target.assign_words(ev, f, Words::of(value)).into(),
+            return match self.target.replace_at_once(instance, value) {
+                Ok(old) => next_without(old),
+                Err(value) => self.assign(Words::of(value), ev, f).whole(),
             };
         }
-        self.target.assign_words(ev, f, Words::of(value)).into()
+        self.assign(Words::of(value), ev, f).whole()
+    }
+
+    #[inline(never)]
+    fn assign(&self, value: Words<Value>, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Words<Flow> {
+        Words::of(self.target.assign(ev, f, value.whole()).into())
     }
 }
 

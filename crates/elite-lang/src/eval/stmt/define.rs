@@ -1,5 +1,6 @@
 //! `def` and `class`.
 
+use std::collections::HashSet;
 use std::rc::Rc;
 
 use super::target::Target;
@@ -211,19 +212,38 @@ impl DefineClass {
 /// Whether `__slots__` says which attributes the instances have.
 fn takes_slots(base: Base) -> bool {
     let is_container = matches!(base, Base::List | Base::Dict | Base::Set | Base::FrozenSet);
-    is_container
-        || matches!(base, Base::Object | Base::Str | Base::Float)
-        || without_room(base).is_some()
+    let is_of_library = matches!(base, Base::Native | Base::Iterator);
+    let is_other = matches!(
+        base,
+        Base::Object | Base::Exception | Base::Str | Base::Float | Base::Complex | Base::ByteArray
+    );
+    is_container || is_other || is_of_library || !has_room(base)
 }
 
-/// The builtin type of this layout, if CPython's has no room for slots behind its items.
-fn without_room(base: Base) -> Option<&'static str> {
-    match base {
-        Base::Int => Some("int"),
-        Base::Tuple => Some("tuple"),
-        Base::Bytes => Some("bytes"),
-        _ => None,
-    }
+/// The nearest class that gives instances of a class more than those of its own ancestors have: slots, or what a builtin type
+/// holds.
+fn widening(class: &Rc<Class>) -> Option<Rc<Class>> {
+    let ancestors = class.ancestors();
+    let mut line = std::iter::once(class).chain(&*ancestors);
+    let widest = line.find(|class| match class.is_script {
+        true => class.has_own_slots(),
+        false => class.base != Base::Object,
+    });
+    widest.cloned()
+}
+
+/// Whether CPython's layout of a class has a place for weak references: sets have one, and classes without `__slots__`.
+fn is_weakly_referable(class: &Rc<Class>) -> bool {
+    let has_place = |class: &Rc<Class>| match class.is_script {
+        true => class.is_referable(),
+        false => matches!(class.base, Base::Set | Base::FrozenSet),
+    };
+    has_place(class) || class.ancestors().iter().any(has_place)
+}
+
+/// Whether CPython's layout of this builtin type has room for slots behind its items.
+fn has_room(base: Base) -> bool {
+    !matches!(base, Base::Int | Base::Tuple | Base::Bytes)
 }
 
 /// Work for an attribute of a new class.
@@ -238,61 +258,66 @@ impl Evaluator<'_> {
         attrs: Vec<(Symbol, Value)>,
     ) -> R<Rc<Class>> {
         self.check_name(name)?;
+        let held = self.hold_names();
+        let class = self.make_with_names_held(name, bases, attrs)?;
+        drop(held);
+        // What the work on it made due was put off.
+        self.sweep_names_if_due()?;
+        Ok(class)
+    }
+
+    fn make_with_names_held(
+        &self,
+        name: &str,
+        bases: &[Value],
+        attrs: Vec<(Symbol, Value)>,
+    ) -> R<Rc<Class>> {
         let mut parents: Vec<Rc<Class>> = Vec::new();
         for base in bases {
             let Value::Class(class) = base else {
-                let name = self.core.types.name_of(base);
-                return Err(self.type_error(format!(
-                    "a base of a class must be a class, not '{name}' object"
-                )));
+                return Err(self.type_error("bases must be types"));
             };
             if is_final(class) {
-                let text = format!("type '{}' is not an acceptable base type", class.name());
+                let text = format!(
+                    "type '{}' is not an acceptable base type",
+                    class.type_name()
+                );
                 return Err(self.type_error(text));
-            }
-            if parents.iter().any(|other| Rc::ptr_eq(other, class)) {
-                return Err(self.type_error(format!("duplicate base class {}", class.name())));
             }
             parents.push(class.clone());
         }
         if parents.is_empty() {
             parents.push(self.core.types.object.clone());
         }
+        let base = self.layout_base(&parents)?;
+        let slots = match attrs.iter().find(|(name, _)| *name == known::SLOTS) {
+            Some((_, listed)) if takes_slots(base) => {
+                Some(self.slot_names(listed, base, &parents, &attrs)?)
+            }
+            _ => None,
+        };
+        let again = (1..parents.len()).find(|at| {
+            parents[..*at]
+                .iter()
+                .any(|other| Rc::ptr_eq(other, &parents[*at]))
+        });
+        if let Some(at) = again {
+            let name = parents[at].name();
+            return Err(self.type_error(format!("duplicate base class {name}")));
+        }
         let ancestors = linearise(&parents).map_err(|names| {
             let text = "Cannot create a consistent method resolution\norder (MRO) for bases";
             self.type_error(format!("{text} {}", names.join(", ")))
         })?;
-        let base = self.layout_base(&parents)?;
         let class = Class::new(name, base, parents, ancestors, true);
         self.core.note_class(&class);
+        if let Some(slots) = slots {
+            class.set_slots(&slots);
+        }
         let (mut has_eq, mut has_hash) = (false, false);
-        let mut slots = Vec::new();
         for (name, value) in attrs {
             has_eq |= name == known::EQ;
             has_hash |= name == known::HASH;
-            if name == known::SLOTS && takes_slots(base) {
-                let names = match &value {
-                    Value::Str(_) => vec![value.clone()].into(),
-                    other => self.collect(other)?,
-                };
-                for slot in &names {
-                    let Value::Str(text) = slot else {
-                        let name = self.core.types.name_of(slot);
-                        return Err(self
-                            .type_error(format!("__slots__ items must be strings, not '{name}'")));
-                    };
-                    slots.push(self.take_name(text.as_str())?);
-                    self.worked(ATTRIBUTE)?;
-                }
-                if let (false, Some(extended)) = (slots.is_empty(), without_room(base)) {
-                    let text =
-                        format!("nonempty __slots__ not supported for subtype of '{extended}'");
-                    return Err(self.type_error(text));
-                }
-                if !slots.contains(&known::DICT) {
-                    class.set_slots(slots.clone().into());
-                }
-            }
             let value = match (&value, name) {
                 // These take the class without a decorator.
                 (Value::Function(_), known::INIT_SUBCLASS | known::CLASS_GETITEM) => {
@@ -304,27 +329,95 @@ impl Evaluator<'_> {
             class.set(name, value);
             self.worked(ATTRIBUTE)?;
         }
-        let taken = { slots.into_iter() }.find(|name| class.own_attrs().get(*name).is_some());
-        if let Some(name) = taken {
-            let name = self.repr(&self.core.symbols.value(name))?;
-            return Err(
-                self.value_error(format!("{name} in __slots__ conflicts with class variable"))
-            );
-        }
         if has_eq && !has_hash {
             class.set(known::HASH, Value::None);
         }
         Ok(class)
     }
 
+    /// The names that `__slots__` lists.
+    fn slot_names(
+        &self,
+        listed: &Value,
+        base: Base,
+        parents: &[Rc<Class>],
+        attrs: &[(Symbol, Value)],
+    ) -> R<Vec<Symbol>> {
+        let names = match listed {
+            Value::Str(_) => vec![listed.clone()].into(),
+            other => self.collect(other)?,
+        };
+        if !names.is_empty() && !has_room(base) {
+            let extended = parents.iter().find(|class| class.base == base);
+            let extended = extended.map_or_else(|| "object".into(), |class| class.name());
+            let text = format!("nonempty __slots__ not supported for subtype of '{extended}'");
+            return Err(self.type_error(text));
+        }
+        let has_dict = |class: &Rc<Class>| {
+            class.base == Base::Exception || class.is_script && class.has_dict()
+        };
+        let mut has_dict = parents.iter().any(has_dict);
+        let mut is_referable = parents.iter().all(is_weakly_referable);
+        let mut slots = Vec::new();
+        for slot in &names {
+            let Value::Str(text) = slot else {
+                let name = self.core.types.name_of(slot);
+                let text = format!("__slots__ items must be strings, not '{name}'");
+                return Err(self.type_error(text));
+            };
+            let name = self.take_name(text.as_str())?;
+            if !crate::lexer::names::is_name(text.as_str()) {
+                return Err(self.type_error("__slots__ must be identifiers"));
+            }
+            if name == known::WEAKREF && std::mem::replace(&mut is_referable, true) {
+                let text =
+                    "__weakref__ slot disallowed: either we already got one, or __itemsize__ != 0";
+                return Err(self.type_error(text));
+            }
+            if name == known::DICT && std::mem::replace(&mut has_dict, true) {
+                let text = "__dict__ slot disallowed: we already got one";
+                return Err(self.type_error(text));
+            }
+            slots.push(name);
+            self.worked(ATTRIBUTE)?;
+        }
+        let mut given = HashSet::new();
+        for (name, _) in attrs.iter().filter(|_| !slots.is_empty()) {
+            given.insert(*name);
+            self.worked(ATTRIBUTE)?;
+        }
+        for name in &slots {
+            self.worked(ATTRIBUTE)?;
+            if given.contains(name) {
+                let name = self.repr(&self.core.symbols.value(*name))?;
+                let text = format!("{name} in __slots__ conflicts with class variable");
+                return Err(self.value_error(text));
+            }
+        }
+        Ok(slots)
+    }
+
     /// The builtin layout that instances of a class with these bases have.
     pub fn layout_base(&self, parents: &[Rc<Class>]) -> R<crate::value::class::Base> {
-        use crate::value::class::Base;
+        let conflict = || self.type_error("multiple bases have instance lay-out conflict");
         let mut base = Base::Object;
+        let mut widest: Option<Rc<Class>> = None;
         for parent in parents {
+            if parents.len() > 1
+                && let Some(wide) = widening(parent)
+            {
+                let is_wider = |wide: &Rc<Class>, than: &Rc<Class>| {
+                    wide.is_subclass_of(than) || !wide.is_script && wide.base == than.base
+                };
+                widest = Some(match widest {
+                    Some(other) if is_wider(&other, &wide) => other,
+                    Some(other) if !is_wider(&wide, &other) => return Err(conflict()),
+                    _ => wide,
+                });
+            }
             if parent.base != Base::Object && parent.base != base {
                 if base != Base::Object {
-                    return Err(self.type_error("multiple bases have instance lay-out conflict"));
+                    return Err(conflict());
                 }
                 base = parent.base;
             }
@@ -474,11 +567,23 @@ pub fn is_final(class: &Class) -> bool {
     let is_iterator = class.base == Base::Iterator;
     let name = class.name();
     if class.is_script {
-        return false;
+        return class.in_c.get() && *class.type_name() == *"datetime.timezone";
     }
     if is_iterator {
         // Those of the library are classes to derive from, too.
-        return name.ends_with("iterator");
+        return name.ends_with("iterator") || matches!(&*name, "_tee" | "_grouper");
+    }
+    if class.in_c.get() {
+        return matches!(
+            &*class.type_name(),
+            "re.Pattern"
+                | "re.Match"
+                | "_thread.lock"
+                | "types.UnionType"
+                | "operator.itemgetter"
+                | "operator.attrgetter"
+                | "operator.methodcaller"
+        );
     }
     matches!(
         &*name,
@@ -504,5 +609,7 @@ pub fn is_final(class: &Class) -> bool {
             | "frame"
             | "traceback"
             | "UnionType"
+            | "getset_descriptor"
+            | "member_descriptor"
     )
 }

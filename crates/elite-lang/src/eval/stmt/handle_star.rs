@@ -111,7 +111,8 @@ fn parts(left: &Option<Rc<Instance>>, types: &Value, ev: &Evaluator<'_>) -> R<Pa
     }
     if ev.exception_matches(left, types)? {
         // A single exception is handed over as a group of one.
-        return Ok((Some(ev.plain_group(vec![left.clone()])?), None));
+        let group = Value::tuple(vec![Value::Instance(left.clone())]);
+        return Ok((Some(made_here(group, ev)?), None));
     }
     Ok((None, Some(left.clone())))
 }
@@ -136,9 +137,19 @@ fn remaining(
         new.extend(ev.split_group(original, Matcher::Leaves(&leaves))?.0);
     }
     if new.len() > 1 {
-        return ev.plain_group(new).map(Some);
+        let members = new.into_iter().map(Value::Instance).collect();
+        return made_here(Value::list(members), ev).map(Some);
     }
     Ok(new.pop())
+}
+
+/// A group without a message around some exceptions. It has come up nowhere, so it has no context.
+fn made_here(members: Value, ev: &Evaluator<'_>) -> R<Rc<Instance>> {
+    let group = ev.plain_group(members)?;
+    if let Some(state) = group.exception() {
+        state.settle_context();
+    }
+    Ok(group)
 }
 
 /// Whether an exception is the original or a part split off it that was not raised anew: it has come the same way.

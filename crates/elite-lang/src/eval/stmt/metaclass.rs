@@ -19,7 +19,11 @@ impl Evaluator<'_> {
             Some(Value::Class(class)) if class.base == Base::Type => class.clone(),
             // Anything that can be called may stand there.
             Some(other) => return Ok(Some(other.clone())),
-            None => self.core.types.type_.clone(),
+            None => match bases.first() {
+                None | Some(Value::Class(_)) => self.core.types.type_.clone(),
+                // What is no class is asked for one by its own.
+                Some(other) => self.core.types.of(other).clone(),
+            },
         };
         let winner = self.most_derived(given, bases)?;
         let plain = Rc::ptr_eq(&winner, &self.core.types.type_);
@@ -29,7 +33,6 @@ impl Evaluator<'_> {
     /// The most derived of a metaclass and those of the bases.
     fn most_derived(&self, mut winner: Rc<Class>, bases: &[Value]) -> R<Rc<Class>> {
         for base in bases {
-            let Value::Class(_) = base else { continue };
             let other = self.core.types.of(base);
             if other.is_subclass_of(&winner) {
                 winner = other.clone();
@@ -156,6 +159,7 @@ impl Evaluator<'_> {
             all.extend_from_slice(args);
             return self.call(&new, &mut all, keywords);
         }
+        let held = self.hold_names();
         let mut attrs = self.named(&dict)?;
         let cell = attrs.iter().position(|(name, _)| *name == known::CLASSCELL);
         let cell = cell.map(|index| attrs.remove(index).1);
@@ -163,6 +167,8 @@ impl Evaluator<'_> {
             attrs.push((known::DOC, Value::None));
         }
         let class = self.make_class(name.as_str(), bases.items(), attrs)?;
+        drop(held);
+        self.sweep_names_if_due()?;
         if !Rc::ptr_eq(&winner, &self.core.types.type_) {
             class.set_metaclass(winner);
         }

@@ -96,6 +96,12 @@ impl Statement for Raise {
             let cause = attempt!(cause.eval(ev, f));
             attempt!(set_cause(ev, &exception, &cause).at(ev, f, self.span));
         }
+        if let Some(handled) = ev.handled_exception()
+            && let Some(state) = exception.exception()
+        {
+            ev.core.note(&Value::Instance(exception.clone()));
+            state.replace_context(&exception, &handled);
+        }
         Flow::Raise(ev.trace(f, self.span, Raised::Exception(exception)))
     }
 }

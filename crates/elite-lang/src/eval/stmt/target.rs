@@ -175,12 +175,28 @@ impl AttributeTarget {
     /// Sets the attribute of an instance whose class is known; the value back if more is to be done.
     #[inline(always)]
     pub fn set_at_once(&self, instance: &Instance, value: Value) -> Result<(), Value> {
-        if (instance.noted.get() || !value.holds_values())
-            && let Some(slot) = self.slot(instance.class.version())
-        {
-            return instance.set_slot(slot, value);
+        match self.slot_for(instance, &value) {
+            Some(slot) => instance.set_slot(slot, value),
+            None => Err(value),
         }
-        Err(value)
+    }
+
+    /// The same for an attribute that is set already: what was there, or the new value back.
+    #[inline(always)]
+    pub fn replace_at_once(&self, instance: &Instance, value: Value) -> Result<Value, Value> {
+        match self.slot_for(instance, &value) {
+            Some(slot) => instance.replace_slot(slot, value),
+            None => Err(value),
+        }
+    }
+
+    /// The slot of an instance whose class is known, if it is noted already where the value demands it.
+    #[inline(always)]
+    fn slot_for(&self, instance: &Instance, value: &Value) -> Option<usize> {
+        match instance.noted.get() || !value.holds_values() {
+            true => self.slot(instance.class.known_version()?),
+            false => None,
+        }
     }
 
     /// `object.name = value` for an object that has been evaluated.
@@ -423,8 +439,7 @@ impl Unpack {
     fn items(&self, ev: &Evaluator<'_>, value: &Value) -> R<Vec<Value>> {
         let wanted = self.targets.len();
         let iterator = ev.iter(value).map_err(|raised| {
-            if ev.is_kind(&raised, ExceptionKind::TypeError) && !matches!(value, Value::Instance(_))
-            {
+            if ev.is_kind(&raised, ExceptionKind::TypeError) && !ev.has_iteration(value) {
                 let name = ev.core.types.name_of(value);
                 return ev.type_error(format!("cannot unpack non-iterable {name} object"));
             }

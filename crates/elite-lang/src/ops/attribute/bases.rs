@@ -36,7 +36,7 @@ impl Evaluator<'_> {
         }
         for base in &parents {
             if is_final(base) {
-                let base = base.name();
+                let base = base.type_name();
                 return Err(
                     self.type_error(format!("type '{base}' is not an acceptable base type"))
                 );

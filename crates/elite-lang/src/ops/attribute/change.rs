@@ -5,7 +5,7 @@ use std::rc::Rc;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::value::symbol::known;
-use crate::value::{Class, Instance, R, Raised, Symbol, Value};
+use crate::value::{Class, Dict, Instance, R, Raised, Symbol, Value};
 
 impl Evaluator<'_> {
     /// `value.name = new`
@@ -42,8 +42,11 @@ impl Evaluator<'_> {
                 self.sweep_names_if_due()?;
                 Ok(())
             }
+            _ if name == known::CLASS => Err(self.class_refused(&new)),
             Value::Function(function) => self.set_function_attribute(function, name, new),
-            Value::Generator(generator) => self.set_generator_attribute(generator, name, new),
+            Value::Generator(generator) if matches!(name, known::NAME | known::QUALNAME) => {
+                self.rename_generator(generator, name, new)
+            }
             Value::Property(property) if name == known::DOC => {
                 property.doc.put(new);
                 Ok(())
@@ -113,6 +116,9 @@ impl Evaluator<'_> {
         match found {
             Some(Value::Property(property)) => {
                 if property.set.is_none() {
+                    if let Some(refused) = self.refused_by_type(value, name) {
+                        return Err(refused);
+                    }
                     let message = refusal(&property.name_or(&self.core.symbols.name(name)));
                     return Err(self.raise(ExceptionKind::AttributeError, message));
                 }
@@ -135,12 +141,34 @@ impl Evaluator<'_> {
     }
 
     #[cold]
+    fn class_refused(&self, new: &Value) -> Raised {
+        if matches!(new, Value::Class(_)) {
+            return self.type_error("assignment to __class__ is not supported");
+        }
+        let found = self.core.types.name_of(new);
+        self.type_error(format!(
+            "__class__ must be set to a class, not '{found}' object"
+        ))
+    }
+
+    /// What objects without a dictionary say of setting an attribute.
+    #[cold]
     fn cannot_set(&self, value: &Value, name: Symbol) -> Raised {
+        if let Some(refused) = self.refused_by_type(value, name) {
+            return refused;
+        }
         let class = self.core.types.name_of(value);
         let text = self.core.symbols.name(name);
-        let exists = self
-            .attribute_or_none(value, name)
-            .is_ok_and(|found| found.is_some());
+        let exists = match value {
+            // Whatever `__getattr__` would say of it.
+            Value::Instance(instance) => {
+                instance.class.lookup(name).is_some()
+                    || self.core.types.natural.lookup(name).is_some()
+            }
+            _ => self
+                .attribute_or_none(value, name)
+                .is_ok_and(|found| found.is_some()),
+        };
         let message = if exists {
             format!("'{class}' object attribute '{text}' is read-only")
         } else {
@@ -162,10 +190,6 @@ impl Evaluator<'_> {
         }
         let class = &instance.class;
         let refusal = |name: &str| {
-            if class.in_c.get() {
-                let class = class.type_name();
-                return format!("attribute '{name}' of '{class}' objects is not writable");
-            }
             let class = self.qualname_of(class);
             format!("property '{name}' of '{class}' object has no setter")
         };
@@ -177,24 +201,24 @@ impl Evaluator<'_> {
         {
             return Ok(());
         }
+        if name == known::CLASS {
+            return Err(self.class_refused(&new));
+        }
         if !class.is_script && instance.exception().is_none() {
             return Err(self.cannot_set(value, name));
         }
-        if name == known::DICT {
+        if name == known::DICT && class.has_dict() {
             let Value::Dict(dict) = self.plain(&new) else {
                 let name = self.core.types.name_of(&new);
                 return Err(self.type_error(format!(
                     "__dict__ must be set to a dictionary, not a '{name}'"
                 )));
             };
-            instance.set_dict(dict);
+            instance.set_dict(dict, &self.core.symbols);
             return Ok(());
         }
-        if name == known::CLASS {
-            return Err(self.type_error("assignment to __class__ is not supported"));
-        }
         if !class.takes_attribute(name) {
-            return Err(self.attribute_error(value, name));
+            return Err(self.cannot_set(value, name));
         }
         if let Some(dict) = instance.shown_dict() {
             self.grow_dict(&dict)?;
@@ -238,7 +262,42 @@ impl Evaluator<'_> {
                     Err(self.attribute_error(value, name))
                 }
             }
-            _ => Err(self.attribute_error(value, name)),
+            _ => Err(self.cannot_delete(value, name)),
+        }
+    }
+
+    /// What is said of deleting an attribute that is not there or stays: objects without a dictionary know those of their class.
+    #[cold]
+    fn cannot_delete(&self, value: &Value, name: Symbol) -> Raised {
+        if name == known::CLASS && !matches!(value, Value::Class(_)) {
+            return self.type_error("can't delete __class__ attribute");
+        }
+        match value {
+            Value::Class(class) if !class.is_script => {
+                let (name, class) = (self.core.symbols.name(name), class.type_name());
+                self.type_error(format!(
+                    "cannot set '{name}' attribute of immutable type '{class}'"
+                ))
+            }
+            Value::Class(_) | Value::Module(_) | Value::Function(_) => {
+                self.attribute_error(value, name)
+            }
+            Value::Instance(instance) if instance.exception().is_some() => {
+                let text = self.core.symbols.name(name);
+                match &*text {
+                    "__dict__" => self.type_error("cannot delete __dict__"),
+                    "args" | "__cause__" | "__context__" | "__traceback__" => {
+                        self.type_error(format!("{text} may not be deleted"))
+                    }
+                    _ => self.attribute_error(value, name),
+                }
+            }
+            Value::Instance(instance)
+                if instance.class.is_script && instance.class.takes_attribute(name) =>
+            {
+                self.attribute_error(value, name)
+            }
+            _ => self.cannot_set(value, name),
         }
     }
 
@@ -252,6 +311,9 @@ impl Evaluator<'_> {
         match instance.class.lookup(name) {
             Some(Value::Property(property)) => {
                 if property.delete.is_none() {
+                    if let Some(refused) = self.refused_by_type(value, name) {
+                        return Err(refused);
+                    }
                     let (name, class) = (
                         self.core.symbols.name(name),
                         self.qualname_of(&instance.class),
@@ -274,13 +336,22 @@ impl Evaluator<'_> {
             }
             _ => {}
         }
+        let has_dict = instance.class.is_script && instance.class.has_dict();
+        if name == known::DICT && has_dict && instance.exception().is_none() {
+            instance.set_dict(Rc::new(Dict::new()), &self.core.symbols);
+            return Ok(());
+        }
         if instance.remove(name, &self.core.symbols) {
             match instance.shown_dict() {
                 Some(dict) => self.shrink_dict(&dict),
                 None => Ok(()),
             }
+        } else if instance.class.has_slot(name) {
+            // A slot that is empty says no more than its name.
+            let name = self.core.symbols.name(name);
+            Err(self.raise(ExceptionKind::AttributeError, name.to_string()))
         } else {
-            Err(self.attribute_error(value, name))
+            Err(self.cannot_delete(value, name))
         }
     }
 }

@@ -252,7 +252,9 @@ impl Evaluator<'_> {
                 self.call1(&property.get, receiver.clone())
             }
             Value::StaticMethod(function) => Ok((**function).clone()),
-            Value::ClassMethod(function) => Ok(self.bound(function, &Value::Class(class.clone()))),
+            Value::ClassMethod(function) => {
+                self.bound_to_class(function, &Value::Class(class.clone()))
+            }
             Value::Instance(descriptor) => match descriptor.class.lookup(known::GET) {
                 Some(get) => self.call_method_value(
                     &get,
@@ -268,6 +270,20 @@ impl Evaluator<'_> {
     fn bound(&self, function: &Value, receiver: &Value) -> Value {
         let (function, receiver) = (function.clone(), receiver.clone());
         Value::BoundMethod(Rc::new(BoundMethod { receiver, function }))
+    }
+
+    /// What a class method is as an attribute of a class: what it wraps, asked as one of the class if it is a descriptor itself.
+    pub fn bound_to_class(&self, function: &Value, class: &Value) -> R {
+        match function {
+            Value::Property(property) if !property.get.is_none() => {
+                self.call1(&property.get, class.clone())
+            }
+            Value::Instance(descriptor) if let Some(get) = descriptor.class.lookup(known::GET) => {
+                let mut args = [class.clone(), class.clone()];
+                self.call_method_value(&get, function, &mut args)
+            }
+            _ => Ok(self.bound(function, class)),
+        }
     }
 
     fn class_attribute(&self, value: &Value, class: &Rc<Class>, name: Symbol) -> R<Option<Value>> {
@@ -312,19 +328,25 @@ impl Evaluator<'_> {
         if let Some(found) = class.lookup(name) {
             return Ok(Some(match &found {
                 Value::StaticMethod(function) => (**function).clone(),
-                Value::ClassMethod(function) => self.bound(function, value),
+                Value::ClassMethod(function) => self.bound_to_class(function, value)?,
                 Value::Instance(descriptor) => match descriptor.class.lookup(known::GET) {
                     Some(get) => {
                         self.call_method_value(&get, &found, &mut [Value::None, value.clone()])?
                     }
                     None => found,
                 },
+                Value::Property(_) => self.shown_property(class, name).unwrap_or(found),
                 _ => found,
             }));
         }
         match metaclass.lookup(name) {
             Some(_) if matches!(name, known::DOC | known::MODULE) => Ok(Some(Value::None)),
+            // What every object has comes before what `type` has for classes.
+            Some(Value::Builtin(_)) if let Some(found) = self.core.types.natural.lookup(name) => {
+                Ok(Some(found))
+            }
             Some(found) => self.bind_attribute(&found, value, &metaclass).map(Some),
+            None if let Some(found) = self.descriptor(class, name) => Ok(Some(found)),
             None if class.meta_method(known::GETATTR).is_some()
                 && self.core.types.natural.lookup(name).is_none() =>
             {

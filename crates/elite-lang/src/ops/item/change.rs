@@ -1,9 +1,11 @@
 //! Assigning to items and slices, deleting them.
 
 use super::slice::{Bounds, Indices};
+use crate::builtins::types::bytes;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::ops::hash::quick_hash;
+use crate::value::int::Int;
 use crate::value::symbol::known;
 use crate::value::{ByteArray, List, R, Raised, Slice, Value};
 
@@ -72,10 +74,7 @@ impl Evaluator<'_> {
                             "can assign only bytes, buffers, or iterables of ints in range(0, 256)",
                         ));
                     }
-                    let new = match self.bytes_like(&item) {
-                        Some(new) => self.copied_bytes(&new)?,
-                        None => self.collect_bytes(&item)?,
-                    };
+                    let new = bytes::of_object(self, &item, "bytearray")?;
                     let indices = self.slice_indices(slice)?;
                     if new.is_empty() {
                         // With a step as well: CPython takes the bytes out.
@@ -112,9 +111,9 @@ impl Evaluator<'_> {
                 None if instance.class.lookup(known::DELITEM).is_some() => {
                     Err(self.raise(ExceptionKind::AttributeError, "__setitem__"))
                 }
-                None => Err(self.no_item_assignment(value, None)),
+                None => Err(self.no_item_assignment(value, index, false)),
             },
-            _ => Err(self.no_item_assignment(value, None)),
+            _ => Err(self.no_item_assignment(value, index, false)),
         }
     }
 
@@ -153,54 +152,59 @@ impl Evaluator<'_> {
         Ok(data)
     }
 
-    /// The error for a type whose items cannot be changed; `deleted` is the index of an item that should go.
+    /// The error for a type whose items cannot be changed.
     #[cold]
-    fn no_item_assignment(&self, value: &Value, deleted: Option<&Value>) -> Raised {
+    fn no_item_assignment(&self, value: &Value, index: &Value, is_deletion: bool) -> Raised {
         let name = self.core.types.name_of(value);
-        let Some(index) = deleted else {
-            return self.type_error(format!("'{name}' object does not support item assignment"));
-        };
-        // CPython has other words where it asks a sequence for an item by a number.
+        // CPython asks a sequence for an item by a number, which must fit, and has other words then.
         let plain = match value {
             Value::Instance(_) => value.clone(),
             other => self.plain(other),
         };
-        let is_sequence = matches!(
-            plain,
-            Value::Instance(_)
-                | Value::Str(_)
-                | Value::Bytes(_)
-                | Value::Tuple(_)
-                | Value::Range(_)
-                | Value::LongRange(_)
-                | Value::Set(_)
-                | Value::FrozenSet(_)
-                | Value::DictView(_)
-        );
-        let is_number = matches!(index, Value::Int(_) | Value::BigInt(_) | Value::Bool(_));
-        let not = match is_sequence && is_number {
-            true => "doesn't",
-            false => "does not",
-        };
-        self.type_error(format!("'{name}' object {not} support item deletion"))
+        // So it takes objects of a script's class, but not those of builtin ones.
+        let is_of_script = matches!(&plain, Value::Instance(instance)
+            if instance.class.is_script && !instance.class.in_c.get());
+        let is_sequence = is_of_script
+            || matches!(
+                plain,
+                Value::Str(_)
+                    | Value::Bytes(_)
+                    | Value::Tuple(_)
+                    | Value::Range(_)
+                    | Value::LongRange(_)
+                    | Value::Set(_)
+                    | Value::FrozenSet(_)
+                    | Value::DictView(_)
+            );
+        let is_by_number = is_sequence && self.has_index(index);
+        if is_by_number {
+            match self.to_int(index) {
+                Ok(Int::Small(_)) => {}
+                Ok(Int::Big(_)) => {
+                    let index = self.core.types.name_of(index);
+                    let text = format!("cannot fit '{index}' into an index-sized integer");
+                    return self.raise(ExceptionKind::IndexError, text);
+                }
+                Err(raised) => return raised,
+            }
+        }
+        self.type_error(match (is_deletion, is_by_number) {
+            (false, _) => format!("'{name}' object does not support item assignment"),
+            (true, true) => format!("'{name}' object doesn't support item deletion"),
+            (true, false) => format!("'{name}' object does not support item deletion"),
+        })
     }
 
     fn set_list_slice(&self, list: &List, slice: &Slice, item: &Value) -> R<()> {
         // As in CPython: the indices, the length, the new items; then what is left of the old ones.
         let indices = self.slice_indices(slice)?;
         let before = indices.within(list.len());
-        let new = self.collect(item).map_err(|raised| {
-            if self.is_kind(&raised, ExceptionKind::TypeError)
-                && !matches!(item, Value::Instance(_))
-            {
-                let extended = !matches!(slice.step, Value::None | Value::Int(1));
-                return self.type_error(if extended {
-                    "must assign iterable to extended slice"
-                } else {
-                    "can only assign an iterable"
-                });
+        let new = self.collect_or(item, || {
+            match slice.step {
+                Value::None | Value::Int(1) => "can only assign an iterable",
+                _ => "must assign iterable to extended slice",
             }
-            raised
+            .to_owned()
         })?;
         if self.long_slice_is_set(list, indices, before, &new)? {
             return Ok(());
@@ -283,9 +287,9 @@ impl Evaluator<'_> {
                 None if instance.class.lookup(known::SETITEM).is_some() => {
                     Err(self.raise(ExceptionKind::AttributeError, "__delitem__"))
                 }
-                None => Err(self.no_item_assignment(value, Some(index))),
+                None => Err(self.no_item_assignment(value, index, true)),
             },
-            _ => Err(self.no_item_assignment(value, Some(index))),
+            _ => Err(self.no_item_assignment(value, index, true)),
         }
     }
 

@@ -6,6 +6,7 @@ pub mod slice;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::words::Words;
+use crate::value::int::Int;
 use crate::value::symbol::known;
 use crate::value::{R, Raised, Str, Value};
 
@@ -92,18 +93,28 @@ impl Evaluator<'_> {
             Value::Int(_) | Value::Bool(_) | Value::BigInt(_) | Value::Instance(_) => {}
             _ => return Err(self.index_type_error(what, index)),
         }
-        if let Value::Instance(instance) = index
-            && instance.extended().is_none()
-            && instance.class.lookup(known::INDEX).is_none()
+        if let Value::Instance(_) = index
+            && !self.has_index(index)
         {
             return Err(self.index_type_error(what, index));
         }
-        match self.index(index) {
-            Err(raised) if self.is_kind(&raised, ExceptionKind::OverflowError) => Err(self.raise(
-                ExceptionKind::IndexError,
-                "cannot fit 'int' into an index-sized integer",
-            )),
-            other => other,
+        match self.to_int(index)? {
+            Int::Small(small) => Ok(small),
+            Int::Big(_) => {
+                let name = self.core.types.name_of(index);
+                let text = format!("cannot fit '{name}' into an index-sized integer");
+                Err(self.raise(ExceptionKind::IndexError, text))
+            }
+        }
+    }
+
+    /// The place that an index of a range means, however far.
+    fn range_index(&self, index: &Value) -> R<Int> {
+        match index {
+            Value::Int(at) => Ok(Int::Small(*at)),
+            Value::Bool(_) | Value::BigInt(_) => self.to_int(index),
+            Value::Instance(_) if self.has_index(index) => self.to_int(index),
+            _ => Err(self.index_type_error("range", index)),
         }
     }
 
@@ -167,25 +178,17 @@ impl Evaluator<'_> {
                     .ok_or_else(|| self.raise(ExceptionKind::IndexError, error()))
             }
             Value::Range(range) => {
-                let at = match self.sequence_index(index, "range") {
-                    Err(raised) if self.is_kind(&raised, ExceptionKind::IndexError) => {
-                        return Err(self.range_index_error());
-                    }
-                    place => place?,
+                let place = match self.range_index(index)? {
+                    Int::Small(at) => self.place(at, range.len() as usize),
+                    Int::Big(_) => None,
                 };
-                match self.place(at, range.len() as usize) {
+                match place {
                     Some(place) => Ok(Value::Int(range.at(place as u64))),
                     None => Err(self.range_index_error()),
                 }
             }
             Value::LongRange(range) => {
-                let index = match self.sequence_index(index, "range") {
-                    // Further than 64 bits reach.
-                    Err(raised) if self.is_kind(&raised, ExceptionKind::IndexError) => {
-                        self.to_int(index)?.to_big()
-                    }
-                    place => place?.into(),
-                };
+                let index = self.range_index(index)?.to_big();
                 match range.at(&index) {
                     Some(value) => Ok(Value::bigint(value)),
                     None => Err(self.range_index_error()),

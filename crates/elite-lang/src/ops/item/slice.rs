@@ -42,12 +42,18 @@ impl Bounds {
 
     /// The index of place number `number`.
     fn at(self, number: usize) -> usize {
-        (self.start + number as i64 * self.step) as usize
+        self.place(number as i64) as usize
+    }
+
+    /// Place number `number`, which is one of them or next to one. A step may be as big as there are numbers: what is only next
+    /// to a place may be beyond them.
+    fn place(self, number: i64) -> i64 {
+        self.start.saturating_add(number.saturating_mul(self.step))
     }
 
     /// The index of the last place; before the first one if there is none.
     pub fn at_last(self) -> i64 {
-        self.start + (self.len() as i64 - 1) * self.step
+        self.place(self.len() as i64 - 1)
     }
 
     /// The same places in order, some at a time: few enough, and near enough to each other, for one safepoint after each.
@@ -56,9 +62,9 @@ impl Bounds {
         let size = (size / step).max(1);
         let length = self.len();
         (0..length).step_by(size).map(move |first| Bounds {
-            start: self.start + first as i64 * self.step,
+            start: self.place(first as i64),
             stop: if first + size < length {
-                self.start + (first + size) as i64 * self.step
+                self.place((first + size) as i64)
             } else {
                 self.stop
             },
@@ -68,7 +74,7 @@ impl Bounds {
 
     /// The indices.
     pub fn indices(self) -> impl Iterator<Item = usize> {
-        (0..self.len() as i64).map(move |i| (self.start + i * self.step) as usize)
+        (0..self.len()).map(move |number| self.at(number))
     }
 }
 
@@ -142,9 +148,7 @@ impl Evaluator<'_> {
     /// A bound of a slice or a search, cut to 64 bits.
     pub fn slice_index(&self, value: &Value) -> R<i64> {
         self.clamped_index(value).map_err(|raised| {
-            if self.is_kind(&raised, ExceptionKind::TypeError)
-                && !matches!(value, Value::Instance(_))
-            {
+            if self.is_kind(&raised, ExceptionKind::TypeError) && !self.has_index(value) {
                 return self.type_error(
                     "slice indices must be integers or None or have an __index__ method",
                 );
@@ -245,7 +249,10 @@ impl Evaluator<'_> {
                     _ => Value::ByteArray(Rc::new(ByteArray::new(part))),
                 }
             }
-            Value::Range(range) if !matches!(slice.step, Value::BigInt(_)) => {
+            // The least step of all is cut like those beyond 64 bits.
+            Value::Range(range)
+                if !matches!(slice.step, Value::BigInt(_) | Value::Int(i64::MIN)) =>
+            {
                 let bounds = self.bounds(slice, || range.len() as usize)?;
                 let at = |index: i64| {
                     i128::from(range.start) + i128::from(index) * i128::from(range.step)

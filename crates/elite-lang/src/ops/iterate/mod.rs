@@ -12,6 +12,7 @@ use crate::eval::generator::{Stepped, ToGenerator};
 use crate::eval::pace::VALUE;
 use crate::ops::dict::PASSED;
 use crate::value::dict::{SOME, Sought, ViewKind};
+use crate::value::int::Int;
 use crate::value::symbol::known;
 use crate::value::{Held, Iter, R, Raised, Value, Values};
 
@@ -83,12 +84,10 @@ impl Evaluator<'_> {
                 Err(self.type_error(format!("iter() returned non-iterator of type '{name}'")))
             }
             None => {
-                if let Some(extended) = instance.extended() {
-                    if crate::value::int::Int::of(&extended).is_some()
-                        || matches!(extended, Value::Float(_) | Value::Complex(_))
-                    {
-                        return Err(self.not_iterable(value));
-                    }
+                if let Some(extended) = instance.extended()
+                    && crate::value::int::Int::of(&extended).is_none()
+                    && !matches!(extended, Value::Float(_) | Value::Complex(_))
+                {
                     return self.iter(&extended);
                 }
                 // Items alone make a class of the script a sequence, not one of the library.
@@ -104,6 +103,35 @@ impl Evaluator<'_> {
                 })))
             }
         }
+    }
+
+    /// An iterator over a value; a type error on the way to one says `message` instead.
+    pub fn iter_or(&self, value: &Value, message: impl FnOnce() -> String) -> R {
+        self.iter(value).map_err(
+            |raised| match self.is_kind(&raised, ExceptionKind::TypeError) {
+                true => self.type_error(message()),
+                false => raised,
+            },
+        )
+    }
+
+    /// Whether a value's type has what iteration asks for, `__iter__` or `__getitem__`, whatever comes of it.
+    pub fn has_iteration(&self, value: &Value) -> bool {
+        match value {
+            Value::Instance(instance) => {
+                let has = |name| instance.class.lookup(name).is_some();
+                let has_items = has(known::GETITEM) && !instance.class.in_c.get();
+                has(known::ITER) || has_items || self.is_container(&self.plain(value))
+            }
+            Value::Class(class) if class.metaclass().is_some() => {
+                self.core.types.of(value).lookup(known::ITER).is_some()
+            }
+            other => self.is_container(other),
+        }
+    }
+
+    fn is_container(&self, value: &Value) -> bool {
+        !matches!(value, Value::Instance(_)) && self.iter(value).is_ok()
     }
 
     #[cold]
@@ -384,7 +412,58 @@ impl Evaluator<'_> {
             _ => {}
         }
         let iterator = self.iter(iterable)?;
+        self.ask_length(iterable)?;
         self.drain(&iterator)
+    }
+
+    /// Asks an object of the script how many items it has, as CPython does before it collects them.
+    pub fn ask_length(&self, iterable: &Value) -> R<()> {
+        match iterable {
+            Value::Instance(_) => self.length_hint(iterable).map(|_| ()),
+            _ => Ok(()),
+        }
+    }
+
+    /// How many items something says that it has or may have; None if it does not say. Errors of type say nothing.
+    pub fn length_hint(&self, iterable: &Value) -> R<Option<i64>> {
+        let class = self.core.types.of(iterable);
+        let is_type_error = |raised: &Raised| self.is_kind(raised, ExceptionKind::TypeError);
+        if class.lookup(known::LEN).is_some() {
+            match self.len(iterable) {
+                Err(raised) if is_type_error(&raised) => {}
+                length => return length.map(|length| Some(length as i64)),
+            }
+        }
+        let hint = match self.special(iterable, known::LENGTH_HINT, &mut []) {
+            Ok(Some(Value::NotImplemented) | None) => return Ok(None),
+            Ok(Some(hint)) => hint,
+            Err(raised) if is_type_error(&raised) => return Ok(None),
+            Err(raised) => return Err(raised),
+        };
+        let plain = self.plain(&hint);
+        if Int::of(&plain).is_none() {
+            let name = self.core.types.name_of(&hint);
+            let text = format!("__length_hint__ must be an integer, not {name}");
+            return Err(self.type_error(text));
+        }
+        match self.index(&plain)? {
+            ..0 => Err(self.value_error("__length_hint__() should return >= 0")),
+            length => Ok(Some(length)),
+        }
+    }
+
+    /// All items of an iterable; a type error on the way to an iterator says `message` instead.
+    pub fn collect_or(&self, iterable: &Value, message: impl FnOnce() -> String) -> R<Values> {
+        match iterable {
+            Value::List(_) | Value::Tuple(_) | Value::Dict(_) | Value::Range(_) => {
+                self.collect(iterable)
+            }
+            _ => {
+                let iterator = self.iter_or(iterable, message)?;
+                self.ask_length(iterable)?;
+                self.drain(&iterator)
+            }
+        }
     }
 
     /// All remaining values of an iterator.

@@ -12,9 +12,9 @@ use crate::eval::pace::VALUE;
 use crate::stdlib::define::{Builder, Entry, holding, native_class, with_data};
 use crate::value::instance::Holds;
 use crate::value::int::Int;
-use crate::value::iter::NativeIter;
+use crate::value::iter::{LibraryIterator, NativeIter};
 use crate::value::symbol::known;
-use crate::value::{Held, Iter, R, Raised, Value, trash};
+use crate::value::{Held, Iter, R, Raised, Value, Values, trash};
 
 /// Items that are copied between two safepoints.
 const SOME: usize = 4096;
@@ -146,6 +146,24 @@ fn make(ev: &Evaluator<'_>, items: Vec<Value>, maxlen: Option<usize>) -> R {
     holding(ev, "_collections.deque", Rc::new(deque), &HOLDS)
 }
 
+/// A deque of the class and with the bound of another one.
+fn alike(ev: &Evaluator<'_>, old: &Value, items: Vec<Value>) -> R {
+    let maxlen = data(ev, old)?.maxlen.get();
+    let class = ev.core.types.of(old).clone();
+    if !class.is_script {
+        return make(ev, items, maxlen);
+    }
+    let items = Value::list(items);
+    match maxlen {
+        // A class of a script may take no bound.
+        None => ev.call1(&Value::Class(class), items),
+        Some(_) => {
+            let bound = data(ev, old)?.maxlen_value();
+            ev.call(&Value::Class(class), &mut [items, bound], &[])
+        }
+    }
+}
+
 /// How the search for cycles reaches the items.
 static HOLDS: Holds = Holds {
     visit: |data, each| {
@@ -221,7 +239,15 @@ fn extend(ev: &Evaluator<'_>, deque: &Deque, iterable: &Value, left: bool) -> R<
 }
 
 fn position(ev: &Evaluator<'_>, deque: &Deque, index: &Value) -> R<usize> {
-    let index = ev.index(index)?;
+    let name = || ev.core.types.name_of(index);
+    if !ev.has_index(index) {
+        let text = format!("sequence index must be integer, not '{}'", name());
+        return Err(ev.type_error(text));
+    }
+    let Int::Small(index) = ev.to_int(index)? else {
+        let text = format!("cannot fit '{}' into an index-sized integer", name());
+        return Err(ev.raise(ExceptionKind::IndexError, text));
+    };
     ev.place(index, deque.len())
         .ok_or_else(|| ev.raise(ExceptionKind::IndexError, "deque index out of range"))
 }
@@ -233,7 +259,61 @@ fn mutated(ev: &Evaluator<'_>) -> Raised {
     )
 }
 
-fn iterator(ev: &Evaluator<'_>, deque: Rc<Deque>, reversed: bool) -> R {
+/// An iterator over a deque, from either end.
+struct Walk {
+    /// The deque as scripts know it; `Unbound` once it has been given away.
+    object: Held<Value>,
+    deque: Rc<Deque>,
+    reversed: bool,
+    next: Cell<usize>,
+    generation: u64,
+}
+
+impl LibraryIterator for Walk {
+    fn next(&self, ev: &Evaluator<'_>) -> R<Option<Value>> {
+        if self.deque.generation.get() != self.generation {
+            return Err(mutated(ev));
+        }
+        let items = self.deque.items.borrow();
+        let at = self.next.get();
+        self.next.set(at + 1);
+        let at = match self.reversed {
+            true => items.len().wrapping_sub(at + 1),
+            false => at,
+        };
+        Ok(items.get(at).cloned())
+    }
+
+    fn visit(&self, each: &mut dyn FnMut(&Value)) {
+        if let Some(object) = self.object.try_borrow() {
+            each(&object);
+        }
+    }
+
+    fn clear(&self, held: &mut Vec<Value>) {
+        held.push(self.object.replace(Value::Unbound));
+    }
+
+    fn copied(
+        &self,
+        _: &Evaluator<'_>,
+        each: &dyn Fn(&Value) -> R,
+    ) -> R<Option<Box<dyn LibraryIterator>>> {
+        let object = each(&self.object.get())?;
+        let Some(deque) = shared(&object).cloned() else {
+            return Ok(None);
+        };
+        Ok(Some(Box::new(Walk {
+            generation: deque.generation.get(),
+            deque,
+            reversed: self.reversed,
+            next: self.next.clone(),
+            object: Held::new(object),
+        })))
+    }
+}
+
+fn iterator(ev: &Evaluator<'_>, object: &Value, reversed: bool) -> R {
     let class = native_class(
         ev,
         if reversed {
@@ -242,23 +322,16 @@ fn iterator(ev: &Evaluator<'_>, deque: Rc<Deque>, reversed: bool) -> R {
             "_collections._deque_iterator"
         },
     )?;
-    let (next, generation) = (Cell::new(0), deque.generation.get());
-    let step = move |ev: &Evaluator<'_>| {
-        if deque.generation.get() != generation {
-            return Err(mutated(ev));
-        }
-        let items = deque.items.borrow();
-        let at = next.get();
-        next.set(at + 1);
-        let at = if reversed {
-            items.len().wrapping_sub(at + 1)
-        } else {
-            at
-        };
-        Ok(items.get(at).cloned())
+    let deque = data(ev, object)?;
+    let walk = Walk {
+        object: Held::new(object.clone()),
+        reversed,
+        next: Cell::new(0),
+        generation: deque.generation.get(),
+        deque,
     };
     Ok(Value::Iter(Rc::new(Iter::Native(NativeIter::new(
-        class, step,
+        class, walk,
     )))))
 }
 
@@ -323,11 +396,11 @@ const METHODS: &[Entry] = &[
     }),
     ("copy", "", |ev, args| {
         let deque = data(ev, &args[0])?;
-        make(ev, deque.to_vec(ev)?, deque.maxlen.get())
+        alike(ev, &args[0], deque.to_vec(ev)?)
     }),
     ("__copy__", "", |ev, args| {
         let deque = data(ev, &args[0])?;
-        make(ev, deque.to_vec(ev)?, deque.maxlen.get())
+        alike(ev, &args[0], deque.to_vec(ev)?)
     }),
     ("rotate", "n? /", |ev, args| {
         let steps = args[1].given().map_or(Ok(1), |n| ev.index(n))?;
@@ -366,7 +439,11 @@ const METHODS: &[Entry] = &[
         let generation = deque.generation.get();
         let bound = |value: &Value, default: i64| match value.given() {
             None => Ok(default),
-            Some(value) => ev.clamped_index(value),
+            Some(value) if ev.has_index(value) => ev.clamped_index(value),
+            Some(_) => {
+                let text = "slice indices must be integers or have an __index__ method";
+                Err(ev.type_error(text))
+            }
         };
         let (start, stop) = (bound(&args[2], 0)?, bound(&args[3], i64::MAX)?);
         let length = deque.len();
@@ -395,7 +472,7 @@ const METHODS: &[Entry] = &[
         note(ev, &args[0], &args[2]);
         // What is beyond an end is so by the length before the index is asked, as in CPython.
         let before = deque.len() as i64;
-        let index = ev.clamped_index(&args[1])?;
+        let index = ev.index(&args[1])?;
         let item = std::mem::take(&mut args[2]);
         deque.grow(ev, 1)?;
         deque.items.change(|items| {
@@ -466,12 +543,8 @@ const METHODS: &[Entry] = &[
         let deque = data(ev, &args[0])?;
         Ok(Value::Bool(find(ev, &deque, &args[1])?.is_some()))
     }),
-    ("__iter__", "", |ev, args| {
-        iterator(ev, data(ev, &args[0])?, false)
-    }),
-    ("__reversed__", "", |ev, args| {
-        iterator(ev, data(ev, &args[0])?, true)
-    }),
+    ("__iter__", "", |ev, args| iterator(ev, &args[0], false)),
+    ("__reversed__", "", |ev, args| iterator(ev, &args[0], true)),
     ("__eq__", "other /", |ev, args| {
         compare(ev, args, CompareOp::Eq)
     }),
@@ -499,7 +572,7 @@ const METHODS: &[Entry] = &[
                 "can only concatenate deque (not \"{name}\") to deque"
             )));
         };
-        let sum = make(ev, own.to_vec(ev)?, own.maxlen.get())?;
+        let sum = alike(ev, &args[0], own.to_vec(ev)?)?;
         extend(
             ev,
             &*data(ev, &sum)?,
@@ -518,19 +591,11 @@ const METHODS: &[Entry] = &[
     }),
     ("__mul__", "n /", |ev, args| {
         let items = repeated(ev, args)?;
-        repeat_into(
-            ev,
-            make(ev, Vec::new(), data(ev, &args[0])?.maxlen.get())?,
-            items,
-        )
+        repeat_into(ev, alike(ev, &args[0], Vec::new())?, items)
     }),
     ("__rmul__", "n /", |ev, args| {
         let items = repeated(ev, args)?;
-        repeat_into(
-            ev,
-            make(ev, Vec::new(), data(ev, &args[0])?.maxlen.get())?,
-            items,
-        )
+        repeat_into(ev, alike(ev, &args[0], Vec::new())?, items)
     }),
     ("__imul__", "n /", |ev, args| {
         let items = repeated(ev, args)?;
@@ -555,15 +620,15 @@ fn is_added_by_itself(ev: &Evaluator<'_>, value: &Value) -> bool {
 }
 
 /// The items of a deque so many times over.
-fn repeated(ev: &Evaluator<'_>, args: &[Value]) -> R<Vec<Value>> {
+fn repeated(ev: &Evaluator<'_>, args: &[Value]) -> R<Values> {
     let times = ev.clamped_index(&args[1])?.max(0) as usize;
     let items = data(ev, &args[0])?.to_vec(ev)?;
     let count = items.len().saturating_mul(times);
     ev.check_allocation(count.saturating_mul(2 * size_of::<Value>()))?;
-    ev.repeated(items, times)
+    ev.repeated(items.into(), times)
 }
 
-fn repeat_into(ev: &Evaluator<'_>, receiver: Value, items: Vec<Value>) -> R {
+fn repeat_into(ev: &Evaluator<'_>, receiver: Value, items: Values) -> R {
     let deque = data(ev, &receiver)?;
     for item in items {
         ev.worked(VALUE)?;
@@ -582,8 +647,13 @@ fn pop(ev: &Evaluator<'_>, receiver: &Value, left: bool) -> R {
 
 /// The data of a deque, if this is one.
 fn at_once(receiver: &Value) -> Option<&Deque> {
+    shared(receiver).map(|deque| &**deque)
+}
+
+#[inline]
+fn shared(receiver: &Value) -> Option<&Rc<Deque>> {
     match receiver {
-        Value::Instance(instance) => instance.object::<Rc<Deque>>().map(|deque| &**deque),
+        Value::Instance(instance) => instance.object::<Rc<Deque>>(),
         _ => None,
     }
 }

@@ -27,7 +27,7 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
     symbols.settle(slot);
     let names = Value::tuple(vec![symbols.value(slot)]);
     defaulting.set(symbols.intern("__slots__"), names);
-    defaulting.set_slots(Box::new([slot]));
+    defaulting.set_slots(&[slot]);
     for class in [&ordered, &defaulting] {
         class.in_c.set(true);
     }

@@ -129,5 +129,6 @@ fn method_with(
         },
         fills: false,
         quick: None,
+        joins: None,
     }))
 }

@@ -11,6 +11,7 @@ use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::pace::VALUE;
 use crate::lexer::TokenKind;
+use crate::lexer::names::is_name;
 use crate::stdlib::define::Builder;
 use crate::value::function::Property;
 use crate::value::instance::Payload;
@@ -57,7 +58,7 @@ impl Shape {
             for (index, field) in fields.iter_mut().enumerate() {
                 ev.worked(FIELD)?;
                 ev.check_name(field)?;
-                let is_good = is_identifier(field)
+                let is_good = is_name(field)
                     && !is_keyword(field)
                     && !field.starts_with('_')
                     && !seen.contains(field);
@@ -72,7 +73,7 @@ impl Shape {
             ev.worked(FIELD)?;
             ev.check_name(word)?;
             let problem = match () {
-                () if !is_identifier(word) => "must be valid identifiers",
+                () if !is_name(word) => "must be valid identifiers",
                 () if is_keyword(word) => "cannot be a keyword",
                 () => continue,
             };
@@ -200,7 +201,7 @@ impl Shape {
         }
         let tuple = Value::Class(ev.core.types.tuple.clone());
         let class = ev.make_class(&self.name, &[tuple], attrs)?;
-        class.set_slots(Box::default());
+        class.set_slots(&[]);
         Ok(Value::Class(class))
     }
 
@@ -213,12 +214,12 @@ impl Shape {
             defaults,
             move |ev, defaults, args| {
                 let (class, given) = class_and_rest(ev, args)?;
-                let mut values: Vec<Value> = ev.room_for(shape.fields.len())?;
+                let mut values = Values::from(ev.room_for(shape.fields.len())?);
                 ev.copy_values(given, &mut values)?;
                 if !args.keywords.is_empty() || values.len() != shape.fields.len() {
                     shape.complete(ev, &mut values, args.keywords, defaults)?;
                 }
-                Ok(instance(&class, values))
+                Ok(instance(&class, values.into()))
             },
         )
     }
@@ -388,11 +389,6 @@ fn class_and_rest<'a>(ev: &Evaluator<'_>, args: &'a Args<'_>) -> R<(Rc<Class>, &
         }
         _ => Err(ev.type_error("a class of named tuples is needed as the first argument")),
     }
-}
-
-fn is_identifier(text: &str) -> bool {
-    let begins = |c: char| c == '_' || c.is_alphabetic();
-    text.starts_with(begins) && text.chars().all(|c| c == '_' || c.is_alphanumeric())
 }
 
 fn is_keyword(text: &str) -> bool {

@@ -13,10 +13,11 @@ use super::define::{Builder, Entry, native_class};
 use crate::ast::BinaryOp;
 use crate::builtins::BoundFn;
 use crate::eval::Evaluator;
+use crate::eval::pace::VALUE;
 use crate::value::int::Int;
 use crate::value::iter::{LibraryIterator, NativeIter};
 use crate::value::symbol::known;
-use crate::value::{Held, Iter, List, R, Value};
+use crate::value::{Held, Iter, List, R, Value, Values};
 
 /// What `repr` says of an iterator.
 type Show<S> = fn(&Evaluator<'_>, &Steps<S>) -> R<String>;
@@ -52,11 +53,34 @@ impl<S> Steps<S> {
     }
 }
 
-impl<S> LibraryIterator for Steps<S> {
+impl<S: Clone + 'static> LibraryIterator for Steps<S> {
     fn next(&self, ev: &Evaluator<'_>) -> R<Option<Value>> {
         // Many of these never end by themselves, and builtins run them to their end.
         ev.safepoint()?;
         (self.next)(ev, self)
+    }
+
+    fn copied(
+        &self,
+        ev: &Evaluator<'_>,
+        each: &dyn Fn(&Value) -> R,
+    ) -> R<Option<Box<dyn LibraryIterator>>> {
+        let count = self.held.borrow().len();
+        let mut held = Values::from(ev.room_for(count)?);
+        // `each` may be a script's function, and others have their turn: what is held is looked at anew each time.
+        for index in 0..count {
+            held.push(match self.get(index) {
+                Value::Unbound => Value::Unbound,
+                value => each(&value)?,
+            });
+            ev.worked(VALUE)?;
+        }
+        Ok(Some(Box::new(Steps {
+            held: Held::new(held.into()),
+            state: self.state.clone(),
+            next: self.next,
+            repr: self.repr,
+        })))
     }
 
     fn visit(&self, each: &mut dyn FnMut(&Value)) {
@@ -66,7 +90,12 @@ impl<S> LibraryIterator for Steps<S> {
     }
 
     fn clear(&self, held: &mut Vec<Value>) {
-        held.append(&mut self.held.take());
+        let mut own = self.held.take();
+        match held.is_empty() {
+            // Millions of values are handed over as they are.
+            true => *held = own,
+            false => held.append(&mut own),
+        }
     }
 
     fn repr(&self, ev: &Evaluator<'_>) -> R<Option<String>> {
@@ -75,7 +104,7 @@ impl<S> LibraryIterator for Steps<S> {
 }
 
 /// An iterator of the class `name` (`itertools.count`).
-fn lazy<S: 'static>(
+fn lazy<S: Clone + 'static>(
     ev: &Evaluator<'_>,
     name: &str,
     held: Vec<Value>,
@@ -86,7 +115,7 @@ fn lazy<S: 'static>(
 }
 
 /// Like `lazy`, with a `repr` of its own.
-fn shown<S: 'static>(
+fn shown<S: Clone + 'static>(
     ev: &Evaluator<'_>,
     name: &str,
     held: Vec<Value>,
@@ -422,6 +451,7 @@ fn repeat(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 }
 
 /// What an `islice` has taken and takes next.
+#[derive(Clone)]
 struct Window {
     taken: Cell<i64>,
     next: Cell<i64>,

@@ -1,36 +1,54 @@
 //! `itertools`: what chooses from pools of values that are known in full, and `zip_longest`.
 
 use std::cell::{Cell, RefCell};
+use std::ops::Range;
+use std::rc::Rc;
 
 use super::{Steps, lazy};
 use crate::builtins::Args;
 use crate::eval::Evaluator;
+use crate::eval::pace::VALUE;
 use crate::stdlib::define::Entry;
 use crate::value::{R, Value, Values};
 
 pub(super) const CLASSES: &[Entry] = &[
     ("combinations", "iterable r", |ev, args| {
         let (pool, r) = pool(ev, args)?;
-        let start = (r <= pool.len()).then(|| (0..r).collect());
-        choose(ev, "itertools.combinations", pool, start, |indices, n| {
-            let r = indices.len();
-            let place = (0..r).rev().find(|i| indices[*i] != i + n - r)?;
-            indices[place] += 1;
-            for j in place + 1..r {
-                indices[j] = indices[j - 1] + 1;
-            }
-            Some(())
-        })
+        let start = match r <= pool.len() {
+            true => Some(listed(ev, 0..r)?),
+            false => None,
+        };
+        choose(
+            ev,
+            "itertools.combinations",
+            pool,
+            start,
+            |ev, places, n| {
+                let r = places.len();
+                let Some(last) = last_of(ev, r, |at| places[at] != at + n - r)? else {
+                    return Ok(false);
+                };
+                let value = places[last] + 1;
+                change(ev, places, last..r, |at| value + at - last)?;
+                Ok(true)
+            },
+        )
     }),
     ("combinations_with_replacement", "iterable r", |ev, args| {
         let (pool, r) = pool(ev, args)?;
-        let start = (r == 0 || !pool.is_empty()).then(|| vec![0; r]);
+        let start = match r == 0 || !pool.is_empty() {
+            true => Some(listed(ev, (0..r).map(|_| 0))?),
+            false => None,
+        };
         let name = "itertools.combinations_with_replacement";
-        choose(ev, name, pool, start, |indices, n| {
-            let place = (0..indices.len()).rev().find(|i| indices[*i] != n - 1)?;
-            let value = indices[place] + 1;
-            indices[place..].fill(value);
-            Some(())
+        choose(ev, name, pool, start, |ev, places, n| {
+            let r = places.len();
+            let Some(last) = last_of(ev, r, |at| places[at] != n - 1)? else {
+                return Ok(false);
+            };
+            let value = places[last] + 1;
+            change(ev, places, last..r, |_| value)?;
+            Ok(true)
         })
     }),
     ("permutations", "iterable r?", |ev, args| {
@@ -46,96 +64,190 @@ pub(super) const CLASSES: &[Entry] = &[
             }
         };
         let n = pool.len();
-        let start = (r <= n).then(|| ((0..n).collect(), (n - r + 1..=n).rev().collect()));
-        let state = RefCell::new(Permutation { r, start });
-        lazy(
-            ev,
-            "itertools.permutations",
-            vec![pool.into_tuple()],
-            state,
-            permute,
-        )
+        // The places, and behind them what is left of each cycle, as the documentation of CPython has them.
+        let start = match r <= n {
+            true => Some(listed(
+                ev,
+                (0..n + r).map(|at| if at < n { at } else { 2 * n - at }),
+            )?),
+            false => None,
+        };
+        let state = (r, Stand::new(start));
+        let held = vec![pool.into_tuple()];
+        lazy(ev, "itertools.permutations", held, state, permute)
     }),
 ];
 
 /// The pool and the number of values to choose.
 fn pool(ev: &Evaluator<'_>, args: &[Value]) -> R<(Values, usize)> {
+    let r = ev.index(&args[1])?;
     let pool = ev.collect(&args[0])?;
-    match usize::try_from(ev.index(&args[1])?) {
+    match usize::try_from(r) {
         Ok(r) => Ok((pool, r)),
         Err(_) => Err(ev.value_error("r must be non-negative")),
     }
 }
 
-/// Indices of the choice that comes next, and how to get from one to the one after it.
-struct Choice {
-    /// None at the end.
-    indices: RefCell<Option<Vec<usize>>>,
-    advance: fn(&mut [usize], usize) -> Option<()>,
+/// Places that are gone through at once.
+const AT_ONCE: usize = 4096;
+
+/// Numbers, made with pauses.
+fn listed(ev: &Evaluator<'_>, mut all: impl ExactSizeIterator<Item = usize>) -> R<Vec<usize>> {
+    let mut list = ev.room_for(all.len())?;
+    while all.len() > 0 {
+        list.extend(all.by_ref().take(AT_ONCE));
+        ev.worked(AT_ONCE.min(list.len()))?;
+    }
+    Ok(list)
 }
+
+/// The last number below `end` that passes a test.
+fn last_of(ev: &Evaluator<'_>, end: usize, test: impl Fn(usize) -> bool) -> R<Option<usize>> {
+    let mut end = end;
+    while end > 0 {
+        let begin = end.saturating_sub(AT_ONCE);
+        if let Some(found) = (begin..end).rev().find(|at| test(*at)) {
+            return Ok(Some(found));
+        }
+        ev.worked(end - begin)?;
+        end = begin;
+    }
+    Ok(None)
+}
+
+/// Sets some of the places.
+fn change(
+    ev: &Evaluator<'_>,
+    places: &mut [usize],
+    range: Range<usize>,
+    to: impl Fn(usize) -> usize,
+) -> R<()> {
+    for at in range.clone().step_by(AT_ONCE) {
+        let some = at..range.end.min(at + AT_ONCE);
+        for at in some.clone() {
+            places[at] = to(at);
+        }
+        ev.worked(some.len())?;
+    }
+    Ok(())
+}
+
+/// Where an iterator over choices stands.
+#[derive(Clone)]
+struct Stand(RefCell<State>);
+
+#[derive(Clone)]
+enum State {
+    /// The places in the pools that come next; a copy of the iterator shares them until one of the two goes on.
+    At(Rc<Vec<usize>>),
+    /// They are taken out while it goes on: others may have their turn meanwhile.
+    Working,
+    Over,
+}
+
+impl Stand {
+    fn new(start: Option<Vec<usize>>) -> Stand {
+        Stand(RefCell::new(
+            start.map_or(State::Over, |places| State::At(Rc::new(places))),
+        ))
+    }
+
+    /// The next choice, which `next` makes of the places; it says as well whether there is another one after it.
+    fn go_on(
+        &self,
+        ev: &Evaluator<'_>,
+        next: impl FnOnce(&mut Vec<usize>) -> R<(Option<Value>, bool)>,
+    ) -> R<Option<Value>> {
+        let places = match self.0.replace(State::Working) {
+            State::At(places) => places,
+            State::Working => return Err(ev.value_error("iterator already executing")),
+            State::Over => {
+                self.0.replace(State::Over);
+                return Ok(None);
+            }
+        };
+        let gone_on = unshared(ev, places).and_then(|mut places| {
+            let (choice, more) = next(&mut places)?;
+            Ok((choice, more.then(|| Rc::new(places))))
+        });
+        let (choice, state) = match gone_on {
+            Ok((choice, Some(places))) => (Ok(choice), State::At(places)),
+            Ok((choice, None)) => (Ok(choice), State::Over),
+            Err(raised) => (Err(raised), State::Over),
+        };
+        self.0.replace(state);
+        choice
+    }
+}
+
+fn unshared(ev: &Evaluator<'_>, places: Rc<Vec<usize>>) -> R<Vec<usize>> {
+    Rc::try_unwrap(places).or_else(|shared| listed(ev, shared.iter().copied()))
+}
+
+/// The values of a pool at some places.
+fn chosen(ev: &Evaluator<'_>, pool: &[Value], places: &[usize]) -> R {
+    let mut values = Values::from(ev.room_for(places.len())?);
+    for some in places.chunks(AT_ONCE) {
+        values.extend(some.iter().map(|place| pool[*place].clone()));
+        ev.worked(some.len() * VALUE)?;
+    }
+    Ok(values.into_tuple())
+}
+
+/// How to get from some places to those after them, in a pool of so many values; whether there are any.
+type Advance = fn(&Evaluator<'_>, &mut [usize], usize) -> R<bool>;
 
 fn choose(
     ev: &Evaluator<'_>,
     name: &str,
     pool: Values,
     start: Option<Vec<usize>>,
-    advance: fn(&mut [usize], usize) -> Option<()>,
+    advance: Advance,
 ) -> R {
-    let indices = RefCell::new(start);
-    let choice = Choice { indices, advance };
-    lazy(ev, name, vec![pool.into_tuple()], choice, |_, own| {
+    let state = (advance, Stand::new(start));
+    lazy(ev, name, vec![pool.into_tuple()], state, |ev, own| {
         let Value::Tuple(pool) = own.get(0) else {
             return Ok(None);
         };
-        let pool = pool.items();
-        let mut state = own.state.indices.borrow_mut();
-        let Some(indices) = &mut *state else {
-            return Ok(None);
-        };
-        let chosen = indices.iter().map(|index| pool[*index].clone()).collect();
-        if (own.state.advance)(indices, pool.len()).is_none() {
-            *state = None;
-        }
-        Ok(Some(Value::tuple(chosen)))
+        let (advance, stand) = &own.state;
+        stand.go_on(ev, |places| {
+            let choice = chosen(ev, pool.items(), places)?;
+            Ok((Some(choice), advance(ev, places, pool.items().len())?))
+        })
     })
 }
 
-struct Permutation {
-    r: usize,
-    /// Indices and cycles as CPython's documentation has them; None at the end.
-    start: Option<(Vec<usize>, Vec<usize>)>,
-}
-
-fn permute(_: &Evaluator<'_>, own: &Steps<RefCell<Permutation>>) -> R<Option<Value>> {
+fn permute(ev: &Evaluator<'_>, own: &Steps<(usize, Stand)>) -> R<Option<Value>> {
     let Value::Tuple(pool) = own.get(0) else {
         return Ok(None);
     };
-    let mut state = own.state.borrow_mut();
-    let r = state.r;
-    let Some((indices, cycles)) = &mut state.start else {
-        return Ok(None);
-    };
-    let chosen = indices[..r]
-        .iter()
-        .map(|index| pool.items()[*index].clone());
-    let chosen = Value::tuple(chosen.collect());
-    let n = indices.len();
-    let mut more = false;
-    for i in (0..r).rev() {
-        cycles[i] -= 1;
-        if cycles[i] == 0 {
-            indices[i..].rotate_left(1);
+    let (r, stand) = &own.state;
+    let n = pool.items().len();
+    stand.go_on(ev, |both| {
+        let (places, cycles) = both.split_at_mut(n);
+        let choice = chosen(ev, pool.items(), &places[..*r])?;
+        for i in (0..*r).rev() {
+            cycles[i] -= 1;
+            if cycles[i] != 0 {
+                places.swap(i, n - cycles[i]);
+                return Ok((Some(choice), true));
+            }
+            to_the_end(ev, &mut places[i..])?;
             cycles[i] = n - i;
-        } else {
-            indices.swap(i, n - cycles[i]);
-            more = true;
-            break;
         }
+        Ok((Some(choice), false))
+    })
+}
+
+/// Puts the first of the places behind the others.
+fn to_the_end(ev: &Evaluator<'_>, places: &mut [usize]) -> R<()> {
+    for from in (0..places.len()).step_by(AT_ONCE) {
+        // One more, which stays the first of the next ones.
+        let some = from..places.len().min(from + AT_ONCE + 1);
+        ev.worked(some.len())?;
+        places[some].rotate_left(1);
     }
-    if !more {
-        state.start = None;
-    }
-    Ok(Some(chosen))
+    Ok(())
 }
 
 pub(super) fn product(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
@@ -151,56 +263,63 @@ pub(super) fn product(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
             Err(_) => return Err(ev.value_error("repeat argument cannot be negative")),
         };
     }
-    let pools: R<Vec<Value>> = args
-        .positional
-        .iter()
-        .map(|iterable| ev.collect(iterable).map(Values::into_tuple))
-        .collect();
-    let pools = pools?;
-    let count = pools.len().saturating_mul(repeat);
-    ev.check_allocation(count.saturating_mul(2 * size_of::<Value>()))?;
-    let mut held = Vec::with_capacity(count);
-    for _ in 0..if pools.is_empty() { 0 } else { repeat } {
-        held.extend_from_slice(&pools);
+    let mut pools = Values::from(ev.room_for(args.positional.len())?);
+    for iterable in &*args.positional {
+        pools.push(ev.collect(iterable)?.into_tuple());
+        ev.worked(VALUE * VALUE)?;
     }
-    let state = RefCell::new(Some(vec![0usize; held.len()]));
-    lazy(ev, "itertools.product", held, state, |_, own| {
-        let mut state = own.state.borrow_mut();
-        let Some(indices) = &mut *state else {
-            return Ok(None);
-        };
-        let held = own.held.get();
-        let mut chosen = Vec::with_capacity(indices.len());
-        for (pool, index) in held.iter().zip(&*indices) {
-            match pool {
-                Value::Tuple(pool) if *index < pool.items().len() => {
-                    chosen.push(pool.items()[*index].clone());
+    let count = pools.len().saturating_mul(repeat);
+    let mut held = Values::from(ev.room_for(count)?);
+    for _ in 0..if pools.is_empty() { 0 } else { repeat } {
+        ev.copy_values(&pools, &mut held)?;
+    }
+    let start = listed(ev, (0..held.len()).map(|_| 0))?;
+    let state = Stand::new(Some(start));
+    lazy(ev, "itertools.product", held.into(), state, |ev, own| {
+        own.state.go_on(ev, |places| {
+            let mut choice = Values::from(ev.room_for(places.len())?);
+            for from in (0..places.len()).step_by(AT_ONCE) {
+                let some = from..places.len().min(from + AT_ONCE);
+                for at in some.clone() {
+                    match own.item(at, places[at]) {
+                        Some(value) => choice.push(value),
+                        // An empty pool: there is nothing to choose.
+                        None => return Ok((None, false)),
+                    }
                 }
-                // An empty pool: there is nothing to choose.
-                _ => {
-                    *state = None;
-                    return Ok(None);
+                ev.worked(some.len() * VALUE)?;
+            }
+            let mut at = places.len();
+            while at > 0 {
+                at -= 1;
+                places[at] += 1;
+                if places[at] < own.length(at) {
+                    return Ok((Some(choice.into_tuple()), true));
                 }
+                places[at] = 0;
+                ev.worked(VALUE)?;
             }
-        }
-        let mut more = false;
-        for (pool, index) in held.iter().zip(indices.iter_mut()).rev() {
-            let length = match pool {
-                Value::Tuple(pool) => pool.items().len(),
-                _ => 0,
-            };
-            *index += 1;
-            if *index < length {
-                more = true;
-                break;
-            }
-            *index = 0;
-        }
-        if !more {
-            *state = None;
-        }
-        Ok(Some(Value::tuple(chosen)))
+            Ok((Some(choice.into_tuple()), false))
+        })
     })
+}
+
+impl Steps<Stand> {
+    /// The value at a place of the pool held as number `index`.
+    fn item(&self, index: usize, place: usize) -> Option<Value> {
+        match self.held.borrow().get(index)? {
+            Value::Tuple(pool) => pool.items().get(place).cloned(),
+            _ => None,
+        }
+    }
+
+    /// The length of that pool.
+    fn length(&self, index: usize) -> usize {
+        match self.held.borrow().get(index) {
+            Some(Value::Tuple(pool)) => pool.items().len(),
+            _ => 0,
+        }
+    }
 }
 
 /// Holds its iterators, `Unbound` for those that have ended, and the filling value last.

@@ -1,4 +1,5 @@
 """Copies of values, shallow and deep."""
+from _copy import copied_iterator as _copied_iterator
 
 
 class Error(Exception):
@@ -42,7 +43,7 @@ def deepcopy(x, memo=None):
     if known is not None:
         return known[1]
     cls = type(x)
-    if cls in _ATOMIC or _is_code(x):
+    if cls in _ATOMIC and cls is not slice or _is_code(x):
         return x
     if cls is list:
         made = []
@@ -66,6 +67,8 @@ def deepcopy(x, memo=None):
         made = cls(deepcopy(item, memo) for item in x)
     elif cls is bytearray:
         made = x.copy()
+    elif cls is slice:
+        made = slice(deepcopy(x.start, memo), deepcopy(x.stop, memo), deepcopy(x.step, memo))
     else:
         custom = getattr(cls, "__deepcopy__", None)
         reduced = _reduced(x) if custom is None else None
@@ -85,7 +88,7 @@ def _reduced(x):
     """What a class of the script says of how to make its objects anew; None if it says nothing."""
     for name, args in (("__reduce_ex__", (4,)), ("__reduce__", ())):
         method = getattr(type(x), name, None)
-        if method is not None:
+        if method is not None and method is not getattr(object, name):
             return method(x, *args)
     return None
 
@@ -117,6 +120,10 @@ def _set_state(made, state):
             setattr(made, name, value)
 
 
+def _makes_its_own(cls):
+    return any("__new__" in base.__dict__ for base in cls.__mro__ if base is not object)
+
+
 def _rebuilt(x, each, memo=None):
     """An instance of a class of the script with its attributes and, if it extends a builtin type, its content."""
     cls = type(x)
@@ -125,12 +132,24 @@ def _rebuilt(x, each, memo=None):
         made.args = each(x.args)
     elif isinstance(x, tuple):
         made = tuple.__new__(cls, [each(item) for item in x])
-    elif isinstance(x, (int, float, complex, str, bytes, frozenset)):
+    elif isinstance(x, (int, float, complex, str, bytes)):
+        made = cls.__new__(cls, *x.__getnewargs__())
+    elif isinstance(x, frozenset):
         made = cls.__new__(cls, x)
     elif isinstance(x, (list, set, dict, bytearray)) or hasattr(cls, "__iter__") and hasattr(cls, "maxlen"):
         made = cls.__new__(cls) if not hasattr(cls, "maxlen") else cls(maxlen=x.maxlen)
     else:
-        made = object.__new__(cls)
+        made = _copied_iterator(x, each)
+        if made is not None:
+            if memo is not None:
+                memo[id(x)] = (x, made)
+            return made
+        try:
+            made = object.__new__(cls) if not _makes_its_own(cls) else None
+        except TypeError:
+            raise TypeError(f"cannot pickle '{cls.__name__}' object") from None
+        if made is None:
+            made = cls.__new__(cls, *(x.__getnewargs__() if hasattr(cls, "__getnewargs__") else ()))
     if memo is not None:
         memo[id(x)] = (x, made)
     if isinstance(x, dict):
@@ -143,7 +162,7 @@ def _rebuilt(x, each, memo=None):
         made.update(each(item) for item in x) if isinstance(x, set) else made.extend(x)
     elif hasattr(cls, "maxlen"):
         made.extend(each(item) for item in x)
-    if hasattr(cls, "__getstate__"):
+    if cls.__getstate__ is not object.__getstate__:
         state = x.__getstate__()
         if state:
             _set_state(made, each(state))

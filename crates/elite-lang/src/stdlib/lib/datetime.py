@@ -47,9 +47,13 @@ def _from_ordinal(n):
 
 def _check_int(value):
     if isinstance(value, int):
-        return int(value)
+        # The number that it is, whatever its class says.
+        return int.__index__(value)
     if hasattr(type(value), "__index__"):
-        return value.__index__()
+        number = type(value).__index__(value)
+        if isinstance(number, int):
+            return int.__index__(number)
+        raise TypeError(f"__index__ returned non-int (type {type(number).__name__})")
     raise TypeError(f"'{type(value).__name__}' object cannot be interpreted as an integer")
 
 
@@ -76,6 +80,12 @@ def _check_time(hour, minute, second, microsecond, fold):
 def _check_zone(tz):
     if tz is not None and not isinstance(tz, tzinfo):
         raise TypeError(f"tzinfo argument must be None or of a tzinfo subclass, not type '{type(tz).__name__}'")
+
+
+def _named(value):
+    """How `repr` names its class: those of this module with the module."""
+    cls = type(value)
+    return f"datetime.{cls.__name__}" if cls in (timedelta, date, time, datetime) else cls.__name__
 
 
 class timedelta:
@@ -125,7 +135,7 @@ class timedelta:
     def __repr__(self):
         parts = [f"{name}={value}" for name, value in (("days", self._days), ("seconds", self._seconds),
                                                        ("microseconds", self._microseconds)) if value]
-        return f"datetime.timedelta({', '.join(parts) or '0'})"
+        return f"{_named(self)}({', '.join(parts) or '0'})"
 
     def __str__(self):
         minutes, seconds = divmod(self._seconds, 60)
@@ -247,6 +257,8 @@ timedelta.resolution = timedelta(microseconds=1)
 class tzinfo:
     """What a time zone has to answer."""
 
+    __slots__ = ()
+
     def tzname(self, dt):
         raise NotImplementedError("tzinfo subclass must override tzname()")
 
@@ -261,6 +273,8 @@ class tzinfo:
 
 
 class timezone(tzinfo):
+    __slots__ = ("_offset", "_name")
+
     def __init__(self, offset, name=None):
         if not isinstance(offset, timedelta):
             raise TypeError("timezone() argument 1 must be datetime.timedelta, not " + type(offset).__name__)
@@ -316,6 +330,8 @@ def _strftime(self, format, fields, microsecond=0):
     offset, name = self.utcoffset() if hasattr(self, "utcoffset") else None, ""
     if hasattr(self, "tzname"):
         name = self.tzname() or ""
+    if not isinstance(format, str):
+        raise TypeError(f"strftime() argument 1 must be str, not {type(format).__name__}")
     out, at = "", 0
     while True:
         found = format.find("%", at)
@@ -336,8 +352,16 @@ def _strftime(self, format, fields, microsecond=0):
     return _format(out, fields)
 
 
+def _formatted(value, spec):
+    if not isinstance(spec, str):
+        raise TypeError(f"__format__() argument 1 must be str, not {'None' if spec is None else type(spec).__name__}")
+    return value.strftime(spec) if spec else str(value)
+
+
 class date:
-    def __init__(self, year, month=None, day=None):
+    __slots__ = ("_year", "_month", "_day")
+
+    def __init__(self, year, month, day):
         self._year, self._month, self._day = _check_date(year, month, day)
 
     year = property(lambda self: self._year)
@@ -354,6 +378,7 @@ class date:
 
     @classmethod
     def fromordinal(cls, n):
+        n = _check_int(n)
         if n < 1:
             raise ValueError("ordinal must be >= 1")
         if n > 3652059:
@@ -403,7 +428,7 @@ class date:
         return self.isoformat()
 
     def __repr__(self):
-        return f"datetime.date({self._year}, {self._month}, {self._day})"
+        return f"{_named(self)}({self._year}, {self._month}, {self._day})"
 
     def ctime(self):
         return self.strftime("%a %b %e 00:00:00 %Y")
@@ -420,14 +445,14 @@ class date:
         return _strftime(self, format, self._fields())
 
     def __format__(self, spec):
-        return self.strftime(spec) if spec else str(self)
+        return _formatted(self, spec)
 
     def replace(self, year=None, month=None, day=None):
         return type(self)(self._year if year is None else year, self._month if month is None else month,
                           self._day if day is None else day)
 
     def __add__(self, other):
-        if isinstance(other, timedelta):
+        if isinstance(other, timedelta) and not isinstance(self, datetime):
             n = self.toordinal() + other.days
             if not 0 < n <= 3652059:
                 raise OverflowError("date value out of range")
@@ -437,6 +462,8 @@ class date:
     __radd__ = __add__
 
     def __sub__(self, other):
+        if isinstance(self, datetime) or isinstance(other, datetime):
+            return NotImplemented
         if isinstance(other, timedelta):
             return self + timedelta(-other.days)
         if isinstance(other, date):
@@ -555,6 +582,8 @@ def _iso_time(text):
 
 
 class time:
+    __slots__ = ("_hour", "_minute", "_second", "_microsecond", "_tzinfo", "_fold")
+
     def __init__(self, hour=0, minute=0, second=0, microsecond=0, tzinfo=None, *, fold=0):
         _check_time(hour, minute, second, microsecond, fold)
         _check_zone(tzinfo)
@@ -595,7 +624,7 @@ class time:
         return self.isoformat()
 
     def __repr__(self):
-        text = f"datetime.time({self._hour}, {self._minute}"
+        text = f"{_named(self)}({self._hour}, {self._minute}"
         if self._second or self._microsecond:
             text += f", {self._second}"
         if self._microsecond:
@@ -609,7 +638,7 @@ class time:
         return _strftime(self, format, fields, self._microsecond)
 
     def __format__(self, spec):
-        return self.strftime(spec) if spec else str(self)
+        return _formatted(self, spec)
 
     def replace(self, hour=None, minute=None, second=None, microsecond=None, tzinfo=True, *, fold=None):
         return type(self)(self._hour if hour is None else hour, self._minute if minute is None else minute,
@@ -664,7 +693,9 @@ def _time_text(hour, minute, second, microsecond, timespec):
 
 
 class datetime(date):
-    def __init__(self, year, month=None, day=None, hour=0, minute=0, second=0, microsecond=0, tzinfo=None, *, fold=0):
+    __slots__ = ("_hour", "_minute", "_second", "_microsecond", "_tzinfo", "_fold")
+
+    def __init__(self, year, month, day, hour=0, minute=0, second=0, microsecond=0, tzinfo=None, *, fold=0):
         super().__init__(year, month, day)
         _check_time(hour, minute, second, microsecond, fold)
         _check_zone(tzinfo)
@@ -792,7 +823,7 @@ class datetime(date):
         while len(values) > 5 and values[-1] == 0:
             values.pop()
         zone = "" if self._tzinfo is None else f", tzinfo={self._tzinfo!r}"
-        return f"datetime.datetime({', '.join(map(str, values))}{zone})"
+        return f"{_named(self)}({', '.join(map(str, values))}{zone})"
 
     def strftime(self, format):
         return _strftime(self, format, self._fields(), self._microsecond)

@@ -1,4 +1,5 @@
 """Operators as functions."""
+from _operator import attrgetter, countOf, indexOf, itemgetter, length_hint, methodcaller
 
 
 def lt(a, b): return a < b
@@ -30,7 +31,7 @@ def inv(a): return ~a
 def concat(a, b): return a + b
 def contains(a, b): return b in a
 def getitem(a, b): return a[b]
-def index(a): return a.__index__()
+def index(a): return range(a).stop
 _abs = abs
 def abs(a): return _abs(a)
 
@@ -44,17 +45,6 @@ def setitem(a, b, c):
 
 def delitem(a, b):
     del a[b]
-
-
-def countOf(a, b):
-    return sum(1 for item in a if item is b or item == b)
-
-
-def indexOf(a, b):
-    for position, item in enumerate(a):
-        if item is b or item == b:
-            return position
-    raise ValueError("sequence.index(x): x not in sequence")
 
 
 def iadd(a, b):
@@ -129,75 +119,4 @@ def iconcat(a, b):
     return a
 
 
-def call(obj, /, *args, **kwargs):
-    return obj(*args, **kwargs)
-
-
-def length_hint(obj, default=0):
-    if not isinstance(default, int):
-        raise TypeError(f"'{type(default).__name__}' object cannot be interpreted as an integer")
-    if hasattr(type(obj), "__len__"):
-        return len(obj)
-    hint = getattr(type(obj), "__length_hint__", None)
-    if hint is None:
-        return default
-    try:
-        value = hint(obj)
-    except TypeError:
-        return default
-    if value is NotImplemented:
-        return default
-    if not isinstance(value, int):
-        raise TypeError(f"__length_hint__ must be an integer, not {type(value).__name__}")
-    if value < 0:
-        raise ValueError("__length_hint__() should return >= 0")
-    return value
-
-
-class itemgetter:
-    def __init__(self, item, /, *items):
-        self._items = (item,) + items
-
-    def __call__(self, obj):
-        if len(self._items) == 1:
-            return obj[self._items[0]]
-        return tuple([obj[item] for item in self._items])
-
-    def __repr__(self):
-        return f"operator.itemgetter({', '.join(map(repr, self._items))})"
-
-
-class attrgetter:
-    def __init__(self, attr, /, *attrs):
-        self._attrs = (attr,) + attrs
-        for name in self._attrs:
-            if not isinstance(name, str):
-                raise TypeError("attribute name must be a string")
-
-    def _get(self, obj, path):
-        for name in path.split("."):
-            obj = getattr(obj, name)
-        return obj
-
-    def __call__(self, obj):
-        if len(self._attrs) == 1:
-            return self._get(obj, self._attrs[0])
-        return tuple([self._get(obj, path) for path in self._attrs])
-
-    def __repr__(self):
-        return f"operator.attrgetter({', '.join(map(repr, self._attrs))})"
-
-
-class methodcaller:
-    def __init__(self, name, /, *args, **kwargs):
-        if not isinstance(name, str):
-            raise TypeError("method name must be a string")
-        self._name, self._args, self._kwargs = name, args, kwargs
-
-    def __call__(self, obj):
-        return getattr(obj, self._name)(*self._args, **self._kwargs)
-
-    def __repr__(self):
-        shown = [repr(self._name)] + [repr(arg) for arg in self._args]
-        shown += [f"{name}={value!r}" for name, value in self._kwargs.items()]
-        return f"operator.methodcaller({', '.join(shown)})"
+def call(obj, /, *args, **kwargs): return obj(*args, **kwargs)

@@ -124,6 +124,8 @@ def escape(pattern):
 
 def _subn(self, repl, string, count=0):
     if not callable(repl):
+        if not _is_literal(repl):
+            hash(repl)  # CPython keeps templates in a dictionary
         repl = _template(self, repl)
     return self._subn(repl, string, count)
 
@@ -131,9 +133,16 @@ def _subn(self, repl, string, count=0):
 _escapes = {"a": "\a", "b": "\b", "f": "\f", "n": "\n", "r": "\r", "t": "\t", "v": "\v", "\\": "\\"}
 
 
+def _is_literal(template):
+    """Whether a replacement is a text in which nothing has to be put in place."""
+    return isinstance(template, (str, bytes, bytearray)) and ("\\" if isinstance(template, str) else b"\\") not in template
+
+
 def _template(pattern, source):
     """The texts and group numbers that a replacement is made of."""
     is_bytes = isinstance(source, (bytes, bytearray))
+    if _is_literal(source):
+        return [source]
     text = bytes(source).decode("latin-1") if is_bytes else source
     if not isinstance(text, str):
         raise TypeError(f"decoding to str: need a bytes-like object, {type(source).__name__} found")

@@ -1,9 +1,117 @@
 """Simple statistics."""
-from math import fsum as _fsum, sqrt as _sqrt
+from math import fsum as _fsum, isqrt as _isqrt, lcm as _lcm, sqrt as _sqrt
 
 
 class StatisticsError(ValueError):
     pass
+
+
+def _kind(kind, other):
+    """What numbers of two types are together: `int` gives way, otherwise the derived one stays."""
+    if other is kind or other is bool or other is int:
+        return kind
+    if kind is int:
+        return other
+    if issubclass(other, kind):
+        return other
+    if issubclass(kind, other):
+        return kind
+    if issubclass(kind, int):
+        return other
+    if issubclass(other, int):
+        return kind
+    raise TypeError(f"don't know how to coerce {kind.__name__} and {other.__name__}")
+
+
+def _ratio(x):
+    """A number as a fraction; what is not finite has no denominator."""
+    try:
+        return x.as_integer_ratio()
+    except AttributeError:
+        pass
+    except (OverflowError, ValueError):
+        return x, None
+    try:
+        return x.numerator, x.denominator
+    except AttributeError:
+        raise TypeError(f"can't convert type '{type(x).__name__}' to numerator/denominator") from None
+
+
+def _floats(data):
+    """The exact sum of floats as a fraction; None if it leaves the range of floats or is not finite."""
+    parts = []
+    try:
+        while not parts or parts[-1]:
+            parts.append(_fsum([*data, *[-part for part in parts]]))
+            if parts[-1] - parts[-1]:
+                return None
+    except (OverflowError, ValueError):
+        return None
+    return _joined([part.as_integer_ratio() for part in parts])
+
+
+def _joined(ratios):
+    """The sum of fractions as one."""
+    below = _lcm(*[d for _, d in ratios])
+    return sum(n * (below // d) for n, d in ratios), below
+
+
+def _exact(data):
+    """The type of the sum of numbers, and the sum as a fraction, exact; for what is not finite the denominator is None."""
+    types = set(map(type, data))
+    if types <= {int, bool}:
+        return int, (sum(data), 1)
+    found = _floats(data) if types == {float} else None
+    if found is None:
+        parts = {}
+        for x in data:
+            n, d = _ratio(x)
+            parts[d] = parts.get(d, 0) + n
+        found = (parts[None], None) if None in parts else _joined([(n, d) for d, n in parts.items()])
+    kind = int
+    for other in types:
+        kind = _kind(kind, other)
+    return kind, found
+
+
+def _squares(data, centre=None):
+    """The same of the squares of the distances from the centre, the mean if it is not given."""
+    if centre is not None:
+        return _exact([(x - centre) * (x - centre) for x in data])
+    kind, (total, below) = _exact(data)
+    if below is None:
+        return kind, (total, None)
+    _, (squares, square) = _exact([x * x for x in data]) if kind is int else (kind, _joined([(n * n, d * d) for n, d in map(_ratio, data)] or [(0, 1)]))
+    count = len(data) or 1
+    return kind, _joined([(squares, square), (-total * total, below * below * count)])
+
+
+def _number(kind, ratio, count):
+    """A fraction divided by a count, as a number of this type."""
+    n, d = ratio
+    if d is None:
+        value = n / count
+        return value if type(value) is kind else kind(value)
+    d *= count
+    if not issubclass(kind, int):
+        value = n / d
+        return value if kind is float else kind(value)
+    return n / d if n % d else kind(n // d)
+
+
+def _root(ratio, count):
+    """The square root of a fraction divided by a count, rounded once."""
+    n, d = ratio
+    if d is None:
+        return _sqrt(n / count)
+    d *= count
+    # A root of 64 bits and more, the last of which says whether there is anything beyond it.
+    shift = max(0, 130 - n.bit_length() + d.bit_length())
+    shift += shift % 2
+    whole = (n << shift) // d
+    root = _isqrt(whole)
+    root = root << 1 | (root * root * d != n << shift)
+    return root / (1 << shift // 2 + 1)
 
 
 def _data(data, name, least=1):
@@ -15,16 +123,10 @@ def _data(data, name, least=1):
     return data
 
 
-def _sum(data):
-    return sum(data) if all(isinstance(x, int) for x in data) else _fsum(data)
-
-
 def mean(data):
-    data = _data(data, "mean")
-    total = _sum(data)
-    if isinstance(total, int) and total % len(data) == 0:
-        return total // len(data)
-    return total / len(data)
+    data = list(iter(data))
+    kind, total = _exact(data)
+    return _number(kind, total, len(_data(data, "mean")))
 
 
 def fmean(data, weights=None):
@@ -74,33 +176,26 @@ def mode(data):
     return modes[0]
 
 
-def _squares(data, centre):
-    if centre is None:
-        if all(isinstance(x, int) for x in data):
-            n = len(data)
-            return (n * sum(x * x for x in data) - sum(data) ** 2) / n
-        centre = _sum(data) / len(data)
-    return _fsum((x - centre) ** 2 for x in data)
+def _spread(data, centre, name, least):
+    data = list(iter(data))
+    kind, squares = _squares(data, centre)
+    return kind, squares, len(_data(data, name, least)) - least + 1
 
 
 def variance(data, xbar=None):
-    data = _data(data, "variance", 2)
-    return _squares(data, xbar) / (len(data) - 1)
+    return _number(*_spread(data, xbar, "variance", 2))
 
 
 def pvariance(data, mu=None):
-    data = _data(data, "pvariance")
-    return _squares(data, mu) / len(data)
+    return _number(*_spread(data, mu, "pvariance", 1))
 
 
 def stdev(data, xbar=None):
-    data = _data(data, "stdev", 2)
-    return _sqrt(variance(data, xbar))
+    return _root(*_spread(data, xbar, "stdev", 2)[1:])
 
 
 def pstdev(data, mu=None):
-    data = _data(data, "pstdev")
-    return _sqrt(pvariance(data, mu))
+    return _root(*_spread(data, mu, "pstdev", 1)[1:])
 
 
 def geometric_mean(data):

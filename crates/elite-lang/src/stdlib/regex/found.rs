@@ -7,8 +7,10 @@ use std::rc::Rc;
 use super::{GROUP, Pattern, Spans, Text};
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::stdlib::define::{Entry, instance, with_data};
-use crate::value::{Dict, R, Value};
+use crate::stdlib::define::{Entry, native_class, with_data};
+use crate::value::instance::Payload;
+use crate::value::int::Int;
+use crate::value::{Dict, Instance, R, Value};
 
 /// What was found.
 pub(super) struct Match {
@@ -23,10 +25,14 @@ impl Match {
     pub(super) fn group(&self, ev: &Evaluator<'_>, key: &Value) -> R<usize> {
         let index = match ev.plain(key) {
             Value::Str(name) => self.compiled.parsed.by_name.get(name.as_str()).copied(),
-            other => usize::try_from(ev.index(&other)?)
-                .ok()
-                .filter(|index| *index < self.spans.len()),
+            // Any other key is looked for among the names.
+            _ if !ev.has_index(key) => ev.hash(key).map(|_| None)?,
+            _ => match ev.to_int(key)? {
+                Int::Small(index) => usize::try_from(index).ok(),
+                Int::Big(_) => None,
+            },
         };
+        let index = index.filter(|index| *index < self.spans.len());
         index.ok_or_else(|| ev.raise(ExceptionKind::IndexError, "no such group"))
     }
 
@@ -51,6 +57,13 @@ pub(super) fn make_match(
     range: (usize, usize),
     spans: Spans,
 ) -> R {
+    let class = match compiled.match_class.get() {
+        Some(class) => class.clone(),
+        None => {
+            let class = native_class(ev, "_re.Match")?;
+            compiled.match_class.get_or_init(|| class).clone()
+        }
+    };
     let found = Match {
         pattern: pattern.clone(),
         compiled: compiled.clone(),
@@ -58,7 +71,8 @@ pub(super) fn make_match(
         range,
         spans,
     };
-    instance(ev, "_re.Match", found)
+    let found = Payload::Object(Box::new(found));
+    Ok(Value::Instance(Instance::new(class, found)))
 }
 
 fn side(ev: &Evaluator<'_>, args: &[Value], pick: fn((usize, usize)) -> usize) -> R {
@@ -86,6 +100,8 @@ pub(super) const MATCH: &[Entry] = &[
             found.text_of(ev, found.group(ev, &args[1])?, &Value::None)
         })
     }),
+    ("__copy__", "", |_, args| Ok(args[0].clone())),
+    ("__deepcopy__", "memo /", |_, args| Ok(args[0].clone())),
     ("groups", "default?", |ev, args| {
         let default = args[1].given().cloned().unwrap_or(Value::None);
         with_match(ev, args, |found| {

@@ -4,6 +4,7 @@ use std::rc::Rc;
 
 use super::parse::{EMPTY, Item, Parser, Step, Width, flag};
 use super::program::{Look, Op};
+use crate::lexer::names::is_name;
 
 /// Nesting of groups.
 const DEPTH_MAX: usize = 100;
@@ -204,10 +205,7 @@ impl Parser<'_, '_> {
             Some('<') => {
                 let from = self.at;
                 let name = self.until('>')?;
-                let mut chars = name.chars();
-                let valid = chars.next().is_some_and(|c| c == '_' || c.is_alphabetic())
-                    && chars.all(|c| c == '_' || c.is_alphanumeric());
-                if !valid {
+                if !is_name(&name) {
                     return Err(
                         self.error(format!("bad character in group name '{name}'"), Some(from))
                     );

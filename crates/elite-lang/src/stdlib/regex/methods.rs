@@ -8,7 +8,7 @@ use super::{Mode, Pattern, Range, Scanner, Text};
 use crate::eval::Evaluator;
 use crate::stdlib::define::{Entry, with_data};
 use crate::value::iter::NativeIter;
-use crate::value::{Bytes, Iter, R, Value};
+use crate::value::{Bytes, Iter, R, Value, Values};
 
 pub(super) fn with_pattern(
     ev: &Evaluator<'_>,
@@ -217,25 +217,28 @@ fn substitute(ev: &Evaluator<'_>, pattern: &Rc<Pattern>, args: &[Value], most: i
     let mut scanner = scanner(ev, pattern, &args[2], &Value::Unbound, &Value::Unbound)?;
     let template = match &args[1] {
         Value::List(list) => {
-            let mut parts = ev.room_for(list.len())?;
+            let mut parts = Values::from(ev.room_for(list.len())?);
             ev.copy_list(list, &mut parts)?;
             Some(parts)
         }
         _ => None,
     };
     let mut out: Vec<u8> = Vec::new();
-    let push = |out: &mut Vec<u8>, value: &Value| match ev.plain(value) {
+    let mut pieces = 0_usize;
+    let push = |out: &mut Vec<u8>, value: &Value, place: usize| match ev.plain(value) {
         Value::Str(text) if !pattern.is_bytes => ev.push_bytes(out, text.as_str().as_bytes()),
         other => match ev.bytes_like(&other) {
             Some(data) if pattern.is_bytes => ev.push_bytes(out, &data),
             _ => {
-                let name = ev.core.types.name_of(&other);
+                let name = ev.core.types.name_of(value);
                 let wanted = if pattern.is_bytes {
                     "a bytes-like object"
                 } else {
                     "str instance"
                 };
-                Err(ev.type_error(format!("sequence item 1: expected {wanted}, {name} found")))
+                Err(ev.type_error(format!(
+                    "sequence item {place}: expected {wanted}, {name} found"
+                )))
             }
         },
     };
@@ -250,6 +253,7 @@ fn substitute(ev: &Evaluator<'_>, pattern: &Rc<Pattern>, args: &[Value], most: i
         };
         let (start, end) = spans[0].unwrap_or_default();
         copy(&mut out, &scanner.text, (from, start))?;
+        pieces += usize::from(start > from);
         from = end;
         count += 1;
         match &template {
@@ -261,16 +265,18 @@ fn substitute(ev: &Evaluator<'_>, pattern: &Rc<Pattern>, args: &[Value], most: i
                                 copy(&mut out, &scanner.text, span)?;
                             }
                         }
-                        text => push(&mut out, text)?,
+                        text => push(&mut out, text, pieces)?,
                     }
                 }
+                pieces += 1;
             }
             None => {
                 let range = (0, scanner.text.len());
                 let found = make_match(ev, &args[0], pattern, &scanner.text, range, spans)?;
                 let text = ev.call1(&args[1], found)?;
                 if !text.is_none() {
-                    push(&mut out, &text)?;
+                    push(&mut out, &text, pieces)?;
+                    pieces += 1;
                 }
             }
         }

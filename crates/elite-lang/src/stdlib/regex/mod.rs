@@ -14,14 +14,14 @@ mod parse;
 mod program;
 mod walk;
 
-use std::cell::Cell;
+use std::cell::{Cell, OnceCell};
 use std::ops::Deref;
 use std::rc::Rc;
 
 use super::define::{Builder, instance};
 use crate::eval::Evaluator;
 use crate::value::bytes::Data;
-use crate::value::{Dict, R, Raised, Value};
+use crate::value::{Class, Dict, R, Raised, Value};
 
 use attempt::Search;
 use back::Scratch;
@@ -116,6 +116,8 @@ struct Pattern {
     parsed: Parsed,
     is_bytes: bool,
     scratch: Cell<Option<Box<Scratch>>>,
+    /// `_re.Match`, once something has been found.
+    match_class: OnceCell<Rc<Class>>,
 }
 
 fn compile(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
@@ -148,6 +150,7 @@ fn compile(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         parsed,
         is_bytes,
         scratch: Cell::default(),
+        match_class: OnceCell::new(),
     };
     instance(ev, "_re.Pattern", Rc::new(pattern))
 }

@@ -8,6 +8,7 @@ use std::cell::Cell;
 use super::SOME;
 use super::variables::Variables;
 use crate::ops::hash::{Equal, quick_equal};
+use crate::value::values::Part;
 use crate::value::{Value, trash};
 
 /// A slot that leads nowhere.
@@ -45,6 +46,18 @@ pub(super) struct Table {
     pub(super) moves: usize,
     /// If code refers to its values: those that it has asked for lie in variables; an unbound one is no entry.
     pub(super) variables: Option<Box<Variables>>,
+}
+
+impl Part for Entry {
+    fn tells(&self) -> bool {
+        self.key.tells() || self.value.tells()
+    }
+
+    #[inline(always)]
+    fn go(self) {
+        self.key.discard();
+        self.value.discard();
+    }
 }
 
 impl Entry {
@@ -198,6 +211,11 @@ impl Table {
         let needed = self.entries.len() + more;
         let is_placed = needed <= SCAN_MAX || needed * 3 <= self.slots.len() * 2;
         is_placed && needed <= self.entries.capacity()
+    }
+
+    /// Room for so many entries in a table that has none, if they are few.
+    pub(super) fn make_room(&mut self, entries: usize) {
+        self.entries.reserve_exact(entries.min(SCAN_MAX));
     }
 
     pub(super) fn append(&mut self, hash: u64, key: Value, value: Value) {

@@ -1,6 +1,5 @@
 //! Handlers of errors of encodings: Python's own, and those that scripts register (`codecs.register_error`).
 
-use super::super::string::text_argument;
 use super::Codec;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
@@ -41,15 +40,9 @@ pub(super) struct Mended {
 
 impl Evaluator<'_> {
     pub(super) fn handler(&self, name: &Value, method: &str) -> R<Handler> {
-        let Some(value) = name.given() else {
+        let Some(text) = self.codec_argument(method, "errors", name)? else {
             return Ok(Handler::Strict);
         };
-        let text = text_argument(self, value).map_err(|_| {
-            let name = self.core.types.name_of_argument(value);
-            self.type_error(format!(
-                "{method}() argument 'errors' must be str, not {name}"
-            ))
-        })?;
         Ok(match text.as_str() {
             "strict" => Handler::Strict,
             "ignore" => Handler::Ignore,
@@ -109,6 +102,10 @@ impl Evaluator<'_> {
                 Some(name) if !is_surrogate(c) => shown.push_str(&format!("\\N{{{name}}}")),
                 _ => push_escape(c, &mut shown),
             }),
+            // A byte is no whole unit of these.
+            Handler::SurrogateEscape if matches!(codec, Codec::Wide { .. }) => {
+                return strict(trouble);
+            }
             Handler::SurrogateEscape => {
                 for (place, c) in bad.chars().enumerate() {
                     match code_of(c) {

@@ -8,6 +8,8 @@ mod pages;
 use self::chinese::{Chinese, Wrong};
 use self::handler::{Handler, Trouble};
 use self::pages::Page;
+use std::rc::Rc;
+
 use super::string::text_argument;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
@@ -198,6 +200,11 @@ pub struct Decoded {
 impl Evaluator<'_> {
     /// Text of bytes in an encoding.
     pub fn decode(&self, data: &[u8], encoding: &Value, errors: &Value) -> R {
+        self.check_codec_arguments("decode", encoding, errors)?;
+        if data.is_empty() {
+            // CPython looks up no codec for nothing.
+            return Ok(Value::str(""));
+        }
         let codec = self.codec(encoding, "decode")?;
         let decoded = self.decode_some(data, codec, errors, true)?;
         self.string(decoded.text)
@@ -292,6 +299,7 @@ impl Evaluator<'_> {
 
     /// Bytes of text in an encoding.
     pub fn encode(&self, text: &Str, encoding: &Value, errors: &Value) -> R<Vec<u8>> {
+        self.check_codec_arguments("encode", encoding, errors)?;
         let codec = self.codec(encoding, "encode")?;
         let errors = self.handler(errors, "encode")?;
         // Up to ten bytes stand for a character that does not fit.
@@ -361,19 +369,42 @@ impl Evaluator<'_> {
         Ok(out)
     }
 
-    fn codec(&self, name: &Value, method: &str) -> R<Codec> {
-        let Some(value) = name.given() else {
-            return Ok(Codec::Utf8 { mark: false });
+    /// Refuses an encoding and a handler of errors that are no names, before either is looked up.
+    pub fn check_codec_arguments(&self, function: &str, encoding: &Value, errors: &Value) -> R<()> {
+        self.codec_argument(function, "encoding", encoding)?;
+        self.codec_argument(function, "errors", errors)?;
+        Ok(())
+    }
+
+    pub(super) fn codec_argument(
+        &self,
+        function: &str,
+        argument: &str,
+        value: &Value,
+    ) -> R<Option<Rc<Str>>> {
+        let Some(value) = value.given() else {
+            return Ok(None);
         };
         let text = text_argument(self, value).map_err(|_| {
             let name = self.core.types.name_of_argument(value);
             self.type_error(format!(
-                "{method}() argument 'encoding' must be str, not {name}"
+                "{function}() argument '{argument}' must be str, not {name}"
             ))
         })?;
+        if may_have_surrogates(text.as_str()) {
+            // C takes the name as UTF-8, which has no surrogates.
+            self.encode(&text, &Value::Unbound, &Value::Unbound)?;
+        }
         if text.as_str().contains('\0') {
             return Err(self.value_error("embedded null character"));
         }
+        Ok(Some(text))
+    }
+
+    fn codec(&self, name: &Value, method: &str) -> R<Codec> {
+        let Some(text) = self.codec_argument(method, "encoding", name)? else {
+            return Ok(Codec::Utf8 { mark: false });
+        };
         Codec::find(text.as_str()).ok_or_else(|| {
             let name = text.as_str();
             let message = match NOT_OF_TEXT.contains(&&*normal(name)) {

@@ -23,17 +23,26 @@ pub(super) fn capitalize(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     ev.string(out)
 }
 
+const SIGMA: char = 'Σ';
+
+/// The small form of the capital sigma at a byte of a text.
+fn small_sigma(text: &str, place: usize) -> char {
+    match unicode::ends_word(&text[..place], &text[place + SIGMA.len_utf8()..]) {
+        true => 'ς',
+        false => 'σ',
+    }
+}
+
 /// The lower case of a text from a byte on. A capital sigma at the end of a word has a small form of its own.
 pub(super) fn lowered(ev: &Evaluator<'_>, text: &str, from: usize) -> R<String> {
     let mut at = from;
     let lower = |piece: &str, out: &mut String| {
         let mut rest = piece;
-        while let Some(sigma) = rest.find('Σ') {
+        while let Some(sigma) = rest.find(SIGMA) {
             out.push_str(&rest[..sigma].to_lowercase());
-            let after = sigma + 'Σ'.len_utf8();
+            let after = sigma + SIGMA.len_utf8();
             let place = at + (piece.len() - rest.len()) + sigma;
-            let ends = unicode::ends_word(&text[..place], &text[place + 'Σ'.len_utf8()..]);
-            out.push(if ends { 'ς' } else { 'σ' });
+            out.push(small_sigma(text, place));
             rest = &rest[after..];
         }
         out.push_str(&rest.to_lowercase());
@@ -42,15 +51,20 @@ pub(super) fn lowered(ev: &Evaluator<'_>, text: &str, from: usize) -> R<String> 
     ev.mapped_text(&text[from..], lower)
 }
 
-pub(super) fn title(text: &str, inside: &mut bool, out: &mut String) {
-    for c in text.chars() {
-        if *inside {
-            out.extend(c.to_lowercase())
-        } else {
-            unicode::push_title(c, out)
+/// A text with each word in title case.
+pub(super) fn titled(ev: &Evaluator<'_>, text: &str) -> R<String> {
+    let (mut at, mut inside) = (0, false);
+    ev.mapped_text(text, |piece, out| {
+        for c in piece.chars() {
+            match inside {
+                true if c == SIGMA => out.push(small_sigma(text, at)),
+                true => out.extend(c.to_lowercase()),
+                false => unicode::push_title(c, out),
+            }
+            inside = unicode::is_cased(c);
+            at += c.len_utf8();
         }
-        *inside = unicode::is_cased(c);
-    }
+    })
 }
 
 /// What has been seen of a text that may be one in title case.
@@ -87,16 +101,23 @@ impl Title {
     }
 }
 
-pub(super) fn swapcase(text: &str, out: &mut String) {
-    for c in text.chars() {
-        if c.is_uppercase() {
-            out.extend(c.to_lowercase())
-        } else if c.is_lowercase() {
-            out.extend(c.to_uppercase())
-        } else {
-            out.push(c);
+/// A text with its capitals small and its small letters capital.
+pub(super) fn swapped(ev: &Evaluator<'_>, text: &str) -> R<String> {
+    let mut at = 0;
+    ev.mapped_text(text, |piece, out| {
+        for c in piece.chars() {
+            if c == SIGMA {
+                out.push(small_sigma(text, at));
+            } else if c.is_uppercase() {
+                out.extend(c.to_lowercase())
+            } else if c.is_lowercase() {
+                out.extend(c.to_uppercase())
+            } else {
+                out.push(c);
+            }
+            at += c.len_utf8();
         }
-    }
+    })
 }
 
 /// White space as Python's `str.isspace` has it: Unicode's, and the separators 0x1c to 0x1f.

@@ -5,7 +5,6 @@ use std::rc::Rc;
 use compact_str::CompactString;
 
 use super::receiver;
-use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::bulk::{EACH, STRIDE};
 use crate::value::{R, Str, Value};
@@ -57,12 +56,8 @@ pub(super) fn join(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let collected = match &args[1] {
         sequence @ (Value::List(_) | Value::Tuple(_)) => sequence.clone(),
         iterable => {
-            let iterator = ev.iter(iterable).map_err(|raised| {
-                match ev.is_kind(&raised, ExceptionKind::TypeError) {
-                    true => ev.type_error("can only join an iterable"),
-                    false => raised,
-                }
-            })?;
+            let message = || "can only join an iterable".to_owned();
+            let iterator = ev.iter_or(iterable, message)?;
             ev.drain(&iterator)?.into_tuple()
         }
     };

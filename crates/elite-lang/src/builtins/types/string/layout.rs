@@ -7,7 +7,7 @@ use crate::value::{R, Value};
 
 pub(super) fn pad(ev: &Evaluator<'_>, args: &[Value], align: char) -> R {
     let text = receiver(ev, &args[0])?;
-    let width = usize::try_from(ev.clamped_index(&args[1])?).unwrap_or(0);
+    let width = usize::try_from(ev.index(&args[1])?).unwrap_or(0);
     let fill = match args[2].given() {
         None => ' ',
         Some(value) => match (ev.plain(value), ()) {
@@ -52,7 +52,7 @@ pub(super) fn pad(ev: &Evaluator<'_>, args: &[Value], align: char) -> R {
 
 pub(super) fn zfill(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let text = receiver(ev, &args[0])?;
-    let width = usize::try_from(ev.clamped_index(&args[1])?).unwrap_or(0);
+    let width = usize::try_from(ev.index(&args[1])?).unwrap_or(0);
     let missing = width.saturating_sub(text.len());
     ev.check_allocation(missing)?;
     let sign = usize::from(text.as_str().starts_with(['+', '-']));
@@ -68,7 +68,7 @@ pub(super) fn zfill(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 pub(super) fn expandtabs(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let text = receiver(ev, &args[0])?;
     let size = match args[1].given() {
-        Some(value) => usize::try_from(ev.clamped_index(value)?).unwrap_or(0),
+        Some(value) => usize::try_from(ev.c_int(value)?).unwrap_or(0),
         None => 8,
     };
     let mut out = String::new();

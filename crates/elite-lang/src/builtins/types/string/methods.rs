@@ -1,8 +1,10 @@
 //! The table of the methods of `str`, with those of a line or two.
 
+use crate::eval::Evaluator;
+use crate::value::R;
 use std::rc::Rc;
 
-use super::case::{Title, all, capitalize, cased, is_space, lowered, mapped, swapcase, title};
+use super::case::{Title, all, capitalize, cased, is_space, lowered, mapped, swapped, titled};
 use super::join::join;
 use super::layout::{expandtabs, pad, zfill};
 use super::parts::{partition, split, splitlines, strip};
@@ -10,11 +12,10 @@ use super::receiver;
 use super::search::{affix, begins, count, ends, find, named_text, replace};
 use super::table::{maketrans, translate};
 use crate::builtins::types::{methods, raw_method};
-use crate::errors::ExceptionKind;
 use crate::eval::Core;
 use crate::eval::bulk::{EACH, pieces};
+use crate::lexer::names;
 use crate::ops::unicode;
-use crate::value::symbol::Symbol;
 use crate::value::{Bytes, Value};
 
 pub(super) fn install(core: &Rc<Core>) {
@@ -35,10 +36,13 @@ pub(super) fn install(core: &Rc<Core>) {
             }),
             ("capitalize", "", capitalize),
             ("title", "", |ev, args| {
-                let mut inside = false;
-                mapped(ev, args, |text, out| title(text, &mut inside, out))
+                let text = receiver(ev, &args[0])?;
+                ev.string(titled(ev, text.as_str())?)
             }),
-            ("swapcase", "", |ev, args| mapped(ev, args, swapcase)),
+            ("swapcase", "", |ev, args| {
+                let text = receiver(ev, &args[0])?;
+                ev.string(swapped(ev, text.as_str())?)
+            }),
             ("strip", "chars? /", |ev, args| strip(ev, args, true, true)),
             ("lstrip", "chars? /", |ev, args| {
                 strip(ev, args, true, false)
@@ -109,7 +113,7 @@ pub(super) fn install(core: &Rc<Core>) {
                 all(ev, args, unicode::is_numeric)
             }),
             ("isalnum", "", |ev, args| {
-                all(ev, args, char::is_alphanumeric)
+                all(ev, args, unicode::is_alphanumeric)
             }),
             ("isspace", "", |ev, args| all(ev, args, is_space)),
             ("isascii", "", |ev, args| {
@@ -121,10 +125,14 @@ pub(super) fn install(core: &Rc<Core>) {
                 Ok(Value::Bool(all))
             }),
             ("isupper", "", |ev, args| {
-                cased(ev, args, char::is_uppercase, char::is_lowercase)
+                cased(ev, args, char::is_uppercase, |c| {
+                    c.is_lowercase() || unicode::is_title_form(c)
+                })
             }),
             ("islower", "", |ev, args| {
-                cased(ev, args, char::is_lowercase, char::is_uppercase)
+                cased(ev, args, char::is_lowercase, |c| {
+                    c.is_uppercase() || unicode::is_title_form(c)
+                })
             }),
             ("istitle", "", |ev, args| {
                 let text = receiver(ev, &args[0])?;
@@ -139,39 +147,16 @@ pub(super) fn install(core: &Rc<Core>) {
             }),
             ("isidentifier", "", |ev, args| {
                 let text = receiver(ev, &args[0])?;
-                let first = text.as_str().chars().next();
-                let begins = first.is_some_and(|c| c == '_' || c.is_alphabetic());
-                let goes_on = |c: char| c == '_' || c.is_alphanumeric();
-                let all = begins && ev.all_chars(text.as_str(), goes_on)?;
+                let begins = text.as_str().starts_with(names::begins_name);
+                let all = begins && ev.all_chars(text.as_str(), names::continues_name)?;
                 Ok(Value::Bool(all))
             }),
             ("format_map", "mapping /", |ev, args| {
                 let text = receiver(ev, &args[0])?;
-                let mut keywords: Vec<(Symbol, Value)> = Vec::new();
-                let mut names = Vec::new();
-                for name in crate::format::field_names(ev, text.as_str()) {
-                    let name = name?;
-                    let symbol = ev.ask_name(name)?;
-                    if !keywords.iter().any(|(known, _)| *known == *symbol) {
-                        let value = ev.item(&args[1], &Value::str(name))?;
-                        keywords.push((*symbol, value));
-                        names.push(symbol);
-                    }
+                match is_literal(ev, text.as_str())? {
+                    true => Ok(args[0].clone()),
+                    false => ev.format_map(text.as_str(), &args[1]),
                 }
-                let args = crate::builtins::Args {
-                    positional: &mut [],
-                    keywords: &keywords,
-                    caller: None,
-                };
-                ev.format_fields(text.as_str(), &args)
-                    .and_then(|text| ev.string(text))
-                    .map_err(|raised| {
-                        if ev.is_kind(&raised, ExceptionKind::IndexError) {
-                            let text = "Format string contains positional fields";
-                            return ev.value_error(text);
-                        }
-                        raised
-                    })
             }),
             ("translate", "table /", translate),
         ],
@@ -181,16 +166,25 @@ pub(super) fn install(core: &Rc<Core>) {
             return Err(ev.type_error("unbound method str.format() needs an argument"));
         };
         let text = receiver(ev, first)?;
+        if is_literal(ev, text.as_str())? {
+            return Ok(first.clone());
+        }
         let args = crate::builtins::Args {
             positional: rest,
             keywords: args.keywords,
             caller: None,
         };
-        ev.string(ev.format_fields(text.as_str(), &args)?)
+        ev.format_fields(text.as_str(), &args)
     });
     let maketrans = crate::builtins::Builtin::bound(core, "maketrans", "x y? z? /", maketrans);
     class.set(
         core.symbols.intern("maketrans"),
         Value::StaticMethod(Rc::new(maketrans)),
     );
+}
+
+/// Whether a format has nothing to fill in: it is its own result then, also one of a class derived from `str`.
+fn is_literal(ev: &Evaluator<'_>, format: &str) -> R<bool> {
+    let is_brace = |byte| matches!(byte, b'{' | b'}');
+    Ok(!format.is_empty() && ev.position(format.as_bytes(), is_brace)?.is_none())
 }

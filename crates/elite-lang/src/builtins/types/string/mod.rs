@@ -22,10 +22,14 @@ pub(super) fn install(core: &Rc<Core>) {
         &core.types.str,
         "object? encoding? errors?",
         |ev, args| {
+            let decodes = args[1].given().is_some() || args[2].given().is_some();
+            if decodes {
+                ev.check_codec_arguments("str", &args[1], &args[2])?;
+            }
             let Some(value) = args[0].given() else {
                 return Ok(ev.core.empty_str.clone());
             };
-            if args[1].given().is_none() && args[2].given().is_none() {
+            if !decodes {
                 return ev.str_value(value);
             }
             match ev.bytes_like(value) {
@@ -59,8 +63,8 @@ pub(super) fn receiver(ev: &Evaluator<'_>, value: &Value) -> R<Rc<Str>> {
 pub(super) fn text_argument(ev: &Evaluator<'_>, value: &Value) -> R<Rc<Str>> {
     match ev.plain(value) {
         Value::Str(text) => Ok(text),
-        other => {
-            let name = ev.core.types.name_of(&other);
+        _ => {
+            let name = ev.core.types.name_of(value);
             Err(ev.type_error(format!("must be str, not {name}")))
         }
     }

@@ -74,7 +74,7 @@ impl CharSet {
 pub(super) fn split(ev: &Evaluator<'_>, args: &[Value], from_right: bool) -> R {
     let text = receiver(ev, &args[0])?;
     let most = match args[2].given() {
-        Some(value) => usize::try_from(ev.clamped_index(value)?).unwrap_or(usize::MAX),
+        Some(value) => usize::try_from(ev.index(value)?).unwrap_or(usize::MAX),
         None => usize::MAX,
     };
     let separator = match args[1].given() {
@@ -184,7 +184,7 @@ fn part_of(ev: &Evaluator<'_>, whole: &Str, part: &str) -> R {
 }
 
 pub(super) fn splitlines(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let keep = args[1].given().map_or(Ok(0), |value| ev.index(value))? != 0;
+    let keep = args[1].given().map_or(Ok(0), |value| ev.c_int(value))? != 0;
     let whole = receiver(ev, &args[0])?;
     let text = whole.as_str();
     let is_end = |c: char| {

@@ -12,7 +12,7 @@ use crate::value::{R, Str, Value};
 /// A string argument, named in the error for anything else.
 pub(super) fn named_text(ev: &Evaluator<'_>, value: &Value, method: &str) -> R<Rc<Str>> {
     text_argument(ev, value).map_err(|_| {
-        let name = ev.core.types.name_of(value);
+        let name = ev.core.types.name_of_argument(value);
         ev.type_error(format!("{method}() argument must be str, not {name}"))
     })
 }
@@ -36,8 +36,8 @@ pub(super) fn replace(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let argument = |index: usize| -> R<Rc<Str>> {
         match ev.plain(&args[index]) {
             Value::Str(text) => Ok(text),
-            other => {
-                let name = ev.core.types.name_of_argument(&other);
+            _ => {
+                let name = ev.core.types.name_of_argument(&args[index]);
                 Err(ev.type_error(format!(
                     "replace() argument {index} must be str, not {name}"
                 )))
@@ -46,7 +46,7 @@ pub(super) fn replace(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     };
     let (old, new) = (argument(1)?, argument(2)?);
     let count = match args[3].given() {
-        Some(value) => usize::try_from(ev.clamped_index(value)?).unwrap_or(usize::MAX),
+        Some(value) => usize::try_from(ev.index(value)?).unwrap_or(usize::MAX),
         None => usize::MAX,
     };
     let (text, old, new) = (text.as_str(), old.as_str(), new.as_str());
@@ -89,22 +89,20 @@ pub(super) fn replace(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     ev.string(out)
 }
 
-/// The part of a string between optional bounds, and the index it starts at; None if they cross.
-fn within<'t>(
-    ev: &Evaluator<'_>,
-    text: &'t Str,
-    start: &Value,
-    end: &Value,
-) -> R<Option<(usize, &'t str)>> {
-    let bounds = Bounds::read(ev, start, end)?;
+/// The part of a string between bounds, and the index it starts at; None if they cross.
+fn within<'t>(ev: &Evaluator<'_>, text: &'t Str, bounds: &Bounds) -> R<Option<(usize, &'t str)>> {
     ev.mark(text)?;
     let places = bounds.within(text.len());
     Ok(places.map(|(from, to)| (from, text.slice(from, to))))
 }
 
 pub(super) fn find(ev: &Evaluator<'_>, args: &[Value], from_right: bool, required: bool) -> R {
-    let (text, part) = (receiver(ev, &args[0])?, text_argument(ev, &args[1])?);
-    let found = match within(ev, &text, &args[2], &args[3])? {
+    let (text, bounds) = (
+        receiver(ev, &args[0])?,
+        Bounds::read(ev, &args[2], &args[3])?,
+    );
+    let part = text_argument(ev, &args[1])?;
+    let found = match within(ev, &text, &bounds)? {
         Some((start, slice)) => {
             let (slice, part) = (slice.as_bytes(), part.as_str().as_bytes());
             let at = match from_right {
@@ -123,8 +121,12 @@ pub(super) fn find(ev: &Evaluator<'_>, args: &[Value], from_right: bool, require
 }
 
 pub(super) fn count(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let (text, part) = (receiver(ev, &args[0])?, text_argument(ev, &args[1])?);
-    let count = match within(ev, &text, &args[2], &args[3])? {
+    let (text, bounds) = (
+        receiver(ev, &args[0])?,
+        Bounds::read(ev, &args[2], &args[3])?,
+    );
+    let part = text_argument(ev, &args[1])?;
+    let count = match within(ev, &text, &bounds)? {
         None => 0,
         Some((_, slice)) if part.is_empty() => ev.count_chars(slice)? + 1,
         Some((_, slice)) => {
@@ -147,16 +149,19 @@ pub(super) fn affix(ev: &Evaluator<'_>, args: &[Value], method: &str, test: Affi
         return test(ev, text.as_str(), part.as_str()).map(Value::Bool);
     }
     let text = receiver(ev, &args[0])?;
-    let slice = within(ev, &text, &args[2], &args[3])?.map(|(_, slice)| slice);
+    let bounds = Bounds::read(ev, &args[2], &args[3])?;
+    let slice = within(ev, &text, &bounds)?.map(|(_, slice)| slice);
+    let parts = ev.plain(&args[1]);
+    let is_several = matches!(parts, Value::Tuple(_));
     let check = |part: &Value| -> R<bool> {
         match ev.plain(part) {
             Value::Str(part) => match slice {
                 Some(slice) => test(ev, slice, part.as_str()),
                 None => Ok(false),
             },
-            other => {
-                let name = ev.core.types.name_of(&other);
-                Err(ev.type_error(if matches!(args[1], Value::Tuple(_)) {
+            _ => {
+                let name = ev.core.types.name_of(part);
+                Err(ev.type_error(if is_several {
                     format!("tuple for {method} must only contain str, not {name}")
                 } else {
                     format!("{method} first arg must be str or a tuple of str, not {name}")
@@ -164,7 +169,7 @@ pub(super) fn affix(ev: &Evaluator<'_>, args: &[Value], method: &str, test: Affi
             }
         }
     };
-    match &args[1] {
+    match &parts {
         Value::Tuple(parts) => {
             for part in parts.items() {
                 ev.worked(EACH)?;
@@ -174,6 +179,6 @@ pub(super) fn affix(ev: &Evaluator<'_>, args: &[Value], method: &str, test: Affi
             }
             Ok(Value::Bool(false))
         }
-        part => check(part).map(Value::Bool),
+        _ => check(&args[1]).map(Value::Bool),
     }
 }

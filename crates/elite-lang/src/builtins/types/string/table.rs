@@ -7,9 +7,21 @@ use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::bulk::EACH;
 use crate::value::surrogate::{char_of, code_of};
-use crate::value::{R, Value};
+use crate::value::{R, Raised, Value};
 
 pub(super) fn maketrans(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    // Texts of derived classes are what they extend, but dictionaries are not.
+    for arg in args.iter_mut() {
+        if let text @ Value::Str(_) = ev.plain(arg) {
+            *arg = text;
+        }
+    }
+    if let Some(removed) = args[2].given()
+        && !matches!(removed, Value::Str(_))
+        && matches!(args[1], Value::Str(_))
+    {
+        return Err(not_text(ev, 3, removed));
+    }
     let table = crate::value::Dict::new();
     let code = |c: char| Value::Int(i64::from(code_of(c)));
     match (&args[0], args[1].given()) {
@@ -51,6 +63,11 @@ pub(super) fn maketrans(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
                 }
             }
         }
+        (_, Some(to)) if !matches!(to, Value::Str(_)) => return Err(not_text(ev, 2, to)),
+        (_, Some(_)) => {
+            let text = "first maketrans argument must be a string if there is a second argument";
+            return Err(ev.type_error(text));
+        }
         _ => {
             return Err(
                 ev.type_error("if you give only one argument to maketrans it must be a dict")
@@ -58,6 +75,14 @@ pub(super) fn maketrans(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         }
     }
     Ok(Value::Dict(Rc::new(table)))
+}
+
+#[cold]
+fn not_text(ev: &Evaluator<'_>, place: usize, value: &Value) -> Raised {
+    let name = ev.core.types.name_of_argument(value);
+    ev.type_error(format!(
+        "maketrans() argument {place} must be str, not {name}"
+    ))
 }
 
 pub(super) fn translate(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
@@ -83,6 +108,9 @@ pub(super) fn translate(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
                 Some(c) => out.push(c),
                 None => return Err(ev.value_error("character mapping must be in range(0x110000)")),
             },
+            Value::BigInt(_) => {
+                return Err(ev.value_error("character mapping must be in range(0x110000)"));
+            }
             _ => return Err(ev.type_error("character mapping must return integer, None or str")),
         }
     }
