@@ -1,5 +1,5 @@
 // At a glance, power, moving by hand: each with a page of its own on a server where nothing runs.
-import { attribute, check, edit, hold, mode, moved, MOVES, near, sleep, stands, take, until } from "./harness.mjs";
+import { attribute, check, edit, hold, mode, moved, MOVES, near, press, sleep, stands, take, until } from "./harness.mjs";
 
 const NAMES = ["connection", "robot-mode", "safety-mode", "program-state", "speed", "power-on", "brake-release", "unlock", "play", "pause", "stop", "step", "open", "save", "editor", "run", "problems", "take-control", "jog-frame", "move-to", "io", "variables", "log", "timeline", "time", "language", "view-3d"];
 
@@ -132,26 +132,20 @@ export const scenarios = {
   async "a jog by the keyboard"({ page, server }) {
     await take(page);
     const before = (await server.state()).actual_q[1];
-    await page.id("jog-j2-minus").focus();
-    await page.keyboard.down("Space");
-    await until(async () => (await server.state()).actual_q[1] < before - 0.02, "the jog");
+    await press(page, "jog-j2-minus", async () => (await server.state()).actual_q[1] < before - 0.02, "the jog", "Space");
     await page.keyboard.up("Space");
     await stands(server);
   },
   async "a jog ends when the focus leaves"({ page, server }) {
     await take(page);
-    await page.id("jog-j2-minus").focus();
-    await page.keyboard.down("Enter");
-    await until(async () => (await server.state()).actual_qd[1] < -0.02, "the jog");
+    await press(page, "jog-j2-minus", async () => (await server.state()).actual_qd[1] < -0.02, "the jog", "Enter");
     await page.id("stop").focus();
     await stands(server);
     await page.keyboard.up("Enter");
   },
   async "a page that is killed while it jogs stops the arm"({ page, server }) {
     await take(page);
-    await page.id("jog-j1-minus").hover();
-    await page.mouse.down();
-    await until(async () => (await server.state()).actual_qd[0] < -0.05, "the jog");
+    await press(page, "jog-j1-minus", async () => (await server.state()).actual_qd[0] < -0.05, "the jog");
     await page.close();
     await until(async () => Math.abs((await server.state()).actual_qd[0]) < 1e-3, "the arm to stand", 1500);
     await until(async () => (await server.state()).control === null, "the desk to be free");
@@ -159,9 +153,7 @@ export const scenarios = {
   async "a page that falls silent while it jogs stops the arm"({ page, server }) {
     await take(page);
     const before = (await server.state()).actual_q[0];
-    await page.id("jog-j1-plus").hover();
-    await page.mouse.down();
-    await until(async () => Math.abs((await server.state()).actual_q[0] - before) > 0.01, "the jog");
+    await press(page, "jog-j1-plus", async () => Math.abs((await server.state()).actual_q[0] - before) > 0.01, "the jog");
     await page.evaluate(() => {
       const end = performance.now() + 700;
       while (performance.now() < end);
@@ -234,10 +226,7 @@ export const scenarios = {
   async "in freedrive the arm follows a push"({ page, server }) {
     await take(page);
     const before = (await server.state()).actual_q;
-    await until(() => page.id("freedrive").isEnabled(), "freedrive");
-    await page.id("freedrive").focus();
-    await page.keyboard.down("Space");
-    await until(async () => (await server.state()).motion_mode === "freedrive", "freedrive");
+    await press(page, "freedrive", async () => (await server.state()).motion_mode === "freedrive", "freedrive", "Space");
     await page.evaluate(() => document.querySelector("[data-testid=push]").click());
     await until(async () => moved((await server.state()).actual_q, before) > 0.01, "the arm to give way");
     await page.keyboard.up("Space");

@@ -2,7 +2,7 @@
 import { readFileSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import path from "node:path";
-import { attribute, check, edit, hold, mode, MOVES, open, sleep, stands, take, until } from "./harness.mjs";
+import { attribute, check, edit, hold, mode, MOVES, open, press, sleep, stands, take, until } from "./harness.mjs";
 
 
 export const scenarios = {
@@ -26,9 +26,7 @@ export const scenarios = {
   async "who loses control while jogging stops"({ page, server, browser }) {
     await take(page);
     const other = await open(browser, server);
-    await page.id("jog-j1-plus").hover();
-    await page.mouse.down();
-    await until(async () => (await server.state()).actual_qd[0] > 0.05, "the jog");
+    await press(page, "jog-j1-plus", async () => (await server.state()).actual_qd[0] > 0.05, "the jog");
     await take(other);
     await stands(server);
     await page.mouse.up();
