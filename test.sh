@@ -91,6 +91,10 @@ extension() {
         npm --prefix editors/vscode test --silent
     fi
 }
+examples() {
+    # Without nextest they have been among the tests.
+    ! cargo nextest --version >/dev/null 2>&1 || cargo test --workspace --doc --quiet
+}
 campaign() {
     local seconds=2
     [ "$all" = 0 ] || seconds=5
@@ -117,13 +121,11 @@ if cargo nextest --version >/dev/null 2>&1; then
     with fetch
     start "Rust tests"
     failed=0
-    # One more than there are cores: those that talk in real time, one at a time, mostly wait.
-    cargo nextest run --workspace --tests --test-threads "$(($(nproc) + 1))" --profile "$profile" --no-fail-fast --hide-progress-bar --status-level retry || failed=$?
+    # Two more than there are cores: those that talk in real time mostly wait.
+    cargo nextest run --workspace --tests --test-threads "$(($(nproc) + 2))" --profile "$profile" --no-fail-fast --hide-progress-bar --status-level retry || failed=$?
     # nextest keeps its reports in the workspace, wherever cargo builds.
     python3 tests/test_report.py "target/nextest/$profile/report.xml"
     [ "$failed" -eq 0 ] || exit "$failed"
-    start "documentation examples"
-    cargo test --workspace --doc --quiet
 else
     with fetch
     start "Rust tests, without nextest"
@@ -131,17 +133,22 @@ else
 fi
 export ELITESERVER="$target/debug/eliteserver"
 
-# The campaign computes, on one core; beside it comes what mostly waits: for peers, a browser, an editor.
-start "campaign: every decoder, the evaluator and its generators; bounded, a line each. Beside it:"
-beside campaign campaign
-start "  field buses, sockets and remote calls against peers from PyPI"
+# These compute, on one core; beside them comes what mostly waits: for peers, a browser, an editor.
+computing() {
+    echo "-- documentation examples"
+    examples
+    echo "-- campaign: every decoder, the evaluator and its generators; bounded, a line each"
+    campaign
+}
+beside computing computing
+start "field buses, sockets and remote calls against peers from PyPI; beside it documentation examples, the campaign"
 tests/peers/run.sh
-start "  the page in the browser: types, lint, unit tests, and in Chromium what people do on it"
+start "the page in the browser: types, lint, unit tests, and in Chromium what people do on it"
 page
-start "  the extension for VS Code: types, lint, grammar, contributions, both servers as the editor drives them, the package"
+start "the extension for VS Code: types, lint, grammar, contributions, both servers as the editor drives them, the package"
 extension
-start "what is left of the campaign"
-with campaign
+start "what is left of documentation examples and campaign"
+with computing
 # With promises about time, so alone.
 start "faults around the controller: killed, the disk full or slow, nobody who reads, stopped in every state"
 python3 fuzz/faults.py "$ELITESERVER" --seed 1

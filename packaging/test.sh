@@ -123,6 +123,9 @@ program() {
             || { cat "$work/log" >&2; fail "the program does not run first_light"; }
         "${run[@]}" "$folder/eliteserver" replay "$work/$architecture.mcap" | tail -n 3
         ok "first_light runs and is recorded"
+        "${run[@]}" "$folder/eliteserver" replay "$work/$architecture.mcap" --csv /cycle >"$work/cycles-$architecture.csv" 2>/dev/null
+        "${run[@]}" "$folder/eliteserver" test examples >"$work/log" 2>&1 || { tail -n 40 "$work/log" >&2; fail "tests of examples/ fail"; }
+        ok "the tests of examples/: $(tail -n 1 "$work/log")"
         # The line tables beside it know where its entry is: a function of the module `program`, whichever was not inlined.
         tar -x -z -f "$packages/eliteserver-$version-$architecture-linux.debug.tar.gz" -C "$folder"
         for path in "$root" "${CARGO_HOME:-$HOME/.cargo}" "$target"; do
@@ -134,6 +137,8 @@ program() {
         addr2line -e "$folder/eliteserver.debug" "0x$main" | grep -q 'program.rs:' || fail "the line tables do not know $main"
         ok "line tables beside it: $(addr2line -e "$folder/eliteserver.debug" "0x$main")"
         [ -s "$folder/man/eliteserver.1" ] && [ -s "$folder/completions/eliteserver.bash" ] || fail "pages and completions are missing"
+        started_in "$work/ready" "${run[@]}" "$folder/eliteserver" serve --record off "${any_port[@]}" --ready-file "$work/ready" >/dev/null
+        ok "it serves, and ends when it is told to"
         [ "$architecture" = "$host" ] || continue
         for _ in 1 2 3 4 5; do
             started_in "$work/ready" "$folder/eliteserver" serve --record off "${any_port[@]}" --ready-file "$work/ready"
@@ -150,6 +155,12 @@ program() {
         started=
         [ "$held" -le 300000 ] || fail "a server holds $held kB of memory"
         ok "a server at rest holds $held kB of memory"
+    done
+    local first="$work/cycles-$architecture.csv" other
+    for other in "$work"/cycles-*.csv; do
+        [ "$other" != "$first" ] || continue
+        cmp "$first" "$other" || fail "$(basename "$first") and $(basename "$other"), of the same program, differ"
+        ok "every cycle of first_light is the same in $(basename "$first" .csv) and $(basename "$other" .csv)"
     done
 }
 
