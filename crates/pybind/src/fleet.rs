@@ -66,7 +66,8 @@ impl Fleet {
         match std::process::id() == self.process {
             true => Ok(()),
             false => Err(PyRuntimeError::new_err(format!(
-                "these arms belong to process {}; a forked child has none of their threads: make new ones here",
+                "these arms belong to process {}; a forked child has none of their threads: start processes \
+                 with the method \"spawn\"",
                 self.process
             ))),
         }

@@ -141,8 +141,8 @@ impl NativeController {
     fn open(&self) -> PyResult<Arc<SteppedController>> {
         if std::process::id() != self.process {
             return Err(PyRuntimeError::new_err(format!(
-                "this controller belongs to process {}; a forked child has none of its threads: make a new Controller here, \
-                 or start processes with the method \"spawn\"",
+                "this controller belongs to process {}; a forked child has none of its threads: start processes \
+                 with the method \"spawn\", or fork while no controller is at work and make one here",
                 self.process
             )));
         }
