@@ -400,7 +400,8 @@ impl Reader<'_, '_> {
     }
 }
 
-/// `options` is a tuple: skipkeys, ensure_ascii, check_circular, allow_nan, indent, separators, default, sort_keys.
+/// `options` is a tuple: skipkeys, ensure_ascii, check_circular, allow_nan, indent, separators, default, sort_keys, and whether
+/// CPython would go through what is to be written by its encoder in Python, as it does with an indentation.
 fn write(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let options = ev.collect(&args[1])?;
     let option = |index: usize| options.get(index).cloned().unwrap_or(Value::None);
@@ -422,6 +423,7 @@ fn write(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             _ => Ok(default.to_owned()),
         };
     let item = separator(0, if indent.is_some() { "," } else { ", " })?;
+    let asks = indent.is_some() || ev.truth(&option(8))?;
     let mut writer = Writer {
         ev,
         out: String::new(),
@@ -434,6 +436,7 @@ fn write(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         key: separator(1, ": ")?,
         default: option(6),
         sort_keys: ev.truth(&option(7))?,
+        asks,
         open: Vec::new(),
     };
     writer.value(&args[0])?;
@@ -452,6 +455,8 @@ struct Writer<'w, 'y> {
     key: String,
     default: Value,
     sort_keys: bool,
+    /// Containers of derived classes are asked whether they are empty.
+    asks: bool,
     /// The containers around, outermost first.
     open: Vec<usize>,
 }
@@ -474,7 +479,18 @@ impl Writer<'_, '_> {
             }
             // CPython copies what a subclass gives before it writes it.
             Value::List(_) | Value::Tuple(_) if matches!(value, Value::Instance(_)) => {
-                let items = self.ev.drain(&self.ev.iter(value)?)?;
+                if self.asks && !self.ev.truth(value)? {
+                    self.out.push_str("[]");
+                    return Ok(());
+                }
+                let iterator = match self.ev.iter(value) {
+                    Err(raised) if !self.asks && self.is_type_error(&raised) => {
+                        let text = "_iterencode_list needs a sequence";
+                        return Err(self.ev.type_error(text));
+                    }
+                    iterator => iterator?,
+                };
+                let items = self.ev.drain(&iterator)?;
                 self.within(&plain, |writer| {
                     writer.array(|index| items.get(index).cloned())
                 })?;
@@ -486,9 +502,24 @@ impl Writer<'_, '_> {
                 let item = |index: usize| tuple.items().get(index).cloned();
                 self.within(&plain, |writer| writer.array(item))?;
             }
+            Value::Dict(_) if self.asks && !self.ev.truth(value)? => self.out.push_str("{}"),
+            Value::Dict(dict) if !self.asks && dict.is_empty() => self.out.push_str("{}"),
+            Value::Dict(_) if matches!(value, Value::Instance(_)) => {
+                self.within(&plain, |writer| {
+                    let items = writer.given_items(value)?;
+                    writer.object(items)
+                })?;
+            }
             Value::Dict(dict) => {
                 let entries = self.ev.entries(dict)?;
-                self.within(&plain, |writer| writer.object(entries))?;
+                self.within(&plain, |writer| {
+                    let mut pairs = Values::from(writer.ev.room_for(entries.len())?);
+                    for (_, key, value) in entries {
+                        pairs.push(Value::pair(key, value));
+                        writer.ev.worked(4 * VALUE)?;
+                    }
+                    writer.object(pairs)
+                })?;
             }
             _ if self.default.is_none() => {
                 let name = self.ev.core.types.of(value).name();
@@ -607,53 +638,69 @@ impl Writer<'_, '_> {
         Ok(())
     }
 
-    fn object(&mut self, mut entries: Values<(u64, Value, Value)>) -> R<()> {
+    fn is_type_error(&self, raised: &Raised) -> bool {
+        self.ev.is_kind(raised, ExceptionKind::TypeError)
+    }
+
+    /// What `items()` of an object of a class derived from `dict` gives.
+    fn given_items(&self, value: &Value) -> R<Values> {
+        let ev = self.ev;
+        let method = ev.attribute(value, ev.core.symbols.intern("items"))?;
+        let items = ev.call(&method, &mut [], &[])?;
+        let iterator = match ev.iter(&items) {
+            Err(raised) if !self.asks && self.is_type_error(&raised) => {
+                let (class, found) = (ev.core.types.of(value), ev.core.types.name_of(&items));
+                let class = class.name();
+                let text = format!("{class}.items() returned a non-iterable (type {found})");
+                return Err(ev.type_error(text));
+            }
+            iterator => iterator?,
+        };
+        ev.drain(&iterator)
+    }
+
+    /// The key and the value of an item.
+    fn pair(&self, item: &Value) -> R<(Value, Value)> {
+        if let Value::Tuple(pair) = self.ev.plain(item)
+            && (!self.asks || matches!(item, Value::Tuple(_)))
+            && let [key, value] = pair.items()
+        {
+            return Ok((key.clone(), value.clone()));
+        }
+        if !self.asks {
+            return Err(self.ev.value_error("items must return 2-tuples"));
+        }
+        let mut pair = self.ev.unpacked(item, 2)?.into_iter();
+        Ok((
+            pair.next().unwrap_or_default(),
+            pair.next().unwrap_or_default(),
+        ))
+    }
+
+    fn object(&mut self, mut items: Values) -> R<()> {
         if self.sort_keys {
-            let mut sorted = Values::from(self.ev.room_for(entries.len())?);
-            for (_, key, value) in entries {
-                sorted.push(Value::pair(key, value));
-                self.ev.worked(4 * VALUE)?;
-            }
-            // By the keys alone: values need not be comparable.
-            let first =
-                crate::builtins::Builtin::bound(&self.ev.core, "key", "pair /", |ev, args| {
-                    ev.item(&args[0], &Value::Int(0))
-                });
-            self.ev.sort(&mut sorted, Some(&first), false)?;
-            let pair = |value: &Value| {
-                let items = value.as_items().unwrap_or_default();
-                (
-                    0,
-                    items.first().cloned().unwrap_or_default(),
-                    items.get(1).cloned().unwrap_or_default(),
-                )
-            };
-            entries = Values::from(self.ev.room_for(sorted.len())?);
-            for value in &sorted {
-                entries.push(pair(value));
-                self.ev.worked(2 * VALUE)?;
-            }
+            self.ev.sort(&mut items, None, false)?;
         }
         let levels = self.open.len();
-        let mut empty = true;
+        let mut first = true;
         self.out.push('{');
-        for (_, key, value) in entries {
+        self.new_line(levels);
+        for item in items {
+            let (key, value) = self.pair(&item)?;
             let Some(text) = self.key_text(&key)? else {
                 continue;
             };
-            if !empty {
+            if !first {
                 self.out.push_str(&self.item.clone());
+                self.new_line(levels);
             }
-            empty = false;
-            self.new_line(levels);
+            first = false;
             self.string(&text)?;
             self.out.push_str(&self.key.clone());
             self.value(&value)?;
             self.ev.safepoint()?;
         }
-        if !empty {
-            self.new_line(levels - 1);
-        }
+        self.new_line(levels - 1);
         self.out.push('}');
         Ok(())
     }
