@@ -46,6 +46,11 @@ pub fn install(core: &Rc<Core>) {
         ("next", "iterator default? /", next),
         ("repr", "obj /", |ev, args| ev.repr_value(&args[0])),
         ("setattr", "obj name value /", setattr),
+        (
+            "compile",
+            "source filename mode flags? dont_inherit? optimize? * _feature_version?",
+            super::compile::compile,
+        ),
         ("sorted", "iterable / * key? reverse?", sorted),
         ("sum", "iterable / start?", sum),
     ];

@@ -1,6 +1,7 @@
 //! Python's builtin functions, types and their methods, and how natives of any kind are called.
 
 mod call;
+mod compile;
 pub(crate) mod evaluate;
 mod functions;
 mod numbers;
@@ -14,7 +15,7 @@ pub mod types;
 use std::rc::Rc;
 
 pub use quick::Quick;
-pub use signature::Signature;
+pub use signature::{Signature, is_slot};
 
 use crate::ast::BinaryOp;
 use crate::eval::{Core, Evaluator, Frame};
@@ -40,6 +41,8 @@ pub struct Builtin {
     /// What a method of a builtin sequence adds or repeats by, and whether its receiver stands on the right. As methods these
     /// refuse what they cannot take; as operators they leave it to the other operand.
     pub joins: Option<(BinaryOp, bool)>,
+    /// Of methods: CPython's type has a slot for it, not an entry in its table of methods.
+    pub is_slot: bool,
 }
 
 /// A function whose arguments are bound to the signature; omitted ones are `Unbound`.
@@ -100,6 +103,7 @@ impl Builtin {
             fills: false,
             quick: quick::find(None, None, name),
             joins: None,
+            is_slot: false,
         }))
     }
 
@@ -120,6 +124,7 @@ impl Builtin {
             fills: false,
             quick: quick::find(None, Some(module), name),
             joins: None,
+            is_slot: false,
         }))
     }
 
@@ -135,6 +140,7 @@ impl Builtin {
             fills: false,
             quick: quick::find(None, None, name),
             joins: None,
+            is_slot: false,
         }))
     }
 
@@ -159,6 +165,7 @@ impl Builtin {
             fills: false,
             quick: None,
             joins: None,
+            is_slot: false,
         }))
     }
 
@@ -182,6 +189,7 @@ impl Builtin {
             fills: false,
             quick: None,
             joins: None,
+            is_slot: false,
         }))
     }
 }

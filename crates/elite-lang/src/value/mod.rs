@@ -96,8 +96,8 @@ pub enum Value {
     Iter(Rc<Iter>),
     Generator(Rc<Generator>),
     Property(Rc<function::Property>),
-    StaticMethod(Rc<Value>),
-    ClassMethod(Rc<Value>),
+    StaticMethod(Rc<function::Wrapped>),
+    ClassMethod(Rc<function::Wrapped>),
     Super(Rc<function::Super>),
     /// Only in slots: a variable shared with inner functions.
     Cell(Rc<CellVar>),

@@ -12,6 +12,7 @@ use crate::errors::ExceptionKind;
 use crate::eval::bulk::{EACH, PIECE};
 use crate::eval::{Core, Evaluator};
 use crate::value::bytes::Data;
+use crate::value::function::Wrapped;
 use crate::value::symbol::known;
 use crate::value::{ByteArray, Bytes, Class, R, Value, Values};
 
@@ -43,7 +44,7 @@ pub(super) fn install(core: &Rc<Core>) {
         let maketrans = crate::builtins::Builtin::bound(core, "maketrans", "from to /", maketrans);
         class.set(
             core.symbols.intern("maketrans"),
-            Value::StaticMethod(Rc::new(maketrans)),
+            Value::StaticMethod(Wrapped::around(maketrans)),
         );
     }
     class_method(core, &types.bytes, "fromhex", "string /", |ev, args| {

@@ -4,8 +4,17 @@ use std::rc::Rc;
 
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
+use crate::value::class::Base;
 use crate::value::symbol::known;
 use crate::value::{Class, Dict, Instance, R, Raised, Symbol, Value};
+
+/// Whether what extends this builtin type has parts of it that are for reading only.
+fn has_parts(base: Base) -> bool {
+    matches!(
+        base,
+        Base::StaticMethod | Base::ClassMethod | Base::Super | Base::Property
+    )
+}
 
 impl Evaluator<'_> {
     /// `value.name = new`
@@ -35,6 +44,9 @@ impl Evaluator<'_> {
                 Err(self.type_error(format!(
                     "cannot set '{name}' attribute of immutable type '{class}'"
                 )))
+            }
+            Value::Module(_) if name == known::DICT => {
+                Err(self.raise(ExceptionKind::AttributeError, "readonly attribute"))
             }
             Value::Module(module) => {
                 self.core.symbols.settle(name);
@@ -207,6 +219,14 @@ impl Evaluator<'_> {
         if !class.is_script && instance.exception().is_none() {
             return Err(self.cannot_set(value, name));
         }
+        if has_parts(class.base)
+            && let Some(refused) = self.refused_by_type(value, name)
+        {
+            return Err(refused);
+        }
+        if name == known::DICT && class.base == Base::Module {
+            return Err(self.raise(ExceptionKind::AttributeError, "readonly attribute"));
+        }
         if name == known::DICT && class.has_dict() {
             let Value::Dict(dict) = self.plain(&new) else {
                 let name = self.core.types.name_of(&new);
@@ -266,6 +286,13 @@ impl Evaluator<'_> {
         }
     }
 
+    #[cold]
+    fn no_attribute(&self, value: &Value, name: Symbol) -> Raised {
+        let (class, name) = (self.core.types.name_of(value), self.core.symbols.name(name));
+        let text = format!("'{class}' object has no attribute '{name}'");
+        self.raise(ExceptionKind::AttributeError, text)
+    }
+
     /// What is said of deleting an attribute that is not there or stays: objects without a dictionary know those of their class.
     #[cold]
     fn cannot_delete(&self, value: &Value, name: Symbol) -> Raised {
@@ -279,8 +306,10 @@ impl Evaluator<'_> {
                     "cannot set '{name}' attribute of immutable type '{class}'"
                 ))
             }
-            Value::Class(_) | Value::Module(_) | Value::Function(_) => {
-                self.attribute_error(value, name)
+            Value::Class(_) | Value::Function(_) => self.attribute_error(value, name),
+            Value::Module(_) => self.no_attribute(value, name),
+            Value::Instance(instance) if instance.class.base == Base::Module => {
+                self.no_attribute(value, name)
             }
             Value::Instance(instance) if instance.exception().is_some() => {
                 let text = self.core.symbols.name(name);
