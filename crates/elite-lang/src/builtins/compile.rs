@@ -6,9 +6,8 @@
 use std::collections::HashMap;
 use std::rc::Rc;
 
-use super::evaluate::{
-    Tree, VARIABLE, dictionary_namespace, reading, release, source_file, source_text, tree,
-};
+use super::evaluate::{VARIABLE, dictionary_namespace};
+use super::reading::{Tree, reading, release, source_file, source_text, tree};
 use crate::ast::{Stmt, StmtKind};
 use crate::eval::Evaluator;
 use crate::eval::code::Code;

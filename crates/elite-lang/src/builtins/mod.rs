@@ -6,6 +6,7 @@ pub(crate) mod evaluate;
 mod functions;
 mod numbers;
 pub mod quick;
+pub(crate) mod reading;
 mod scope;
 mod short;
 mod signature;
