@@ -351,6 +351,13 @@ impl Value {
             (Value::Tuple(a), Value::Tuple(b)) if a.items().is_empty() && b.items().is_empty() => {
                 true
             }
+            // And one empty text, and one empty `bytes`.
+            (Value::Str(a), Value::Str(b)) if a.as_str().is_empty() && b.as_str().is_empty() => {
+                true
+            }
+            (Value::Bytes(a), Value::Bytes(b)) if a.data().is_empty() && b.data().is_empty() => {
+                true
+            }
             // Numbers have no identity of their own here; equal bits are the same object.
             (Value::Int(a), Value::Int(b)) => a == b,
             (Value::BigInt(a), Value::BigInt(b)) => a == b,

@@ -47,6 +47,11 @@ pub(super) fn install(core: &Rc<Core>) {
             Value::StaticMethod(Wrapped::around(maketrans)),
         );
     }
+    super::methods(
+        core,
+        &types.bytes,
+        &[("__bytes__", "", |ev, args| Ok(ev.plain(&args[0])))],
+    );
     class_method(core, &types.bytes, "fromhex", "string /", |ev, args| {
         let data = from_hex(ev, &args[1])?;
         ev.of_class(&args[0], Value::Bytes(Rc::new(Bytes::new(data))))

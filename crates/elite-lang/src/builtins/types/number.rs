@@ -218,6 +218,7 @@ fn int(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         None => {
             let shown = match ev.plain(value) {
                 Value::ByteArray(array) => ev.repr(&Value::bytes(array.borrow().to_vec()))?,
+                bytes @ Value::Bytes(_) => ev.repr(&bytes)?,
                 _ => ev.repr(value)?,
             };
             Err(ev.value_error(format!(
