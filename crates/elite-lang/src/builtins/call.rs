@@ -8,6 +8,8 @@ use crate::native::NativeCall;
 use crate::value::symbol::known;
 use crate::value::{Class, R, Symbol, Value, Values};
 
+/// Derived classes that are looked at between two safepoints.
+const SUBCLASSES: usize = 1024;
 /// Arguments up to this number are moved on the native stack.
 const INLINE_ARGS: usize = 6;
 
@@ -176,6 +178,11 @@ impl Evaluator<'_> {
         if has_it(&types.natural) {
             return Ok(Some(Value::Class(types.object.clone())));
         }
+        let builtin_types = types.all().into_iter().chain(types.exceptions());
+        let mut called_so = builtin_types.filter(|class| builtin.owner == Some(&*class.name()));
+        if let Some(class) = called_so.find(|class| has_it(class)) {
+            return Ok(Some(Value::Class(class.clone())));
+        }
         // Every class is derived from `object`; those of scripts may have it under the same name.
         let mut left = vec![types.object.clone()];
         let mut seen = std::collections::HashSet::new();
@@ -191,7 +198,11 @@ impl Evaluator<'_> {
                     true => of_script = Some(Value::Class(class.clone())),
                 }
             }
-            left.extend(class.subclasses());
+            let mut before = usize::MAX;
+            while before > 0 {
+                before = class.some_subclasses(before, SUBCLASSES, &mut left);
+                self.worked(SUBCLASSES)?;
+            }
         }
         Ok(of_script)
     }

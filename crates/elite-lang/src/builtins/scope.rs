@@ -372,6 +372,14 @@ fn attribute_names(ev: &Evaluator<'_>, object: &Value) -> R<Values> {
             }
             None => names.extend(instance.entries(symbols).into_iter().map(|(name, _)| name)),
         },
+        Value::StaticMethod(wrapped) | Value::ClassMethod(wrapped) => {
+            let dict = ev.wrapped_dict(wrapped)?;
+            for (_, name, _) in ev.entries(&dict)? {
+                ev.grow(&mut *names, 1)?;
+                names.push(name);
+                ev.worked(VALUE)?;
+            }
+        }
         Value::Module(module) => {
             for name in ev.bound_names(&module.namespace)? {
                 ev.grow(&mut *names, 1)?;

@@ -104,12 +104,15 @@ impl Drop for BoundMethod {
 /// What a static or class method wraps: usually a function.
 pub struct Wrapped {
     function: Value,
+    /// `__dict__`; None until a script asks for it or sets an attribute.
+    pub attrs: Held<Option<Value>>,
 }
 
 impl Wrapped {
     /// For a static or class method around a value.
     pub fn around(function: Value) -> Rc<Self> {
-        Rc::new(Wrapped { function })
+        let attrs = Held::default();
+        Rc::new(Wrapped { function, attrs })
     }
 }
 
@@ -126,6 +129,9 @@ impl Drop for Wrapped {
     fn drop(&mut self) {
         // They may be wrapped again and again.
         trash::dismantle_one(&mut self.function);
+        if let Some(attrs) = self.attrs.get_mut() {
+            trash::dismantle_one(attrs);
+        }
     }
 }
 

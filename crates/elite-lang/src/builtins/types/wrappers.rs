@@ -12,7 +12,7 @@ use crate::eval::{Core, Evaluator};
 use crate::value::function::{Super, Wrapped};
 use crate::value::instance::Payload;
 use crate::value::symbol::known;
-use crate::value::{R, Symbol, Value};
+use crate::value::{Dict, R, Symbol, Value};
 
 /// What `functools.wraps` takes over, too.
 const TAKEN_OVER: &[Symbol] = &[
@@ -112,6 +112,28 @@ fn wrap(
         }
     }
     Ok(Value::None)
+}
+
+impl Evaluator<'_> {
+    /// The attributes of a static or class method, with what it has taken over.
+    pub fn wrapped_dict(&self, wrapped: &Wrapped) -> R<Rc<Dict>> {
+        if let Some(Value::Dict(dict)) = wrapped.attrs.get() {
+            return Ok(dict);
+        }
+        let dict = Rc::new(Dict::new());
+        for name in TAKEN_OVER {
+            if let Some(value) = self.recurse(|| self.attribute_or_none(wrapped, *name))? {
+                dict.set_interned(self.core.symbols.value(*name), value);
+            }
+        }
+        // A function that was asked may have made one.
+        if let Some(Value::Dict(dict)) = wrapped.attrs.get() {
+            return Ok(dict);
+        }
+        self.core.note(&Value::Dict(dict.clone()));
+        wrapped.attrs.put(Some(Value::Dict(dict.clone())));
+        Ok(dict)
+    }
 }
 
 fn install_super(core: &Rc<Core>) {

@@ -55,6 +55,26 @@ impl Evaluator<'_> {
                 Ok(())
             }
             _ if name == known::CLASS => Err(self.class_refused(&new)),
+            Value::StaticMethod(wrapped) | Value::ClassMethod(wrapped) => {
+                if let Some(refused) = self.refused_by_type(value, name) {
+                    return Err(refused);
+                }
+                if name == known::DICT {
+                    let Value::Dict(dict) = self.plain(&new) else {
+                        let name = self.core.types.name_of(&new);
+                        return Err(self.type_error(format!(
+                            "__dict__ must be set to a dictionary, not a '{name}'"
+                        )));
+                    };
+                    wrapped.attrs.put(Some(Value::Dict(dict)));
+                    return Ok(());
+                }
+                let dict = self.wrapped_dict(wrapped)?;
+                if new.holds_values() {
+                    self.core.note(&Value::Dict(dict.clone()));
+                }
+                self.dict_set(&dict, self.core.symbols.value(name), new)
+            }
             Value::Function(function) => self.set_function_attribute(function, name, new),
             Value::Generator(generator) if matches!(name, known::NAME | known::QUALNAME) => {
                 self.rename_generator(generator, name, new)
@@ -272,6 +292,16 @@ impl Evaluator<'_> {
             Value::Cell(cell) if &*self.core.symbols.name(name) == "cell_contents" => {
                 drop(cell.take());
                 Ok(())
+            }
+            Value::StaticMethod(wrapped) | Value::ClassMethod(wrapped) => {
+                if let Some(refused) = self.refused_by_type(value, name) {
+                    return Err(refused);
+                }
+                let dict = self.wrapped_dict(wrapped)?;
+                match self.dict_remove(&dict, &self.core.symbols.value(name))? {
+                    Some(_) => Ok(()),
+                    None => Err(self.attribute_error(value, name)),
+                }
             }
             Value::Function(function) if self.delete_function_attribute(function, name)? => Ok(()),
             Value::Function(function) => {

@@ -86,6 +86,20 @@ impl Evaluator<'_> {
                     },
                 }
             }
+            Value::StaticMethod(wrapped) | Value::ClassMethod(wrapped) => {
+                if name == known::DICT {
+                    return self.wrapped_dict(wrapped).map(Value::Dict).map(Some);
+                }
+                match wrapped.attrs.get() {
+                    Some(Value::Dict(dict)) if !matches!(name, known::FUNC | known::WRAPPED) => {
+                        match dict.get_str(&self.core.symbols.name(name)) {
+                            Some(found) => Ok(Some(found)),
+                            None => self.builtin_attribute(value, name),
+                        }
+                    }
+                    _ => self.builtin_attribute(value, name),
+                }
+            }
             _ => self.builtin_attribute(value, name),
         }
     }
