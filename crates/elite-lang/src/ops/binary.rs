@@ -152,22 +152,21 @@ impl Evaluator<'_> {
             }
         }
         let same = Rc::ptr_eq(class_a, class_b);
-        let is_number = |class: &Class, method: &Option<Value>, other: Symbol| match method {
-            Some(method) if joins(method).is_none() => true,
-            _ => class
-                .lookup(other)
-                .is_some_and(|other| joins(&other).is_none()),
-        };
         let method_a = class_a.lookup(plain);
         let method_b = match same {
             true => None,
             false => class_b.lookup(reflected),
         };
-        let as_number = |class: &Class, method: &Option<Value>, other: Symbol| {
-            method.clone().filter(|_| is_number(class, method, other))
+        let is_number = |class: &Class, method: &Value, other: Symbol| {
+            let has_other = || {
+                class
+                    .lookup(other)
+                    .is_some_and(|other| joins(&other).is_none())
+            };
+            joins(method).is_none() || has_other()
         };
-        let number_a = as_number(class_a, &method_a, reflected);
-        let number_b = as_number(class_b, &method_b, plain);
+        let number_a = { method_a.as_ref() }.filter(|method| is_number(class_a, method, reflected));
+        let number_b = { method_b.as_ref() }.filter(|method| is_number(class_b, method, plain));
         if (number_a.is_some() || number_b.is_some())
             && let Some(value) = self.by_these(number_a, number_b, reflected, a, b)?
         {
@@ -176,20 +175,22 @@ impl Evaluator<'_> {
         let changed = changed.filter(|method| joins(method).is_some());
         let method_a = method_a.filter(|method| joins(method).is_some());
         if op == BinaryOp::Add {
-            return match changed.or(method_a) {
-                Some(method) => self
+            return match (changed, method_a) {
+                (Some(method), _) => self
                     .call_method_value(&method, a, &mut [b.clone()])
                     .map(Some),
-                None => Ok(None),
+                (None, Some(method)) => self.of_sequence(op, &method, a, b).map(Some),
+                (None, None) => Ok(None),
             };
         }
         // One that multiplies in its own way, in whichever direction, is repeated in none.
         let repeats = |class: &Class, name: Symbol| {
             class.lookup(name).filter(|method| joins(method).is_some())
         };
+        let is_changed = changed.is_some();
         let method_a = changed.or_else(|| {
-            let turned = repeats(class_a, reflected);
-            method_a.filter(|_| turned.is_some())
+            let method = method_a?;
+            repeats(class_a, reflected).map(|_| method)
         });
         let (method, sequence, count) = match method_a {
             Some(method) => (method, a, b),
@@ -207,8 +208,24 @@ impl Evaluator<'_> {
             let text = format!("can't multiply sequence by non-int of type '{name}'");
             return Err(self.type_error(text));
         }
-        self.call_method_value(&method, sequence, &mut [count.clone()])
-            .map(Some)
+        match is_changed {
+            true => self.call_method_value(&method, sequence, &mut [count.clone()]),
+            false => self.of_sequence(op, &method, sequence, count),
+        }
+        .map(Some)
+    }
+
+    /// What a sequence has to say: for those that are builtin, or extend one, without a call.
+    fn of_sequence(&self, op: BinaryOp, method: &Value, sequence: &Value, other: &Value) -> R {
+        let own = self.plain(sequence);
+        let made = match op {
+            BinaryOp::Mul => self.builtin_binary(op, &own, other)?,
+            _ => self.builtin_binary(op, &own, &self.plain(other))?,
+        };
+        match made {
+            Some(made) => Ok(made),
+            None => self.call_method_value(method, sequence, &mut [other.clone()]),
+        }
     }
 
     /// Tries `a.plain(b)` and `b.reflected(a)`; the right operand goes first if its class is derived from the left's.
@@ -224,14 +241,15 @@ impl Evaluator<'_> {
             true => None,
             false => class_b.lookup(reflected),
         };
-        self.by_these(class_a.lookup(plain), method_b, reflected, a, b)
+        let method_a = class_a.lookup(plain);
+        self.by_these(method_a.as_ref(), method_b.as_ref(), reflected, a, b)
     }
 
     /// The same with the methods that have been found; `method_b` is none if both are of one class.
     fn by_these(
         &self,
-        method_a: Option<Value>,
-        method_b: Option<Value>,
+        method_a: Option<&Value>,
+        method_b: Option<&Value>,
         reflected: Symbol,
         a: &Value,
         b: &Value,
@@ -240,21 +258,21 @@ impl Evaluator<'_> {
         // A subclass goes first only with a method of its own.
         let b_first = !Rc::ptr_eq(class_a, class_b)
             && class_b.is_subclass_of(class_a)
-            && method_b.as_ref().is_some_and(|method| {
+            && method_b.is_some_and(|method| {
                 class_a
                     .lookup(reflected)
                     .is_none_or(|other| !other.is(method))
             });
-        if b_first && let Some(value) = self.try_method(method_b.as_ref(), b, a)? {
+        if b_first && let Some(value) = self.try_method(method_b, b, a)? {
             return Ok(Some(value));
         }
-        if let Some(value) = self.try_method(method_a.as_ref(), a, b)? {
+        if let Some(value) = self.try_method(method_a, a, b)? {
             return Ok(Some(value));
         }
         if b_first {
             return Ok(None);
         }
-        self.try_method(method_b.as_ref(), b, a)
+        self.try_method(method_b, b, a)
     }
 
     fn try_method(

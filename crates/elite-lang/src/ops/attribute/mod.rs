@@ -313,7 +313,16 @@ impl Evaluator<'_> {
     }
 
     /// What a class method is as an attribute of a class: what it wraps, asked as one of the class if it is a descriptor itself.
+    #[inline]
     pub fn bound_to_class(&self, function: &Value, class: &Value) -> R {
+        match function {
+            Value::Function(_) => Ok(self.bound(function, class)),
+            _ => self.asked_for_class(function, class),
+        }
+    }
+
+    #[inline(never)]
+    fn asked_for_class(&self, function: &Value, class: &Value) -> R {
         match function {
             Value::Property(property) if !property.get.is_none() => {
                 self.call1(&property.get, class.clone())
