@@ -6,8 +6,10 @@ use super::{Args, Builtin, BuiltinBody};
 use crate::eval::{Evaluator, Frame};
 use crate::native::NativeCall;
 use crate::value::symbol::known;
-use crate::value::{R, Symbol, Value, Values};
+use crate::value::{Class, R, Symbol, Value, Values};
 
+/// Derived classes that are looked at between two safepoints.
+const SUBCLASSES: usize = 1024;
 /// Arguments up to this number are moved on the native stack.
 const INLINE_ARGS: usize = 6;
 
@@ -143,6 +145,94 @@ impl Evaluator<'_> {
         let class = self.core.types.of(receiver);
         class.lookup(name).is_some_and(|found| is_it(&found))
             || (class.line().iter()).any(|class| class.own_attrs().get(name).is_some_and(is_it))
+    }
+
+    /// Refuses to make a method of an object that is none of the class's.
+    pub fn check_described(&self, builtin: &Rc<Builtin>, receiver: &Value) -> R<()> {
+        if self
+            .check_receiver(builtin, std::slice::from_ref(receiver))
+            .is_ok()
+        {
+            return Ok(());
+        }
+        let (owner, given) = (self.owner_of(builtin), self.core.types.name_of(receiver));
+        Err(self.type_error(format!(
+            "descriptor '{}' for '{owner}' objects doesn't apply to a '{given}' object",
+            builtin.name
+        )))
+    }
+
+    /// The class whose method it is: `__objclass__`.
+    pub fn described_by(&self, builtin: &Builtin) -> R<Option<Value>> {
+        let types = &self.core.types;
+        let Some(name) = self.core.symbols.find(builtin.name) else {
+            return Ok(None);
+        };
+        let has_it = |class: &Class| match class.own_attrs().get(name) {
+            Some(Value::Builtin(own)) => std::ptr::eq(&**own, builtin),
+            Some(Value::ClassMethod(wrapped)) => {
+                matches!(&***wrapped, Value::Builtin(own) if std::ptr::eq(&**own, builtin))
+            }
+            _ => false,
+        };
+        if has_it(&types.natural) {
+            return Ok(Some(Value::Class(types.object.clone())));
+        }
+        let builtin_types = types.all().into_iter().chain(types.exceptions());
+        let mut called_so = builtin_types.filter(|class| builtin.owner == Some(&*class.name()));
+        if let Some(class) = called_so.find(|class| has_it(class)) {
+            return Ok(Some(Value::Class(class.clone())));
+        }
+        // Every class is derived from `object`; those of scripts may have it under the same name.
+        let mut left = vec![types.object.clone()];
+        let mut seen = std::collections::HashSet::new();
+        let mut of_script = None;
+        while let Some(class) = left.pop() {
+            self.worked(crate::eval::pace::VALUE)?;
+            if !seen.insert(Rc::as_ptr(&class)) {
+                continue;
+            }
+            if has_it(&class) {
+                match class.is_script && builtin.owner != Some(&*class.name()) {
+                    false => return Ok(Some(Value::Class(class))),
+                    true => of_script = Some(Value::Class(class.clone())),
+                }
+            }
+            let mut before = usize::MAX;
+            while before > 0 {
+                before = class.some_subclasses(before, SUBCLASSES, &mut left);
+                self.worked(SUBCLASSES)?;
+            }
+        }
+        Ok(of_script)
+    }
+
+    /// How messages name the class whose method it is.
+    #[cold]
+    pub fn owner_of(&self, builtin: &Builtin) -> Rc<str> {
+        match self.described_by(builtin) {
+            Ok(Some(Value::Class(class))) => class.type_name(),
+            _ => builtin.owner.unwrap_or_default().into(),
+        }
+    }
+
+    /// `__self__` of a builtin function, which is its module, or `__module__`, its name.
+    pub fn module_of_builtin(&self, builtin: &Builtin, name: Symbol) -> R<Option<Value>> {
+        let module = match &builtin.module {
+            Some(module) => module.clone(),
+            None => {
+                let known = self.core.symbols.find(builtin.name);
+                let found = known.and_then(|name| self.core.builtins.get(name));
+                match found {
+                    Some(Value::Builtin(own)) if std::ptr::eq(&*own, builtin) => "builtins".into(),
+                    _ => return Ok(Some(Value::None)),
+                }
+            }
+        };
+        Ok(Some(match name {
+            known::MODULE => Value::str(&*module),
+            _ => { self.core.module_table.get_str(&module) }.unwrap_or(Value::None),
+        }))
     }
 
     #[cold]

@@ -5,50 +5,39 @@
 //! namespace of the text, and stays it (`Dict::hold_variables`); names at the top level of the text go through any
 //! mapping that is given as locals.
 
-use std::cell::RefCell;
 use std::collections::HashMap;
 use std::rc::Rc;
 use std::sync::Arc;
 
 use super::Args;
-use crate::ast::{Module, Stmt, StmtKind};
-use crate::diagnostic::{Diagnostic, Severity};
+use super::compile::code_text;
+use super::reading::{TEXT_NAME, Tree, reading, release, source_file, source_text, tree};
+use crate::ast::{Stmt, StmtKind};
+use crate::diagnostic::Severity;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::code::Code;
-use crate::limits::memory::Budget;
-use crate::parser::{Parsed, TREE_MAX, parse_expression, parse_within};
-use crate::resolve::{KnownNames, Resolution, resolve_within};
+use crate::parser::parse_expression;
 use crate::source::SourceFile;
-use crate::value::instance::Payload;
 use crate::value::module::Namespace;
 use crate::value::symbol::known;
-use crate::value::{CellVar, Dict, Function, Instance, R, Raised, Symbol, Value};
+use crate::value::{CellVar, Dict, Function, R, Symbol, Value};
 
-/// Longest text that is evaluated, in bytes.
-const TEXT_MAX: usize = 1 << 20;
 /// Work for a variable that is handed in or back.
-const VARIABLE: usize = 128;
+pub(super) const VARIABLE: usize = 128;
 
-fn code_object(value: &Value) -> Option<&CodeObject> {
-    match value {
-        Value::Instance(instance) => instance.object(),
-        _ => None,
+pub(super) fn eval(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
+    let Prepared { source, scope } = prepare(ev, args, true)?;
+    match source {
+        Source::Code(code) => run_code(ev, &code, Box::default()),
+        Source::Text(file, true) => run_expression(ev, &file, &scope),
+        Source::Text(file, false) => run_statements(ev, &file, &scope).map(|()| Value::None),
     }
 }
 
-pub(super) fn eval(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
-    if args
-        .positional
-        .first()
-        .and_then(code_object)
-        .is_some_and(|code| !code.is_expression)
-    {
-        return exec(ev, args);
-    }
-    let (file, scope) = prepare(ev, args, "eval")?;
+fn run_expression(ev: &Evaluator<'_>, file: &Arc<SourceFile>, scope: &TextScope) -> R {
     let code = reading(ev, |budget| {
-        let Tree { module, resolution } = tree(ev, &file, true, budget)?;
+        let Tree { module, resolution } = tree(ev, file, true, budget)?;
         let [
             Stmt {
                 kind: StmtKind::Expr(expr),
@@ -60,7 +49,7 @@ pub(super) fn eval(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
             return Err(ev.raise(ExceptionKind::SyntaxError, "invalid syntax"));
         };
         let (core, namespace) = (&ev.core, &scope.namespace);
-        let code = crate::lower::expression(core, namespace, &file, expr, &resolution, budget);
+        let code = crate::lower::expression(core, namespace, file, expr, &resolution, budget);
         release(module, resolution, budget);
         Ok(code)
     })?;
@@ -69,9 +58,79 @@ pub(super) fn eval(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
 }
 
 pub(super) fn exec(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
-    let (file, scope) = prepare(ev, args, "exec")?;
+    let closure = exec_closure(ev, args)?;
+    let Prepared { source, scope } = prepare(ev, args, false)?;
+    match (source, closure) {
+        (Source::Code(code), closure) => {
+            let cells = cells_for_exec(ev, &code, closure)?;
+            run_code(ev, &code, cells)?;
+        }
+        (Source::Text(..), Some(_)) if code_text(&args.positional[0]).is_some() => {
+            return Err(ev.type_error(NO_CLOSURE));
+        }
+        (Source::Text(..), Some(_)) => {
+            let text = "closure can only be used when source is a code object";
+            return Err(ev.type_error(text));
+        }
+        (Source::Text(file, true), None) => drop(run_expression(ev, &file, &scope)?),
+        (Source::Text(file, false), None) => run_statements(ev, &file, &scope)?,
+    }
+    Ok(Value::None)
+}
+
+const NO_CLOSURE: &str = "cannot use a closure with this code object";
+
+/// The only keyword argument of `exec`, if there is one and it is not None.
+fn exec_closure(ev: &Evaluator<'_>, args: &Args<'_>) -> R<Option<Value>> {
+    let mut closure = None;
+    for (name, value) in args.keywords {
+        let text = ev.core.symbols.name(*name);
+        if &*text != "closure" {
+            let text = format!("'{text}' is an invalid keyword argument for exec()");
+            return Err(ev.type_error(text));
+        }
+        closure = Some(value.clone()).filter(|value| !value.is_none());
+    }
+    Ok(closure)
+}
+
+/// The variables of outer functions for code that is executed.
+fn cells_for_exec(
+    ev: &Evaluator<'_>,
+    code: &Code,
+    closure: Option<Value>,
+) -> R<Box<[Rc<CellVar>]>> {
+    let wanted = code.free_names.len();
+    if wanted == 0 {
+        return match closure {
+            Some(_) => Err(ev.type_error(NO_CLOSURE)),
+            None => Ok(Box::default()),
+        };
+    }
+    let cell = |value: &Value| match value {
+        Value::Cell(cell) => Some(cell.clone()),
+        _ => None,
+    };
+    let cells = match &closure {
+        Some(Value::Tuple(cells)) if cells.items().len() == wanted => {
+            cells.items().iter().map(cell).collect()
+        }
+        _ => None,
+    };
+    cells.ok_or_else(|| {
+        let text = format!("code object requires a closure of exactly length {wanted}");
+        ev.type_error(text)
+    })
+}
+
+/// Runs the code of a function as `exec` and `eval` do, without arguments.
+fn run_code(ev: &Evaluator<'_>, code: &Rc<Code>, closure: Box<[Rc<CellVar>]>) -> R {
+    ev.call_function(&Function::plain(code.clone(), closure), &mut [], &[])
+}
+
+fn run_statements(ev: &Evaluator<'_>, file: &Arc<SourceFile>, scope: &TextScope) -> R<()> {
     let code = reading(ev, |budget| {
-        let Tree { module, resolution } = tree(ev, &file, false, budget)?;
+        let Tree { module, resolution } = tree(ev, file, false, budget)?;
         for name in &resolution.bindings {
             if scope.is_separate && scope.mapping.is_none() {
                 budget.worked(VARIABLE);
@@ -79,12 +138,12 @@ pub(super) fn exec(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
             }
         }
         let (core, namespace) = (&ev.core, &scope.namespace);
-        let code = crate::lower::module(core, namespace, &file, &module, &resolution, budget);
+        let code = crate::lower::module(core, namespace, file, &module, &resolution, budget);
         release(module, resolution, budget);
         Ok(code)
     })?;
     scope.check(ev, &code)?;
-    scope.run(ev, code).map(|_| Value::None)
+    scope.run(ev, code).map(drop)
 }
 
 /// What a text gave that was run for a debugger.
@@ -102,7 +161,7 @@ pub(crate) fn run_in(
     text: String,
     variables: Option<Vec<(Symbol, Value)>>,
 ) -> R<Given> {
-    let file = source_file(ev, text)?;
+    let file = source_file(ev, TEXT_NAME, text)?;
     let namespace = match variables {
         None => ev.core.globals.clone(),
         Some(variables) => {
@@ -165,154 +224,6 @@ pub(crate) fn run_in(
     })
 }
 
-/// Runs `work`, which reads a text of any length: on a deep stack, with pauses in which others have their turn.
-pub(crate) fn reading<T>(ev: &Evaluator<'_>, work: impl FnOnce(&Budget<'_>) -> R<T>) -> R<T> {
-    let ended = RefCell::new(None);
-    let pause = |units: usize| match ev.worked(units) {
-        Ok(()) => true,
-        Err(raised) => {
-            *ended.borrow_mut() = Some(raised);
-            false
-        }
-    };
-    let budget = Budget::with_pauses(ev.core.memory_left().min(TREE_MAX), &pause);
-    let result = ev.with_deep_stack(|| work(&budget));
-    match ended.take() {
-        // What was made of a text that was given up means nothing.
-        Some(raised) => Err(raised),
-        None => result,
-    }
-}
-
-/// A text that is right, and its names.
-pub(crate) struct Tree {
-    pub module: Module,
-    pub resolution: Resolution,
-}
-
-/// Reads a text; that of an expression becomes the only statement of a module.
-pub(crate) fn tree(
-    ev: &Evaluator<'_>,
-    file: &Arc<SourceFile>,
-    is_expression: bool,
-    budget: &Budget<'_>,
-) -> R<Tree> {
-    let parsed = match is_expression {
-        true => {
-            let (expr, parsed) = parse_expression(file, budget);
-            let statement = expr.map(|expr| Stmt {
-                span: expr.span,
-                kind: StmtKind::Expr(expr),
-            });
-            let body = statement.into_iter().collect();
-            Parsed {
-                module: Module {
-                    body,
-                    ..parsed.module
-                },
-                ..parsed
-            }
-        }
-        false => parse_within(file, budget),
-    };
-    if let Some(raised) = refusal(ev, file, &parsed.diagnostics) {
-        parsed.module.release(budget);
-        return Err(raised);
-    }
-    let resolution = resolve_within(&parsed.module, &KnownNames::default(), budget);
-    let refused = refusal(ev, file, &resolution.diagnostics);
-    let refused = match refused {
-        Some(raised) => Err(raised),
-        None => ev.check_allocation(parsed.bytes),
-    };
-    if let Err(raised) = refused {
-        release(parsed.module, resolution, budget);
-        return Err(raised);
-    }
-    Ok(Tree {
-        module: parsed.module,
-        resolution,
-    })
-}
-
-/// Drops what is no longer needed of a text, with pauses.
-pub(crate) fn release(module: Module, resolution: Resolution, budget: &Budget<'_>) {
-    module.release(budget);
-    resolution.release(budget);
-}
-
-/// What `compile` makes: a text that is known to be right, for `eval` and `exec`.
-struct CodeObject {
-    text: String,
-    is_expression: bool,
-}
-
-/// `compile(source, filename, mode)`. The text is checked now and read again when it is evaluated.
-pub(super) fn compile(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
-    let (source, mode) = match (&*args.positional, args.keywords) {
-        ([source, _, mode, ..], []) => (source, mode),
-        (given, _) => {
-            let text = format!(
-                "compile() takes source, filename and mode by position ({} given)",
-                given.len()
-            );
-            return Err(ev.type_error(text));
-        }
-    };
-    let is_expression = match mode {
-        Value::Str(mode) if mode.as_str() == "eval" => true,
-        Value::Str(mode) if matches!(mode.as_str(), "exec" | "single") => false,
-        _ => return Err(ev.value_error("compile() mode must be 'exec', 'eval' or 'single'")),
-    };
-    let text = source_text(ev, source, "compile")?;
-    let mut copy = String::new();
-    ev.push_text(&mut copy, &text)?;
-    let file = source_file(ev, copy)?;
-    reading(ev, |budget| {
-        let Tree { module, resolution } = tree(ev, &file, is_expression, budget)?;
-        release(module, resolution, budget);
-        Ok(())
-    })?;
-    let code = CodeObject {
-        text,
-        is_expression,
-    };
-    let class = ev.core.types.code.clone();
-    let payload = Payload::Object(Box::new(code));
-    Ok(Value::Instance(Instance::new(class, payload)))
-}
-
-fn source_text(ev: &Evaluator<'_>, source: &Value, function: &str) -> R<String> {
-    let check = |bytes: usize| match bytes > TEXT_MAX {
-        true => Err(ev.value_error(format!(
-            "{function}() text of {bytes} bytes, {TEXT_MAX} are allowed"
-        ))),
-        // The text is kept beside the file that is made of it.
-        false => ev.check_allocation(2 * bytes),
-    };
-    match ev.plain(source) {
-        Value::Str(text) => {
-            check(text.as_str().len())?;
-            let mut copy = String::new();
-            ev.push_text(&mut copy, text.as_str())?;
-            Ok(copy)
-        }
-        other => match ev.bytes_like(&other) {
-            Some(data) => {
-                check(data.len())?;
-                ev.lossy_text(&data)
-            }
-            None => Err(ev.type_error(format!(
-                "{function}() arg 1 must be a string, bytes or code object"
-            ))),
-        },
-    }
-}
-
-fn source_file(ev: &Evaluator<'_>, text: String) -> R<Arc<SourceFile>> {
-    SourceFile::by_pieces("<string>".into(), text, |bytes| ev.worked(bytes * 2))
-}
-
 /// Where a text runs.
 struct TextScope {
     namespace: Rc<Namespace>,
@@ -323,7 +234,7 @@ struct TextScope {
     /// The dictionary that the global variables are in.
     home: Option<Rc<Dict>>,
     /// How many references there were to each of its variables before the text was read.
-    before: HashMap<*const CellVar, usize>,
+    before: Counts,
 }
 
 impl TextScope {
@@ -363,55 +274,96 @@ impl TextScope {
     }
 }
 
-/// The text and its scope, from the arguments `source, globals, locals`.
-fn prepare(ev: &Evaluator<'_>, args: &Args<'_>, function: &str) -> R<(Arc<SourceFile>, TextScope)> {
-    if !args.keywords.is_empty() {
-        return Err(ev.type_error(format!("{function}() takes no keyword arguments")));
+/// What is evaluated.
+enum Source {
+    /// A text, and whether it is an expression.
+    Text(Arc<SourceFile>, bool),
+    /// The code of a function, for the globals that are given.
+    Code(Rc<Code>),
+}
+
+/// What is evaluated, and where.
+struct Prepared {
+    source: Source,
+    scope: TextScope,
+}
+
+/// What `eval` or `exec` has to do, from the arguments `source, globals, locals`.
+fn prepare(ev: &Evaluator<'_>, args: &Args<'_>, is_eval: bool) -> R<Prepared> {
+    let function = if is_eval { "eval" } else { "exec" };
+    if is_eval && !args.keywords.is_empty() {
+        return Err(ev.type_error("eval() takes no keyword arguments"));
     }
-    let Some(source) = args.positional.first() else {
-        return Err(ev.type_error(format!("{function} expected at least 1 argument, got 0")));
+    let given = args.positional.len();
+    let Some(source) = args.positional.first().filter(|_| given <= 3) else {
+        return Err(ev.type_error(match (is_eval, given) {
+            (true, 0) => "eval expected at least 1 argument, got 0".to_owned(),
+            (true, _) => format!("eval expected at most 3 arguments, got {given}"),
+            (false, 0) => "exec() takes at least 1 positional argument (0 given)".to_owned(),
+            (false, _) => format!("exec() takes at most 3 positional arguments ({given} given)"),
+        }));
     };
     ev.sweep_names_if_due()?;
-    let text = match code_object(source) {
-        Some(code) => {
-            let mut copy = String::new();
-            ev.push_text(&mut copy, &code.text)?;
-            copy
-        }
-        None => source_text(ev, source, function)?,
-    };
     let given = |index: usize| {
         let value = args.positional.get(index);
         value.filter(|value| !value.is_none())
     };
+    let locals = given(2).cloned();
+    let check_locals = || match &locals {
+        Some(value) if !is_mapping(ev, value) => {
+            let name = ev.core.types.name_of(value);
+            Err(ev.type_error(match is_eval {
+                true => "locals must be a mapping".to_owned(),
+                false => format!("locals must be a mapping or None, not {name}"),
+            }))
+        }
+        _ => Ok(()),
+    };
+    if is_eval {
+        check_locals()?;
+    }
     let globals = match given(1).map(|value| (ev.plain(value), value)) {
         None => None,
         Some((Value::Dict(dict), _)) => Some(dict),
         Some((_, value)) => {
             let name = ev.core.types.name_of(value);
-            return Err(ev.type_error(match function {
-                "eval" if is_mapping(ev, value) => {
-                    "globals must be a real dict; try eval(code, {}, mapping)".to_owned()
+            return Err(ev.type_error(match is_eval {
+                true if is_mapping(ev, value) => {
+                    "globals must be a real dict; try eval(expr, {}, mapping)".to_owned()
                 }
-                "eval" => "globals must be a dict".to_owned(),
-                _ => format!("exec() globals must be a dict, not {name}"),
+                true => "globals must be a dict".to_owned(),
+                false => format!("exec() globals must be a dict, not {name}"),
             }));
         }
     };
-    let locals = given(2).cloned();
-    if let Some(value) = &locals
-        && !is_mapping(ev, value)
-    {
-        let name = ev.core.types.name_of(value);
-        return Err(ev.type_error(match function {
-            "eval" => "locals must be a mapping".to_owned(),
-            _ => format!("locals must be a mapping or None, not {name}"),
-        }));
+    check_locals()?;
+    if let Value::Code(code) = source {
+        if is_eval && !code.free_names.is_empty() {
+            let text = "code object passed to eval() may not contain free variables";
+            return Err(ev.type_error(text));
+        }
+        let scope = text_scope(ev, args, globals.clone(), None)?;
+        let dict = match (globals, &args.caller) {
+            (Some(dict), _) => dict,
+            (None, Some(frame)) => ev.globals_of(&frame.function.code),
+            (None, None) => ev.globals_dict(),
+        };
+        let source = Source::Code(ev.code_in(code, &dict)?);
+        return Ok(Prepared { source, scope });
     }
-    Ok((
-        source_file(ev, text)?,
-        text_scope(ev, args, globals, locals)?,
-    ))
+    let scope = text_scope(ev, args, globals, locals)?;
+    let source = match code_text(source) {
+        Some(code) => {
+            let mut copy = String::new();
+            ev.push_text(&mut copy, &code.text)?;
+            Source::Text(source_file(ev, &code.file_name, copy)?, code.is_expression)
+        }
+        None => {
+            let text = source_text(ev, source, function, "code")?;
+            Source::Text(source_file(ev, TEXT_NAME, text)?, is_eval)
+        }
+    };
+    Ok(Prepared { source, scope })
 }
 
 /// Whether a value can be asked for the values of names.
@@ -437,14 +389,8 @@ fn text_scope(
     let mut before = HashMap::new();
     let mut namespace = match (&home, running) {
         (Some(dict), _) => {
-            let namespace = core.new_namespace(None);
-            namespace.show_in(dict.clone(), &core.symbols);
-            choose_builtins(ev, &namespace, dict);
-            for variable in dict.variables() {
-                ev.worked(VARIABLE)?;
-                before.insert(Rc::as_ptr(&variable), Rc::strong_count(&variable) - 1);
-            }
-            namespace
+            enter_builtins(ev, dict);
+            dictionary_namespace(ev, dict, &mut before)?
         }
         (None, Some(running)) => running,
         (None, None) => {
@@ -489,50 +435,49 @@ fn text_scope(
     })
 }
 
-/// Unbound names of a text mean what `__builtins__` in its globals has, a dictionary or a module; the interpreter's own
-/// builtins are put there if there is nothing.
-fn choose_builtins(ev: &Evaluator<'_>, namespace: &Rc<Namespace>, globals: &Rc<Dict>) {
-    let own = match globals.get_str("__builtins__") {
-        None => {
-            let own = Value::Dict(ev.builtins_dict());
-            return globals.set_str("__builtins__", own);
-        }
-        Some(Value::Module(module)) => ev.shown(&module.namespace),
-        Some(other) => match ev.plain(&other) {
-            Value::Dict(dict) => dict,
-            _ => return,
-        },
-    };
-    if !Rc::ptr_eq(&own, &ev.builtins_dict()) {
+/// How many references there are to each variable of a dictionary.
+type Counts = HashMap<*const CellVar, usize>;
+
+/// A namespace of the variables in a dictionary, whose references it counts.
+pub(super) fn dictionary_namespace(
+    ev: &Evaluator<'_>,
+    dict: &Rc<Dict>,
+    before: &mut Counts,
+) -> R<Rc<Namespace>> {
+    let namespace = ev.core.new_namespace(None);
+    namespace.set_in_dictionary();
+    namespace.show_in(dict.clone(), &ev.core.symbols);
+    if let Some(own) = ev.builtins_in(dict)
+        && !Rc::ptr_eq(&own, &ev.builtins_dict())
+    {
         let builtins = ev.core.new_namespace(None);
         builtins.show_in(own, &ev.core.symbols);
         namespace.set_builtins(builtins);
     }
+    for variable in dict.variables() {
+        ev.worked(VARIABLE)?;
+        before.insert(Rc::as_ptr(&variable), Rc::strong_count(&variable) - 1);
+    }
+    Ok(namespace)
 }
 
-/// The first error of a text as a `SyntaxError`.
-fn refusal(ev: &Evaluator<'_>, file: &SourceFile, diagnostics: &[Diagnostic]) -> Option<Raised> {
-    let error = diagnostics
-        .iter()
-        .find(|diagnostic| diagnostic.severity == Severity::Error)?;
-    if error.code == "too-large" {
-        return Some(ev.memory_error(error.message.clone()));
+/// A dictionary that a text runs in has `__builtins__` from then on.
+fn enter_builtins(ev: &Evaluator<'_>, globals: &Rc<Dict>) {
+    if globals.get_str("__builtins__").is_none() {
+        let own = Value::Dict(ev.builtins_dict());
+        globals.set_str("__builtins__", own);
     }
-    let line = file.position(error.span.start).line;
-    let kind = if error.code == "indentation" {
-        ExceptionKind::IndentationError
-    } else {
-        ExceptionKind::SyntaxError
-    };
-    let raised = ev.raise(kind, format!("{} (<string>, line {line})", error.message));
-    if let Raised::Exception(exception) = &raised {
-        let symbols = &ev.core.symbols;
-        let set = |name: &str, value: Value| exception.set(symbols.intern(name), value, symbols);
-        set("msg", Value::str(error.message.as_str()));
-        set("filename", Value::str("<string>"));
-        set("lineno", Value::Int(i64::from(line)));
-        let column = file.position(error.span.start).column;
-        set("offset", Value::Int(i64::from(column)));
+}
+
+impl Evaluator<'_> {
+    /// What unbound names mean in a text with these globals: what `__builtins__` there has, a dictionary or a module.
+    pub fn builtins_in(&self, globals: &Dict) -> Option<Rc<Dict>> {
+        match globals.get_str("__builtins__")? {
+            Value::Module(module) => Some(self.shown(&module.namespace)),
+            other => match self.plain(&other) {
+                Value::Dict(dict) => Some(dict),
+                _ => None,
+            },
+        }
     }
-    Some(raised)
 }

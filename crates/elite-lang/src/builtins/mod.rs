@@ -1,10 +1,12 @@
 //! Python's builtin functions, types and their methods, and how natives of any kind are called.
 
 mod call;
+mod compile;
 pub(crate) mod evaluate;
 mod functions;
 mod numbers;
 pub mod quick;
+pub(crate) mod reading;
 mod scope;
 mod short;
 mod signature;
@@ -14,7 +16,7 @@ pub mod types;
 use std::rc::Rc;
 
 pub use quick::Quick;
-pub use signature::Signature;
+pub use signature::{Signature, is_slot};
 
 use crate::ast::BinaryOp;
 use crate::eval::{Core, Evaluator, Frame};
@@ -40,6 +42,8 @@ pub struct Builtin {
     /// What a method of a builtin sequence adds or repeats by, and whether its receiver stands on the right. As methods these
     /// refuse what they cannot take; as operators they leave it to the other operand.
     pub joins: Option<(BinaryOp, bool)>,
+    /// Of methods: CPython's type has a slot for it, not an entry in its table of methods.
+    pub is_slot: bool,
 }
 
 /// A function whose arguments are bound to the signature; omitted ones are `Unbound`.
@@ -100,6 +104,7 @@ impl Builtin {
             fills: false,
             quick: quick::find(None, None, name),
             joins: None,
+            is_slot: false,
         }))
     }
 
@@ -120,6 +125,7 @@ impl Builtin {
             fills: false,
             quick: quick::find(None, Some(module), name),
             joins: None,
+            is_slot: false,
         }))
     }
 
@@ -135,6 +141,7 @@ impl Builtin {
             fills: false,
             quick: quick::find(None, None, name),
             joins: None,
+            is_slot: false,
         }))
     }
 
@@ -159,6 +166,7 @@ impl Builtin {
             fills: false,
             quick: None,
             joins: None,
+            is_slot: false,
         }))
     }
 
@@ -182,6 +190,7 @@ impl Builtin {
             fills: false,
             quick: None,
             joins: None,
+            is_slot: false,
         }))
     }
 }

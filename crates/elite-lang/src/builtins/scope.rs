@@ -11,6 +11,7 @@ use crate::eval::run::with_slots;
 use crate::eval::{Core, Evaluator, Frame};
 use crate::ops::dict::NAME;
 use crate::ops::hash::{Equal, quick_equal};
+use crate::value::class::Base;
 use crate::value::dict::SOME;
 use crate::value::module::Namespace;
 use crate::value::symbol::known;
@@ -43,7 +44,6 @@ pub fn install(core: &Rc<Core>) {
         }),
         ("eval", super::evaluate::eval),
         ("exec", super::evaluate::exec),
-        ("compile", super::evaluate::compile),
         ("exit", exit),
         ("quit", exit),
         ("__import__", import),
@@ -115,10 +115,21 @@ impl Evaluator<'_> {
         let globals = &self.core.globals;
         if globals.shown().is_none() {
             let dict = Rc::new(Dict::new());
-            dict.set_str("__name__", self.core.symbols.value(known::MAIN));
-            dict.set_str("__doc__", Value::None);
-            dict.set_str("__builtins__", self.builtins_module());
-            globals.show_in(dict, &self.core.symbols);
+            let own = [
+                ("__name__", self.core.symbols.value(known::MAIN)),
+                ("__doc__", Value::None),
+                ("__builtins__", self.builtins_module()),
+            ];
+            for (name, value) in &own {
+                dict.set_str(name, value.clone());
+            }
+            globals.show_in(dict.clone(), &self.core.symbols);
+            // A name that the program mentions has a variable of its own, which was not bound yet.
+            for (name, value) in own {
+                if dict.get_str(name).is_none() {
+                    dict.set_str(name, value);
+                }
+            }
         }
         self.shown(globals)
     }
@@ -361,6 +372,14 @@ fn attribute_names(ev: &Evaluator<'_>, object: &Value) -> R<Values> {
             }
             None => names.extend(instance.entries(symbols).into_iter().map(|(name, _)| name)),
         },
+        Value::StaticMethod(wrapped) | Value::ClassMethod(wrapped) => {
+            let dict = ev.wrapped_dict(wrapped)?;
+            for (_, name, _) in ev.entries(&dict)? {
+                ev.grow(&mut *names, 1)?;
+                names.push(name);
+                ev.worked(VALUE)?;
+            }
+        }
         Value::Module(module) => {
             for name in ev.bound_names(&module.namespace)? {
                 ev.grow(&mut *names, 1)?;
@@ -369,6 +388,14 @@ fn attribute_names(ev: &Evaluator<'_>, object: &Value) -> R<Values> {
             }
         }
         _ => {}
+    }
+    let is_module = match object {
+        Value::Module(_) => true,
+        Value::Instance(instance) => instance.class.base == Base::Module,
+        _ => false,
+    };
+    if is_module {
+        return Ok(names);
     }
     names.extend(by_nature(object).iter().copied().map(Value::str));
     let class = match object {

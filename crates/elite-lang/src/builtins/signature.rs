@@ -143,6 +143,11 @@ impl Evaluator<'_> {
             return Err(self.builtin_keyword_error(builtin, *name));
         }
         if !signature.var_args && (args.len() > given || all > signature.len() && !is_native) {
+            if is_sorted(builtin) && args.len() == 1 {
+                let count = keywords.len();
+                let text = format!("sort() takes at most 2 keyword arguments ({count} given)");
+                return Err(self.type_error(text));
+            }
             return Err(self.builtin_count_error(builtin, all));
         }
         for (place, arg) in bound.iter_mut().zip(&mut args[..given]) {
@@ -190,7 +195,8 @@ impl Evaluator<'_> {
             (None, None, None) => Ok(()),
             (None, None, Some(name)) => Err(self.builtin_keyword_error(builtin, name)),
             (None, Some((name, index)), _) => {
-                let (label, place) = (builtin.name, index + usize::from(builtin.owner.is_none()));
+                let label = spoken_name(builtin);
+                let place = index + usize::from(builtin.owner.is_none());
                 Err(self.type_error(format!(
                     "argument for {label}() given by name ('{name}') and position ({place})"
                 )))
@@ -210,7 +216,7 @@ impl Evaluator<'_> {
     fn builtin_keyword_error(&self, builtin: &Builtin, name: Symbol) -> Raised {
         let (name, label) = (self.core.symbols.name(name), builtin.full_label());
         if takes_no_names(builtin) {
-            if fills_slot(builtin) && !matches!(builtin.name, "__init__" | "__new__" | "__call__") {
+            if builtin.is_slot && !matches!(builtin.name, "__init__" | "__new__" | "__call__") {
                 let text = format!("wrapper {}() takes no keyword arguments", builtin.name);
                 return self.type_error(text);
             }
@@ -222,10 +228,10 @@ impl Evaluator<'_> {
             ));
         }
         // `sorted` hands its keywords on to `list.sort`.
-        let function = if builtin.name == "sorted" {
+        let function = if is_sorted(builtin) {
             "sort"
         } else {
-            builtin.name
+            spoken_name(builtin)
         };
         self.type_error(format!(
             "'{name}' is an invalid keyword argument for {function}()"
@@ -255,24 +261,30 @@ impl Evaluator<'_> {
         if most == 0 && builtin.name == "object" {
             return self.type_error("object() takes no arguments");
         }
+        if builtin.name == "sort" && builtin.owner == Some("list") {
+            return self.type_error(match given > 2 {
+                true => format!("sort() takes at most 2 arguments ({given} given)"),
+                false => "sort() takes no positional arguments".to_owned(),
+            });
+        }
         if parses_by_format(builtin) {
-            let (word, bound) = if given < required {
-                ("least", required)
-            } else {
-                ("most", most)
+            let (word, bound) = match given < required {
+                _ if required == most => ("exactly", most),
+                true => ("at least", required),
+                false => ("at most", most),
             };
             return self.type_error(format!(
-                "{}() takes at {word} {bound} argument{} ({given} given)",
+                "{}() takes {word} {bound} argument{} ({given} given)",
                 builtin.name,
                 plural(bound)
             ));
         }
-        if fills_slot(builtin) && required == most {
+        if builtin.is_slot && required == most && builtin.name != "__init__" {
             // CPython unpacks these arguments under a name that is empty.
             let repeats = matches!(builtin.name, "__mul__" | "__rmul__" | "__imul__")
                 && matches!(
                     builtin.owner,
-                    Some("str" | "list" | "tuple" | "bytes" | "bytearray")
+                    Some("str" | "list" | "tuple" | "bytes" | "bytearray" | "deque")
                 );
             let blank = if most == 2 || repeats { " " } else { "" };
             let text = format!(
@@ -291,7 +303,7 @@ impl Evaluator<'_> {
                 "{label}() takes exactly one argument ({given} given)"
             ));
         }
-        let name = builtin.name;
+        let name = spoken_name(builtin);
         let keywords = signature.positional_only.max(receiver) < signature.positional
             && !matches!(builtin.body, BuiltinBody::Native(_));
         if keywords && given > most {
@@ -328,6 +340,10 @@ impl Evaluator<'_> {
             true => "",
             false => name,
         };
+        let name = match builtin.owner {
+            Some("deque") if builtin.name == "rotate" => &*label,
+            _ => name,
+        };
         if required == most {
             return self.type_error(format!(
                 "{name} expected {most} argument{}, got {given}",
@@ -350,11 +366,12 @@ impl Evaluator<'_> {
     /// slot of C.
     #[cold]
     pub fn receiver_error(&self, builtin: &Builtin, receiver: Option<&Value>) -> Raised {
-        let (name, owner) = (builtin.name, builtin.owner.unwrap_or_default());
+        let (name, own) = (builtin.name, builtin.owner.unwrap_or_default());
+        let owner = self.owner_of(builtin);
         let given = receiver.map(|receiver| self.core.types.name_of(receiver));
-        self.type_error(match (given, fills_slot(builtin)) {
+        self.type_error(match (given, builtin.is_slot) {
             (None, true) => format!("descriptor '{name}' of '{owner}' object needs an argument"),
-            (None, false) => format!("unbound method {owner}.{name}() needs an argument"),
+            (None, false) => format!("unbound method {own}.{name}() needs an argument"),
             (Some(given), true) => {
                 format!("descriptor '{name}' requires a '{owner}' object but received a '{given}'")
             }
@@ -374,7 +391,7 @@ impl Evaluator<'_> {
             return self.builtin_count_error(builtin, given);
         }
         let (label, name) = (
-            builtin.name,
+            spoken_name(builtin),
             self.core.symbols.name(signature.params[index].name),
         );
         if builtin.name == "enumerate" {
@@ -387,6 +404,18 @@ impl Evaluator<'_> {
     }
 }
 
+/// What messages about arguments call it: `__init__` is called as its class.
+fn spoken_name(builtin: &Builtin) -> &'static str {
+    match (builtin.name, builtin.owner) {
+        ("__init__", Some(owner)) => owner,
+        (name, _) => name,
+    }
+}
+
+fn is_sorted(builtin: &Builtin) -> bool {
+    builtin.name == "sorted" && builtin.owner.is_none()
+}
+
 /// Whether nothing can be given by name. The receiver of a method never can.
 fn takes_no_names(builtin: &Builtin) -> bool {
     let signature = &builtin.signature;
@@ -396,10 +425,11 @@ fn takes_no_names(builtin: &Builtin) -> bool {
 }
 
 /// Whether CPython's method of this name is a slot of its type, not an entry in the table of methods.
-fn fills_slot(builtin: &Builtin) -> bool {
+pub fn is_slot(owner: Option<&str>, name: &str) -> bool {
     const IN_TABLE: &[&str] = &[
         "__bytes__",
         "__ceil__",
+        "__class_getitem__",
         "__complex__",
         "__copy__",
         "__deepcopy__",
@@ -410,29 +440,39 @@ fn fills_slot(builtin: &Builtin) -> bool {
         "__format__",
         "__getnewargs__",
         "__getstate__",
+        "__init_subclass__",
         "__instancecheck__",
         "__length_hint__",
         "__missing__",
+        "__prepare__",
         "__reduce__",
         "__reduce_ex__",
         "__reversed__",
         "__round__",
+        "__set_name__",
         "__setstate__",
+        "__sizeof__",
         "__subclasscheck__",
         "__subclasses__",
+        "__subclasshook__",
         "__trunc__",
     ];
-    let (name, owner) = (builtin.name, builtin.owner.unwrap_or_default());
+    let Some(owner) = owner else {
+        return false;
+    };
     let is_method_too = match name {
         "__getitem__" => matches!(owner, "list" | "dict"),
         "__contains__" => matches!(owner, "dict" | "set" | "frozenset"),
         _ => IN_TABLE.contains(&name),
     };
-    !owner.is_empty() && name.starts_with("__") && !is_method_too
+    name.starts_with("__") && !is_method_too
 }
 
 /// Methods whose arguments CPython parses by a format string, which has words of its own for wrong counts.
 fn parses_by_format(builtin: &Builtin) -> bool {
+    if builtin.owner == Some("deque") {
+        return matches!(builtin.name, "index" | "insert");
+    }
     matches!(builtin.owner, Some("str" | "bytes" | "bytearray"))
         && matches!(
             builtin.name,

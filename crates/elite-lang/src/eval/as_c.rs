@@ -18,6 +18,26 @@ pub(super) enum Misfit<'a> {
 }
 
 impl Evaluator<'_> {
+    /// The same for what fills a slot of C.
+    fn misfit_of_slot(
+        &self,
+        function: &Function,
+        method: &str,
+        misfit: &Misfit<'_>,
+    ) -> Option<Raised> {
+        let given = match *misfit {
+            Misfit::TooMany(given) | Misfit::Missing(given, _) => given.checked_sub(1)?,
+            Misfit::Keyword(..) => {
+                let text = format!("wrapper {method}() takes no keyword arguments");
+                return Some(self.type_error(text));
+            }
+        };
+        let wanted = function.code.params.names.len().checked_sub(1)?;
+        let plural = if wanted == 1 { "" } else { "s" };
+        let text = format!("expected {wanted} argument{plural}, got {given}");
+        Some(self.type_error(text))
+    }
+
     /// The error for a call of such a method; None for any other function.
     #[cold]
     pub(super) fn misfit_as_c(&self, function: &Function, misfit: &Misfit<'_>) -> Option<Raised> {
@@ -25,6 +45,18 @@ impl Evaluator<'_> {
         let (class, method) = qualname.split_once('.')?;
         if !matches!(self.module_of(&function.code), Value::Str(name) if name.as_str() == MODULE) {
             return None;
+        }
+        let is_slot = crate::builtins::is_slot(Some(class), method) && method != "__init__";
+        if let Misfit::Missing(0, _) = misfit {
+            return Some(self.type_error(match is_slot {
+                true => {
+                    format!("descriptor '{method}' of '{MODULE}.{class}' object needs an argument")
+                }
+                false => format!("unbound method {class}.{method}() needs an argument"),
+            }));
+        }
+        if is_slot {
+            return self.misfit_of_slot(function, method, misfit);
         }
         let by_name = format!("{method}()");
         // How the name of the function stands before a count and after a keyword.

@@ -21,7 +21,7 @@ use crate::stdlib::Kept;
 use crate::value::module::Namespace;
 use crate::value::symbol::Symbols;
 use crate::value::weak::WeakList;
-use crate::value::{Dict, Function, Held, Instance, Module, R, Value};
+use crate::value::{CellVar, Dict, Function, Held, Instance, Module, R, Value};
 
 /// Safepoints between two looks at the memory in use.
 pub(super) const SLICE: u32 = 4096;
@@ -48,6 +48,8 @@ pub struct Core {
     pub types: Types,
     /// Builtin functions, types and natives of the embedder.
     pub builtins: Rc<Namespace>,
+    /// `__name__` of the builtins, which texts find in dictionaries without one.
+    pub name_of_builtins: Rc<CellVar>,
     /// Global variables of the task.
     pub globals: Rc<Namespace>,
     /// Imported modules.
@@ -145,6 +147,7 @@ impl Core {
             limits,
             types,
             builtins: Rc::default(),
+            name_of_builtins: CellVar::new(Value::str("builtins")),
             globals: Rc::default(),
             modules: RefCell::default(),
             module_table: Rc::new(Dict::new()),

@@ -61,6 +61,9 @@ builtin_types! {
     function = "function", Function;
     method = "method", Method;
     builtin = "builtin_function_or_method", Builtin;
+    method_descriptor = "method_descriptor", Builtin;
+    wrapper_descriptor = "wrapper_descriptor", Builtin;
+    method_wrapper = "method-wrapper", Builtin;
     module = "module", Module;
     iterator = "iterator", Iterator;
     list_iterator = "list_iterator", Iterator;
@@ -176,8 +179,13 @@ impl Types {
             Value::Range(_) | Value::LongRange(_) => &self.range,
             Value::Slice(_) => &self.slice,
             Value::Function(_) => &self.function,
-            Value::BoundMethod(method) if method.is_builtin() => &self.builtin,
-            Value::BoundMethod(_) => &self.method,
+            Value::BoundMethod(method) => match &method.function {
+                Value::Builtin(builtin) if builtin.is_slot => &self.method_wrapper,
+                Value::Builtin(builtin) if builtin.owner.is_some() => &self.builtin,
+                _ => &self.method,
+            },
+            Value::Builtin(builtin) if builtin.is_slot => &self.wrapper_descriptor,
+            Value::Builtin(builtin) if builtin.owner.is_some() => &self.method_descriptor,
             Value::Builtin(_) => &self.builtin,
             Value::Class(class) => class.metaclass().unwrap_or(&self.type_),
             Value::Module(_) => &self.module,

@@ -589,7 +589,10 @@ fn is_number(value: &Value) -> bool {
     let Value::Instance(instance) = value else {
         return false;
     };
-    [known::INT, known::INDEX, known::FLOAT, known::COMPLEX]
-        .into_iter()
-        .any(|name| instance.class.lookup(name).is_some())
+    // A complex number is one, whatever becomes of it; to be turned into one is not enough.
+    let has = |name| instance.class.lookup(name).is_some();
+    matches!(instance.extended(), Some(Value::Complex(_)))
+        || [known::INT, known::INDEX, known::FLOAT]
+            .into_iter()
+            .any(has)
 }

@@ -272,7 +272,6 @@ impl Lower<'_> {
             class_cell: layout.class_cell,
             decorators,
             target: self.name_target(&def.name.name, def.name.span),
-            module: self.module_name(),
             span: def.name.span,
         }
     }

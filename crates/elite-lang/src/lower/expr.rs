@@ -35,6 +35,7 @@ use crate::eval::expr::whole::Whole;
 use crate::eval::expr::yields::{Yield, YieldFrom};
 use crate::resolve::Place;
 use crate::source::Span;
+use crate::value::symbol::known;
 use crate::value::trash::Nodes;
 use crate::value::{CellVar, Symbol, Value};
 
@@ -162,7 +163,12 @@ impl Lower<'_> {
     /// What a name means while its variable is not bound: the builtin or, in texts with variables of their own, what
     /// the namespace behind has.
     fn behind(&self, name: Symbol) -> Rc<CellVar> {
-        let builtins = self.namespace.builtins().unwrap_or(&self.core.builtins);
+        let own = self.namespace.builtins();
+        if name == known::NAME && own.is_none() && self.namespace.is_in_dictionary() {
+            // In a dictionary without a name the name is that of the builtins; in the program it is the program's.
+            return self.core.name_of_builtins.clone();
+        }
+        let builtins = own.unwrap_or(&self.core.builtins);
         match self.namespace.behind(name) {
             Some(cell) if builtins.get(name).is_none() => cell,
             _ => builtins.cell(name),

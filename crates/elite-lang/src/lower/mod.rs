@@ -26,7 +26,6 @@ use crate::limits::memory::Budget;
 use crate::resolve::{FrameLayout, Place, Resolution, ScopePlaces};
 use crate::source::{SourceFile, Span};
 use crate::value::module::Namespace;
-use crate::value::symbol::known;
 use crate::value::{Bytes, CellVar, Symbol, Value};
 
 /// Work for one node, and for a name in one.
@@ -179,12 +178,6 @@ impl<'l> Lower<'l> {
     fn is_given_up_after(&self, work: usize) -> bool {
         self.budget.worked(work);
         self.budget.is_given_up()
-    }
-
-    /// `__name__` of the module that the code belongs to.
-    fn module_name(&self) -> Value {
-        let own = self.namespace.get(known::NAME);
-        own.unwrap_or_else(|| self.core.symbols.value(known::MAIN))
     }
 
     fn places(&self, scope: ScopeId) -> &'l ScopePlaces {

@@ -5,7 +5,7 @@ use std::rc::Rc;
 use crate::ast::{BinaryOp, UnaryOp};
 use crate::eval::Evaluator;
 use crate::value::symbol::known;
-use crate::value::{R, Raised, Symbol, Value};
+use crate::value::{Class, R, Raised, Symbol, Value};
 
 /// The method names of an operator: plain, reflected, in place.
 pub fn methods(op: BinaryOp) -> (Symbol, Symbol, Symbol) {
@@ -61,11 +61,14 @@ impl Evaluator<'_> {
             return Ok(value);
         }
         if has_methods(a) || has_methods(b) {
-            let (plain, reflected, _) = methods(op);
-            if let Some(value) = self.before_sequence(op, a, b)? {
-                return Ok(value);
-            }
-            if let Some(value) = self.binary_by_methods(plain, reflected, a, b)? {
+            let value = match op {
+                BinaryOp::Add | BinaryOp::Mul => self.joined(op, a, b, false)?,
+                _ => {
+                    let (plain, reflected, _) = methods(op);
+                    self.binary_by_methods(plain, reflected, a, b)?
+                }
+            };
+            if let Some(value) = value {
                 return Ok(value);
             }
         } else if let Some(value) = self.builtin_binary(op, a, b)? {
@@ -86,12 +89,14 @@ impl Evaluator<'_> {
         }
         let (plain, reflected, in_place) = methods(op);
         if has_methods(a) || has_methods(b) {
-            if let Some(value) = self.before_sequence(op, a, b)? {
-                return Ok(value);
+            if matches!(op, BinaryOp::Add | BinaryOp::Mul) {
+                return match self.joined(op, a, b, true)? {
+                    Some(value) => Ok(value),
+                    None => Err(self.unsupported(op, a, b, &format!("{}=", text(op)))),
+                };
             }
             if let Value::Instance(instance) = a
                 && let Some(method) = instance.class.lookup(in_place)
-                && joins(&method).is_none()
             {
                 let value = self.call(&method, &mut [a.clone(), b.clone()], &[])?;
                 if !matches!(value, Value::NotImplemented) {
@@ -112,6 +117,11 @@ impl Evaluator<'_> {
                 return Ok(value);
             }
         }
+        if op == BinaryOp::BitOr
+            && let Some(union) = self.union(a, b)?
+        {
+            return Ok(union);
+        }
         let text = if op == BinaryOp::Pow {
             "**=".to_owned()
         } else {
@@ -120,17 +130,101 @@ impl Evaluator<'_> {
         Err(self.unsupported(op, a, b, &text))
     }
 
-    /// Sequences come last: an object that says what adding or repeating a sequence with it means has its turn first.
-    fn before_sequence(&self, op: BinaryOp, a: &Value, b: &Value) -> R<Option<Value>> {
-        if !is_sequence(a) || !matches!(op, BinaryOp::Add | BinaryOp::Mul) {
-            return Ok(None);
-        }
-        match self.core.types.of(b).lookup(methods(op).1) {
-            Some(method @ Value::Function(_)) => self.try_method(Some(&method), b, a),
-            Some(method) if op == BinaryOp::Mul && multiplies(b) => {
-                self.try_method(Some(&method), b, a)
+    /// `a + b` and `a * b` where one of them has a class of its own. As numbers are added the two are asked first, as far as they
+    /// have something to say beside what sequences have; then what the sequences say is final. None if there is no answer.
+    fn joined(&self, op: BinaryOp, a: &Value, b: &Value, in_place: bool) -> R<Option<Value>> {
+        let (plain, reflected, own) = methods(op);
+        let (class_a, class_b) = (self.core.types.of(a), self.core.types.of(b));
+        let changed = match in_place {
+            true => class_a.lookup(own),
+            false => None,
+        };
+        if let Some(method) = &changed {
+            if joins(method).is_none() {
+                if let Some(value) = self.try_method(Some(method), a, b)? {
+                    return Ok(Some(value));
+                }
+            } else if op == BinaryOp::Add && class_a.is_script {
+                // Classes derived from sequences have it as numbers have it.
+                return self
+                    .call_method_value(method, a, &mut [b.clone()])
+                    .map(Some);
             }
-            _ => Ok(None),
+        }
+        let same = Rc::ptr_eq(class_a, class_b);
+        let method_a = class_a.lookup(plain);
+        let method_b = match same {
+            true => None,
+            false => class_b.lookup(reflected),
+        };
+        let is_number = |class: &Class, method: &Value, other: Symbol| {
+            let has_other = || {
+                class
+                    .lookup(other)
+                    .is_some_and(|other| joins(&other).is_none())
+            };
+            joins(method).is_none() || has_other()
+        };
+        let number_a = { method_a.as_ref() }.filter(|method| is_number(class_a, method, reflected));
+        let number_b = { method_b.as_ref() }.filter(|method| is_number(class_b, method, plain));
+        if (number_a.is_some() || number_b.is_some())
+            && let Some(value) = self.by_these(number_a, number_b, reflected, a, b)?
+        {
+            return Ok(Some(value));
+        }
+        let changed = changed.filter(|method| joins(method).is_some());
+        let method_a = method_a.filter(|method| joins(method).is_some());
+        if op == BinaryOp::Add {
+            return match (changed, method_a) {
+                (Some(method), _) => self
+                    .call_method_value(&method, a, &mut [b.clone()])
+                    .map(Some),
+                (None, Some(method)) => self.of_sequence(op, &method, a, b).map(Some),
+                (None, None) => Ok(None),
+            };
+        }
+        // One that multiplies in its own way, in whichever direction, is repeated in none.
+        let repeats = |class: &Class, name: Symbol| {
+            class.lookup(name).filter(|method| joins(method).is_some())
+        };
+        let is_changed = changed.is_some();
+        let method_a = changed.or_else(|| {
+            let method = method_a?;
+            repeats(class_a, reflected).map(|_| method)
+        });
+        let (method, sequence, count) = match method_a {
+            Some(method) => (method, a, b),
+            // In place the other one is not asked by what might have been a sequence.
+            None if !in_place || !has_sequence_methods(a) => {
+                match repeats(class_b, plain).filter(|_| repeats(class_b, reflected).is_some()) {
+                    Some(method) => (method, b, a),
+                    None => return Ok(None),
+                }
+            }
+            None => return Ok(None),
+        };
+        if !self.has_index(count) {
+            let name = self.core.types.name_of(count);
+            let text = format!("can't multiply sequence by non-int of type '{name}'");
+            return Err(self.type_error(text));
+        }
+        match is_changed {
+            true => self.call_method_value(&method, sequence, &mut [count.clone()]),
+            false => self.of_sequence(op, &method, sequence, count),
+        }
+        .map(Some)
+    }
+
+    /// What a sequence has to say: for those that are builtin, or extend one, without a call.
+    fn of_sequence(&self, op: BinaryOp, method: &Value, sequence: &Value, other: &Value) -> R {
+        let own = self.plain(sequence);
+        let made = match op {
+            BinaryOp::Mul => self.builtin_binary(op, &own, other)?,
+            _ => self.builtin_binary(op, &own, &self.plain(other))?,
+        };
+        match made {
+            Some(made) => Ok(made),
+            None => self.call_method_value(method, sequence, &mut [other.clone()]),
         }
     }
 
@@ -143,31 +237,42 @@ impl Evaluator<'_> {
         b: &Value,
     ) -> R<Option<Value>> {
         let (class_a, class_b) = (self.core.types.of(a), self.core.types.of(b));
-        let same = Rc::ptr_eq(class_a, class_b);
-        let method_b = if same {
-            None
-        } else {
-            class_b.lookup(reflected)
+        let method_b = match Rc::ptr_eq(class_a, class_b) {
+            true => None,
+            false => class_b.lookup(reflected),
         };
+        let method_a = class_a.lookup(plain);
+        self.by_these(method_a.as_ref(), method_b.as_ref(), reflected, a, b)
+    }
+
+    /// The same with the methods that have been found; `method_b` is none if both are of one class.
+    fn by_these(
+        &self,
+        method_a: Option<&Value>,
+        method_b: Option<&Value>,
+        reflected: Symbol,
+        a: &Value,
+        b: &Value,
+    ) -> R<Option<Value>> {
+        let (class_a, class_b) = (self.core.types.of(a), self.core.types.of(b));
         // A subclass goes first only with a method of its own.
-        let b_first = !same
+        let b_first = !Rc::ptr_eq(class_a, class_b)
             && class_b.is_subclass_of(class_a)
-            && method_b.as_ref().is_some_and(|method| {
+            && method_b.is_some_and(|method| {
                 class_a
                     .lookup(reflected)
                     .is_none_or(|other| !other.is(method))
             });
-        if b_first && let Some(value) = self.try_method(method_b.as_ref(), b, a)? {
+        if b_first && let Some(value) = self.try_method(method_b, b, a)? {
             return Ok(Some(value));
         }
-        let method_a = class_a.lookup(plain);
-        if let Some(value) = self.try_method(method_a.as_ref(), a, b)? {
+        if let Some(value) = self.try_method(method_a, a, b)? {
             return Ok(Some(value));
         }
         if b_first {
             return Ok(None);
         }
-        self.try_method(method_b.as_ref(), b, a)
+        self.try_method(method_b, b, a)
     }
 
     fn try_method(
@@ -179,22 +284,6 @@ impl Evaluator<'_> {
         let Some(method) = method else {
             return Ok(None);
         };
-        if let Some((op, turned)) = joins(method)
-            && !(op == BinaryOp::Mul && multiplies(receiver))
-        {
-            let receiver = self.plain(receiver);
-            // What is repeated is asked how often as what it is: its class may have an `__index__`.
-            let other = match op {
-                BinaryOp::Mul if turned && is_sequence(&self.plain(other)) => return Ok(None),
-                BinaryOp::Mul => other.clone(),
-                _ => self.plain(other),
-            };
-            let (a, b) = match turned {
-                false => (&receiver, &other),
-                true => (&other, &receiver),
-            };
-            return self.builtin_binary(op, a, b);
-        }
         let value =
             self.recurse(|| self.call_method_value(method, receiver, &mut [other.clone()]))?;
         Ok((!matches!(value, Value::NotImplemented)).then_some(value))
@@ -227,13 +316,18 @@ impl Evaluator<'_> {
     pub fn unsupported(&self, op: BinaryOp, a: &Value, b: &Value, text: &str) -> Raised {
         let (name_a, name_b) = (self.core.types.name_of(a), self.core.types.name_of(b));
         let plain = self.plain(a);
-        let plain_b = self.plain(b);
         // What says what it cannot add knows the builtin type, for bytes the class.
+        let is_concatenated = op == BinaryOp::Add && {
+            let class = self.core.types.of(a);
+            let method = class.lookup(known::ADD);
+            method.is_some_and(|method| joins(&method).is_some())
+        };
         let (name_a, a) = match plain {
-            Value::Str(_) | Value::List(_) | Value::Tuple(_) if op == BinaryOp::Add => {
+            _ if !is_concatenated => (name_a, a),
+            Value::Str(_) | Value::List(_) | Value::Tuple(_) => {
                 (self.core.types.name_of(&plain), &plain)
             }
-            Value::Bytes(_) | Value::ByteArray(_) if op == BinaryOp::Add => (name_a, &plain),
+            Value::Bytes(_) | Value::ByteArray(_) => (name_a, &plain),
             _ => (name_a, a),
         };
         let concatenation = match (op, a) {
@@ -248,17 +342,16 @@ impl Evaluator<'_> {
                 "can only concatenate {name_a} (not \"{name_b}\") to {name_a}"
             ));
         }
-        // What multiplies in its own way is no sequence for the operator, as in CPython.
-        if op == BinaryOp::Mul {
-            if is_sequence(&plain) && !multiplies(a) {
-                return self.type_error(format!(
-                    "can't multiply sequence by non-int of type '{name_b}'"
-                ));
+        if op == BinaryOp::Mul && !has_methods(a) && !has_methods(b) {
+            let wrong = |name: &str| {
+                let text = format!("can't multiply sequence by non-int of type '{name}'");
+                self.type_error(text)
+            };
+            if is_sequence(a) {
+                return wrong(&name_b);
             }
-            if is_sequence(&plain_b) && !multiplies(b) {
-                return self.type_error(format!(
-                    "can't multiply sequence by non-int of type '{name_a}'"
-                ));
+            if is_sequence(b) && !(text == "*=" && has_sequence_methods(a)) {
+                return wrong(&name_a);
             }
         }
         self.type_error(format!(
@@ -315,15 +408,18 @@ pub fn has_methods(value: &Value) -> bool {
     }
 }
 
-/// Whether the class of an object derived from a sequence has a script's way to multiply, in one direction at least: then
-/// CPython takes it for a number and calls the method of the other direction, too, which says what it cannot take.
-fn multiplies(value: &Value) -> bool {
-    let Value::Instance(instance) = value else {
-        return false;
-    };
-    [known::MUL, known::RMUL]
-        .into_iter()
-        .any(|name| matches!(instance.class.lookup(name), Some(Value::Function(_))))
+/// Whether the type of a value has methods of sequences in CPython, whichever.
+fn has_sequence_methods(value: &Value) -> bool {
+    match value {
+        Value::Instance(instance) => {
+            let class = &instance.class;
+            class.is_script && !class.in_c.get() || class.lookup(known::LEN).is_some()
+        }
+        Value::Class(class) => class.metaclass().is_some(),
+        Value::Dict(_) | Value::DictView(_) | Value::Set(_) | Value::FrozenSet(_) => true,
+        Value::Range(_) | Value::LongRange(_) => true,
+        value => is_sequence(value),
+    }
 }
 
 fn is_sequence(value: &Value) -> bool {

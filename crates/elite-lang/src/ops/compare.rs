@@ -412,7 +412,7 @@ impl Evaluator<'_> {
                 crate::value::dict::ViewKind::Keys => {
                     Ok(self.dict_find(&view.dict, item)?.is_some())
                 }
-                crate::value::dict::ViewKind::Items => match item {
+                crate::value::dict::ViewKind::Items => match &self.plain(item) {
                     Value::Tuple(pair) if pair.items().len() == 2 => {
                         match self.dict_get(&view.dict, &pair.items()[0])? {
                             Some(value) => self.equal(&value, &pair.items()[1]),

@@ -350,6 +350,21 @@ impl Evaluator<'_> {
         name.unwrap_or_else(|| self.core.symbols.value(known::MAIN))
     }
 
+    /// What a class body in some code finds under `__name__`, which is its `__module__`.
+    pub fn name_for_class(&self, code: &crate::eval::code::Code) -> R {
+        let Some(home) = code.refers.home() else {
+            return Ok(self.module_of(code));
+        };
+        let builtins = || match self.builtins_in(&home) {
+            Some(own) if !Rc::ptr_eq(&own, &self.builtins_dict()) => own.get_str("__name__"),
+            _ => Some(self.core.name_of_builtins.value.get()),
+        };
+        home.get_str("__name__").or_else(builtins).ok_or_else(|| {
+            let text = "name '__name__' is not defined".to_owned();
+            self.raise_about(ExceptionKind::NameError, text, "__name__")
+        })
+    }
+
     /// Attributes of builtin values that are computed when asked for.
     pub fn computed_attribute(&self, value: &Value, name: Symbol) -> R<Option<Value>> {
         Ok(Some(match (value, name) {
@@ -373,7 +388,33 @@ impl Evaluator<'_> {
             (Value::Slice(slice), known::STOP) => slice.stop.clone(),
             (Value::Slice(slice), known::STEP) => slice.step.clone(),
             (Value::BoundMethod(method), known::SELF) => method.receiver.clone(),
-            (Value::BoundMethod(method), known::FUNC) => method.function.clone(),
+            (Value::BoundMethod(method), known::FUNC) if !method.is_builtin() => {
+                method.function.clone()
+            }
+            (Value::BoundMethod(method), known::OBJCLASS)
+                if let Value::Builtin(builtin) = &method.function
+                    && builtin.is_slot =>
+            {
+                return self.described_by(builtin);
+            }
+            (Value::Builtin(builtin), known::OBJCLASS) if builtin.owner.is_some() => {
+                return self.described_by(builtin);
+            }
+            (Value::BoundMethod(method), known::QUALNAME)
+                if let Value::Builtin(builtin) = &method.function
+                    && builtin.owner.is_some()
+                    && !builtin.is_slot =>
+            {
+                let class = match &method.receiver {
+                    Value::Class(class) => class,
+                    receiver => self.core.types.of(receiver),
+                };
+                Value::str(format!("{}.{}", self.qualname_of(class), builtin.name))
+            }
+            (Value::BoundMethod(method), known::MODULE) if method.is_builtin() => {
+                let is_slot = matches!(&method.function, Value::Builtin(own) if own.is_slot);
+                return Ok((!is_slot).then_some(Value::None));
+            }
             (
                 Value::BoundMethod(method),
                 known::NAME | known::QUALNAME | known::DOC | known::MODULE,
@@ -381,6 +422,9 @@ impl Evaluator<'_> {
                 return self.recurse(|| self.find_attribute(&method.function, name));
             }
             (Value::Builtin(builtin), known::NAME) => Value::str(builtin.name),
+            (Value::Builtin(builtin), known::SELF | known::MODULE) if builtin.owner.is_none() => {
+                return self.module_of_builtin(builtin, name);
+            }
             (Value::Builtin(builtin), known::QUALNAME) => Value::str(&*builtin.label()),
             (Value::Generator(generator), known::NAME) => generator.name(),
             (Value::Generator(generator), known::QUALNAME) => generator.qualname(),
@@ -389,10 +433,14 @@ impl Evaluator<'_> {
             (Value::Property(property), known::FDEL) => property.delete.clone(),
             (Value::Property(property), known::DOC) => property.doc.get(),
             (Value::Super(sup), known::THISCLASS) => Value::Class(sup.class.clone()),
+            (Value::Super(sup), known::SELF | known::SELF_CLASS) if sup.receiver.is_unbound() => {
+                Value::None
+            }
             (Value::Super(sup), known::SELF) => sup.receiver.clone(),
+            (Value::Super(sup), known::SELF_CLASS) => Value::Class(sup.receiver_class.clone()),
             (
                 Value::StaticMethod(function) | Value::ClassMethod(function),
-                known::NAME | known::QUALNAME | known::DOC | known::MODULE,
+                known::NAME | known::QUALNAME | known::DOC | known::MODULE | known::ANNOTATIONS,
             ) => return self.recurse(|| self.find_attribute(function, name)),
             (
                 Value::StaticMethod(function) | Value::ClassMethod(function),

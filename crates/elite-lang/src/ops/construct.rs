@@ -6,9 +6,15 @@ use crate::errors::ExceptionKind;
 use crate::eval::{Evaluator, Frame};
 use crate::value::class::Base;
 use crate::value::exception::ExceptionState;
+use crate::value::function::Wrapped;
 use crate::value::instance::Payload;
 use crate::value::symbol::known;
 use crate::value::{BoundMethod, Class, Instance, R, Symbol, Value};
+
+/// What an instance of a class derived from a builtin type is.
+fn extending(value: Value) -> Payload {
+    Payload::Value(crate::value::Held::new(value))
+}
 
 impl Evaluator<'_> {
     /// Calls a class.
@@ -197,6 +203,15 @@ impl Evaluator<'_> {
         let payload = match class.base {
             Base::Object => Payload::None,
             Base::Type => return self.new_class(class, args, keywords),
+            // `__init__` makes its attributes.
+            Base::Module => Payload::None,
+            // `__init__` says what they wrap, and where a `super` looks.
+            Base::StaticMethod => extending(Value::StaticMethod(Wrapped::around(Value::None))),
+            Base::ClassMethod => extending(Value::ClassMethod(Wrapped::around(Value::None))),
+            Base::Super => {
+                let nowhere = &Value::Class(self.core.types.object.clone());
+                extending(self.make_super(nowhere, &Value::Unbound)?)
+            }
             Base::Exception if self.is_group_class(class) => {
                 return self.new_group(class, args).map(Value::Instance);
             }
@@ -234,7 +249,7 @@ impl Evaluator<'_> {
         } else {
             self.call(&constructor, &mut args.to_vec(), keywords)?
         };
-        let payload = Payload::Value(crate::value::Held::new(self.plain(&made)));
+        let payload = extending(self.plain(&made));
         Ok(Value::Instance(Instance::new(class.clone(), payload)))
     }
 

@@ -2,10 +2,12 @@
 
 use std::cell::RefCell;
 use std::fmt::Write as _;
+use std::rc::Rc;
 
 use crate::eval::Evaluator;
 use crate::eval::pace::VALUE;
 use crate::format::float;
+use crate::value::class::Base;
 use crate::value::symbol::known;
 use crate::value::{Dict, Instance, Iter, R, Value, Values};
 
@@ -40,6 +42,10 @@ impl Drop for BeingShown<'_> {
             all.remove(at);
         }
     }
+}
+
+fn code_repr(name: &str, file: &str, line: u32, address: usize) -> String {
+    format!("<code object {name} at {address:#x}, file \"{file}\", line {line}>")
 }
 
 impl Evaluator<'_> {
@@ -261,25 +267,72 @@ impl Evaluator<'_> {
                     text
                 })
             }
+            None if instance.class.base == Base::Module => {
+                let part = |name| instance.get(name, &self.core.symbols);
+                self.module_repr(
+                    part(known::NAME),
+                    part(self.core.symbols.intern("__file__")),
+                )
+            }
+            None if Rc::ptr_eq(&instance.class, &self.core.types.code) => {
+                let part = |name: &str| {
+                    let symbols = &self.core.symbols;
+                    instance.get(symbols.intern(name), symbols)
+                };
+                match (part("co_name"), part("co_filename")) {
+                    (Some(Value::Str(name)), Some(Value::Str(file))) => Ok(code_repr(
+                        name.as_str(),
+                        file.as_str(),
+                        1,
+                        value.address().unwrap_or(0),
+                    )),
+                    _ => Ok(self.bare_repr(value)),
+                }
+            }
             None => Ok(self.bare_repr(value)),
         }
     }
 
+    /// The `repr` of a module that is not the interpreter's own.
+    fn module_repr(&self, name: Option<Value>, file: Option<Value>) -> R<String> {
+        let name = match name {
+            Some(name) => self.repr(&name)?,
+            None => "'?'".to_owned(),
+        };
+        Ok(match file {
+            Some(file) => format!("<module {name} from {}>", self.repr(&file)?),
+            None => format!("<module {name}>"),
+        })
+    }
+
     /// What `object.__repr__` shows of anything: its class and its place.
     pub fn bare_repr(&self, value: &Value) -> String {
-        let class = self.core.types.of(value);
-        let module = self.module_prefix(class);
-        let name = self.qualname_of(class);
+        let name = self.full_name_of(self.core.types.of(value));
         let address = value.address().unwrap_or(0);
-        format!("<{module}{name} object at {address:#x}>")
+        format!("<{name} object at {address:#x}>")
+    }
+
+    /// A class with its module, as its `repr` and those of its instances have it; just the name if the module has none.
+    pub fn full_name_of(&self, class: &crate::value::Class) -> String {
+        let is_nameless = match class.own_attrs().get(known::MODULE) {
+            Some(Value::Str(module)) => class.is_script && module.as_str() == "builtins",
+            Some(_) => true,
+            None => false,
+        };
+        match is_nameless {
+            true => class.name().to_string(),
+            false => format!("{}{}", self.module_prefix(class), self.qualname_of(class)),
+        }
     }
 
     /// `module.` as it stands before the name of a class; empty for builtin types.
     pub fn module_prefix(&self, class: &crate::value::Class) -> String {
         match class.own_attrs().get(known::MODULE) {
+            Some(Value::Str(module)) if module.as_str() == "builtins" => String::new(),
             Some(Value::Str(module)) => format!("{}.", module.as_str()),
-            _ if class.is_script => "__main__.".to_owned(),
-            _ => String::new(),
+            Some(_) => String::new(),
+            None if class.is_script => "__main__.".to_owned(),
+            None => String::new(),
         }
     }
 
@@ -322,6 +375,13 @@ impl Evaluator<'_> {
                     Value::Function(function) => function.qualname().to_string(),
                     Value::Builtin(builtin) if method.is_builtin() => {
                         let owner = self.core.types.name_of(&method.receiver);
+                        if builtin.is_slot {
+                            let address = method.receiver.address().unwrap_or(0);
+                            return Ok(format!(
+                                "<method-wrapper '{}' of {owner} object at {address:#x}>",
+                                builtin.name
+                            ));
+                        }
                         return Ok(format!(
                             "<built-in method {} of {owner} object at {address:#x}>",
                             builtin.name
@@ -332,16 +392,29 @@ impl Evaluator<'_> {
                 format!("<bound method {name} of {}>", self.repr(&method.receiver)?)
             }
             Value::Builtin(builtin) => match builtin.owner {
-                Some(owner) => format!("<method '{}' of '{owner}' objects>", builtin.name),
+                Some(_) => {
+                    let what = if builtin.is_slot {
+                        "slot wrapper"
+                    } else {
+                        "method"
+                    };
+                    let owner = self.owner_of(builtin);
+                    format!("<{what} '{}' of '{owner}' objects>", builtin.name)
+                }
                 None => format!("<built-in function {}>", builtin.name),
             },
             Value::Class(class) => {
-                let module = self.module_prefix(class);
-                format!("<class '{module}{}'>", self.qualname_of(class))
+                format!("<class '{}'>", self.full_name_of(class))
             }
             Value::Module(module) => match crate::stdlib::is_own(&module.name) {
                 true => format!("<module '{}' (built-in)>", module.name),
-                false => format!("<module '{}'>", module.name),
+                false => {
+                    let part = |name| module.namespace.get(name);
+                    self.module_repr(
+                        part(known::NAME),
+                        part(self.core.symbols.intern("__file__")),
+                    )?
+                }
             },
             Value::Generator(generator) => {
                 format!(
@@ -351,7 +424,16 @@ impl Evaluator<'_> {
             }
             Value::Super(sup) => {
                 let (class, receiver) = (sup.class.name(), sup.receiver_class.name());
-                format!("<super: <class '{class}'>, <{receiver} object>>")
+                match sup.receiver.is_unbound() {
+                    true => format!("<super: <class '{class}'>, NULL>"),
+                    false => format!("<super: <class '{class}'>, <{receiver} object>>"),
+                }
+            }
+            Value::StaticMethod(inner) => format!("<staticmethod({})>", self.repr(inner)?),
+            Value::ClassMethod(inner) => format!("<classmethod({})>", self.repr(inner)?),
+            Value::Code(code) => {
+                let line = code.file.line_of(code.span.start);
+                code_repr(&code.name, code.file.name(), line, address)
             }
             other => {
                 if let Value::Iter(iter) = other

@@ -108,6 +108,11 @@ impl Evaluator<'_> {
             (false, false) => return Ok(None),
         };
         match self.count_of(count)? {
+            Some(Int::Small(1))
+                if matches!(sequence, Value::Str(_) | Value::Tuple(_) | Value::Bytes(_)) =>
+            {
+                Ok(Some(sequence.clone()))
+            }
             Some(count) => self.repeat(sequence, &count),
             None => Ok(None),
         }
@@ -197,7 +202,7 @@ impl Evaluator<'_> {
             BinaryOp::Sub => self.set_difference(&x, &y)?,
             _ => self.set_symmetric_difference(&x, &y)?,
         });
-        Ok(Some(if matches!(a, Value::FrozenSet(_)) {
+        Ok(Some(if matches!(a, Value::FrozenSet(_)) && !is_view(b) {
             Value::FrozenSet(result)
         } else {
             Value::Set(result)
@@ -264,7 +269,11 @@ impl Evaluator<'_> {
                 BinaryOp::BitOr | BinaryOp::BitAnd | BinaryOp::Sub | BinaryOp::BitXor,
                 Value::Set(set),
             ) => {
-                let Some(other) = self.set_operand(b)? else {
+                // What a view gives is a new set.
+                let Some(other) = self
+                    .set_operand(b)?
+                    .filter(|_| !matches!(b, Value::DictView(_)))
+                else {
                     return Ok(None);
                 };
                 match op {

@@ -2,10 +2,11 @@
 
 use std::rc::Rc;
 
-use crate::builtins::types::install_next;
-use crate::builtins::{BoundFn, Builtin, BuiltinBody, RawFn, Signature, quick};
+use crate::builtins::types::{install_next, joins};
+use crate::builtins::{BoundFn, Builtin, BuiltinBody, RawFn, Signature, is_slot, quick};
 use crate::eval::{Core, Evaluator};
 use crate::value::class::Base;
+use crate::value::function::Wrapped;
 use crate::value::instance::{Holds, Payload};
 use crate::value::symbol::known;
 use crate::value::{Class, Instance, Module, R, Value};
@@ -112,6 +113,7 @@ impl<'b, 'y> Builder<'b, 'y> {
             fills: true,
             quick: None,
             joins: None,
+            is_slot: is_slot(Some(owner), name),
         };
         class.set(
             self.core().symbols.intern(name),
@@ -145,7 +147,8 @@ impl<'b, 'y> Builder<'b, 'y> {
             body: BuiltinBody::Bound(body),
             fills: true,
             quick: quick::find(Some(owner), None, name),
-            joins: None,
+            joins: joins(owner, name),
+            is_slot: is_slot(Some(owner), name),
         }))
     }
 
@@ -183,7 +186,7 @@ impl<'b, 'y> Builder<'b, 'y> {
         let builtin = self.builtin("type", name, &format!("cls {signature}"), body);
         class.set(
             self.core().symbols.intern(name),
-            Value::ClassMethod(Rc::new(builtin)),
+            Value::ClassMethod(Wrapped::around(builtin)),
         );
     }
 

@@ -29,7 +29,7 @@ mod time;
 use std::rc::Rc;
 
 use crate::ast::StmtKind;
-use crate::builtins::evaluate::{Tree, reading, release, tree};
+use crate::builtins::reading::{Tree, reading, release, tree};
 use crate::eval::Evaluator;
 use crate::eval::code::Code;
 use crate::lower;

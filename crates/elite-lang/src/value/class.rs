@@ -228,6 +228,12 @@ impl Class {
         is_it(self) || self.ancestors.borrow().iter().any(|class| is_it(class))
     }
 
+    /// Whether it or an ancestor is called `name`.
+    pub fn is_called(&self, name: &str) -> bool {
+        let is_it = |class: &Class| **class.name.borrow() == *name;
+        is_it(self) || self.ancestors.borrow().iter().any(|class| is_it(class))
+    }
+
     /// Changes `__name__`.
     pub fn set_name(&self, name: &str) {
         *self.name.borrow_mut() = name.into();
@@ -644,6 +650,7 @@ fn is_plain(value: &Value) -> bool {
             | Value::StaticMethod(_)
             | Value::ClassMethod(_)
             | Value::Instance(_)
+            | Value::Super(_)
             | Value::Class(_)
     )
 }

@@ -101,6 +101,40 @@ impl Drop for BoundMethod {
     }
 }
 
+/// What a static or class method wraps: usually a function.
+pub struct Wrapped {
+    function: Value,
+    /// `__dict__`; None until a script asks for it or sets an attribute.
+    pub attrs: Held<Option<Value>>,
+}
+
+impl Wrapped {
+    /// For a static or class method around a value.
+    pub fn around(function: Value) -> Rc<Self> {
+        let attrs = Held::default();
+        Rc::new(Wrapped { function, attrs })
+    }
+}
+
+impl std::ops::Deref for Wrapped {
+    type Target = Value;
+
+    #[inline]
+    fn deref(&self) -> &Value {
+        &self.function
+    }
+}
+
+impl Drop for Wrapped {
+    fn drop(&mut self) {
+        // They may be wrapped again and again.
+        trash::dismantle_one(&mut self.function);
+        if let Some(attrs) = self.attrs.get_mut() {
+            trash::dismantle_one(attrs);
+        }
+    }
+}
+
 /// A property; parts that are missing are `None`.
 #[allow(missing_docs)]
 pub struct Property {
@@ -151,7 +185,7 @@ impl Drop for Property {
 pub struct Super {
     /// Lookup starts after this class.
     pub class: Rc<Class>,
-    /// The object methods are bound to: an instance or, in class methods, a class.
+    /// The object methods are bound to: an instance or, in class methods, a class. `Unbound` if there is none yet.
     pub receiver: Value,
     /// The class whose resolution order is followed.
     pub receiver_class: Rc<Class>,

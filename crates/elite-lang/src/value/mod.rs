@@ -96,8 +96,8 @@ pub enum Value {
     Iter(Rc<Iter>),
     Generator(Rc<Generator>),
     Property(Rc<function::Property>),
-    StaticMethod(Rc<Value>),
-    ClassMethod(Rc<Value>),
+    StaticMethod(Rc<function::Wrapped>),
+    ClassMethod(Rc<function::Wrapped>),
     Super(Rc<function::Super>),
     /// Only in slots: a variable shared with inner functions.
     Cell(Rc<CellVar>),
@@ -349,6 +349,13 @@ impl Value {
             (Value::Bool(a), Value::Bool(b)) => a == b,
             // There is one empty tuple.
             (Value::Tuple(a), Value::Tuple(b)) if a.items().is_empty() && b.items().is_empty() => {
+                true
+            }
+            // And one empty text, and one empty `bytes`.
+            (Value::Str(a), Value::Str(b)) if a.as_str().is_empty() && b.as_str().is_empty() => {
+                true
+            }
+            (Value::Bytes(a), Value::Bytes(b)) if a.data().is_empty() && b.data().is_empty() => {
                 true
             }
             // Numbers have no identity of their own here; equal bits are the same object.

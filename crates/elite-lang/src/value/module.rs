@@ -29,6 +29,8 @@ pub struct Namespace {
     limit: Cell<usize>,
     /// It is that of an evaluated text, and of nothing else.
     of_text: Cell<bool>,
+    /// Its variables are in a dictionary that a script has given to a text.
+    in_dictionary: Cell<bool>,
     /// Names at the top level of the text are looked up in a mapping of a script first.
     by_mapping: Cell<bool>,
     /// Where names are looked up that are not here.
@@ -85,6 +87,21 @@ impl Namespace {
     pub fn builtins(&self) -> Option<&Rc<Namespace>> {
         let outer = || self.parent.as_ref()?.builtins();
         self.builtins.get().or_else(outer)
+    }
+
+    /// Says that its variables are in a dictionary that a script has given to a text.
+    pub fn set_in_dictionary(&self) {
+        self.in_dictionary.set(true);
+    }
+
+    /// Whether the global variables of the text are in a dictionary that a script has given.
+    pub fn is_in_dictionary(&self) -> bool {
+        let outer = || {
+            self.parent
+                .as_ref()
+                .is_some_and(|parent| parent.is_in_dictionary())
+        };
+        self.in_dictionary.get() || outer()
     }
 
     /// Says that the top level of the text goes through a mapping.

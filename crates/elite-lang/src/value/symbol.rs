@@ -58,7 +58,7 @@ NUMERATOR = "numerator", DENOMINATOR = "denominator", START = "start", STOP = "s
 FGET = "fget", FSET = "fset", FDEL = "fdel", DIR = "__dir__", KEY = "key", SEP = "sep", END = "end", FILE = "file", FLUSH = "flush", DEFAULT = "default",
 KEYS = "keys", METACLASS = "metaclass", STRICT = "strict",
 NOTES = "__notes__", THROW = "throw", SEND = "send",
-BYTES = "__bytes__", SLOTS = "__slots__", WEAKREF = "__weakref__", OBJCLASS = "__objclass__", LENGTH_HINT = "__length_hint__", THISCLASS = "__thisclass__", KWDEFAULTS = "__kwdefaults__",
+BYTES = "__bytes__", SLOTS = "__slots__", WEAKREF = "__weakref__", OBJCLASS = "__objclass__", LENGTH_HINT = "__length_hint__", THISCLASS = "__thisclass__", SELF_CLASS = "__self_class__", KWDEFAULTS = "__kwdefaults__",
 CLASSCELL = "__classcell__", CLOSE = "close", MAIN = "__main__", }
 
 /// The table of names of one interpreter.

@@ -57,7 +57,6 @@ fn nests(value: &Value) -> bool {
         | Value::Iter(_)
         | Value::Generator(_)
         | Value::Property(_)
-        // What they wrap is never one of them again (`builtins::types::function`).
         | Value::StaticMethod(_)
         | Value::ClassMethod(_)
         | Value::Super(_)

@@ -12,6 +12,7 @@ use crate::errors::ExceptionKind;
 use crate::eval::bulk::{EACH, PIECE};
 use crate::eval::{Core, Evaluator};
 use crate::value::bytes::Data;
+use crate::value::function::Wrapped;
 use crate::value::symbol::known;
 use crate::value::{ByteArray, Bytes, Class, R, Value, Values};
 
@@ -43,9 +44,14 @@ pub(super) fn install(core: &Rc<Core>) {
         let maketrans = crate::builtins::Builtin::bound(core, "maketrans", "from to /", maketrans);
         class.set(
             core.symbols.intern("maketrans"),
-            Value::StaticMethod(Rc::new(maketrans)),
+            Value::StaticMethod(Wrapped::around(maketrans)),
         );
     }
+    super::methods(
+        core,
+        &types.bytes,
+        &[("__bytes__", "", |ev, args| Ok(ev.plain(&args[0])))],
+    );
     class_method(core, &types.bytes, "fromhex", "string /", |ev, args| {
         let data = from_hex(ev, &args[1])?;
         ev.of_class(&args[0], Value::Bytes(Rc::new(Bytes::new(data))))

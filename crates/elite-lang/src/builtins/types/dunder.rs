@@ -65,10 +65,10 @@ fn compare(ev: &Evaluator<'_>, op: CompareOp, a: &Value, b: &Value) -> R {
 
 /// `receiver + other` or `receiver * other` of a sequence, which leaves nothing to `other`.
 fn joined(ev: &Evaluator<'_>, op: BinaryOp, a: &Value, b: &Value) -> R {
-    let a = ev.plain(a);
+    let own = ev.plain(a);
     let made = match op {
-        BinaryOp::Mul => ev.builtin_binary(op, &a, b),
-        _ => ev.builtin_binary(op, &a, &ev.plain(b)),
+        BinaryOp::Mul => ev.builtin_binary(op, &own, b),
+        _ => ev.builtin_binary(op, &own, &ev.plain(b)),
     };
     if let Some(made) = made? {
         return Ok(made);
@@ -76,7 +76,7 @@ fn joined(ev: &Evaluator<'_>, op: BinaryOp, a: &Value, b: &Value) -> R {
     if op == BinaryOp::Mul {
         ev.index(b)?;
     }
-    Err(ev.unsupported(op, &a, b, "+"))
+    Err(ev.unsupported(op, a, b, "+"))
 }
 
 macro_rules! binary_methods {
@@ -103,12 +103,12 @@ macro_rules! in_place_methods {
             let target = ev.plain(&args[0]);
             // What a sequence takes item by item is asked as what it is.
             let other = match target {
-                Value::List(_) | Value::ByteArray(_) => args[1].clone(),
+                Value::List(_) | Value::ByteArray(_) | Value::Dict(_) => args[1].clone(),
                 _ => ev.plain(&args[1]),
             };
             let done = ev.builtin_in_place(BinaryOp::$op, &target, &other)?;
             if done.is_none() && matches!(target, Value::List(_) | Value::ByteArray(_)) {
-                return joined(ev, BinaryOp::$op, &target, &args[1]);
+                return joined(ev, BinaryOp::$op, &args[0], &args[1]);
             }
             Ok(if done.is_some() { args[0].clone() } else { Value::NotImplemented })
         }),)*]
@@ -143,23 +143,22 @@ const HASH: List = &[("__hash__", "", |ev, args| {
         .map(|hash| Value::Int(hash as i64))
 })];
 
-const TEXT: List = &[
-    ("__repr__", "", |ev, args| {
-        ev.string(ev.extended_repr(&args[0])?)
-    }),
-    ("__format__", "spec /", |ev, args| {
-        let mut out = String::new();
-        super::check_spec(ev, &args[1])?;
-        let spec = ev.str(&args[1])?;
-        if spec.is_empty() {
-            return ev.str_value(&args[0]);
-        }
-        let plain = ev.plain(&args[0]);
-        let name = ev.core.types.name_of(&args[0]);
-        ev.format_by_spec(&plain, &spec, &name, &mut out)?;
-        ev.string(out)
-    }),
-];
+const REPR: List = &[("__repr__", "", |ev, args| {
+    ev.string(ev.extended_repr(&args[0])?)
+})];
+
+const FORMAT: List = &[("__format__", "spec /", |ev, args| {
+    let mut out = String::new();
+    super::check_spec(ev, &args[1])?;
+    let spec = ev.str(&args[1])?;
+    if spec.is_empty() {
+        return ev.str_value(&args[0]);
+    }
+    let plain = ev.plain(&args[0]);
+    let name = ev.core.types.name_of(&args[0]);
+    ev.format_by_spec(&plain, &spec, &name, &mut out)?;
+    ev.string(out)
+})];
 
 const NUMBERS: List = number_methods! {
     "__add__" = Add, "__radd__"; "__sub__" = Sub, "__rsub__"; "__mul__" = Mul, "__rmul__";
@@ -347,9 +346,6 @@ const SEQUENCE: List = &[
     ("__add__", "other /", |ev, args| {
         joined(ev, BinaryOp::Add, &args[0], &args[1])
     }),
-    ("__radd__", "other /", |ev, args| {
-        binary(ev, BinaryOp::Add, &args[1], &args[0])
-    }),
     ("__mul__", "other /", |ev, args| {
         joined(ev, BinaryOp::Mul, &args[0], &args[1])
     }),
@@ -387,6 +383,31 @@ const ALGEBRA: List = binary_methods! {
     "__sub__" = Sub, "__rsub__";
 };
 
+/// What views of keys and items have, with anything that can be gone through: always a new set.
+fn of_view(ev: &Evaluator<'_>, op: BinaryOp, a: &Value, b: &Value) -> R {
+    let set = |value: &Value| -> R {
+        let set = crate::value::Set::new();
+        ev.set_extend(&set, value)?;
+        Ok(Value::Set(Rc::new(set)))
+    };
+    let (own, other) = (set(a)?, set(b)?);
+    binary(ev, op, &own, &other)
+}
+
+macro_rules! view_methods {
+    ($($name:literal = $op:ident, $reflected:literal;)*) => {
+        &[$(
+            ($name, "other /", |ev, args| of_view(ev, BinaryOp::$op, &args[0], &args[1])),
+            ($reflected, "other /", |ev, args| of_view(ev, BinaryOp::$op, &args[1], &args[0])),
+        )*]
+    };
+}
+
+const VIEW_ALGEBRA: List = view_methods! {
+    "__and__" = BitAnd, "__rand__"; "__or__" = BitOr, "__ror__"; "__xor__" = BitXor, "__rxor__";
+    "__sub__" = Sub, "__rsub__";
+};
+
 const DICT_IN_PLACE: List = in_place_methods! { "__ior__" = BitOr; };
 const SEQUENCE_IN_PLACE: List = in_place_methods! { "__iadd__" = Add; "__imul__" = Mul; };
 const SET_IN_PLACE: List = in_place_methods! {
@@ -418,7 +439,8 @@ pub(super) fn install(core: &Rc<Core>) {
         &[
             COMPARISONS,
             HASH,
-            TEXT,
+            REPR,
+            FORMAT,
             NUMBERS,
             POWERS,
             DIVMOD,
@@ -434,7 +456,8 @@ pub(super) fn install(core: &Rc<Core>) {
         &[
             COMPARISONS,
             HASH,
-            TEXT,
+            REPR,
+            FORMAT,
             NUMBERS,
             POWERS,
             DIVMOD,
@@ -445,14 +468,15 @@ pub(super) fn install(core: &Rc<Core>) {
     methods(core, &types.complex, conversions);
     give(
         &types.complex,
-        &[COMPARISONS, HASH, TEXT, NUMBERS, POWERS, COMPLEX],
+        &[COMPARISONS, HASH, REPR, FORMAT, NUMBERS, POWERS, COMPLEX],
     );
     give(
         &types.str,
         &[
             COMPARISONS,
             HASH,
-            TEXT,
+            REPR,
+            FORMAT,
             CONTAINER,
             GETITEM,
             SEQUENCE,
@@ -464,7 +488,7 @@ pub(super) fn install(core: &Rc<Core>) {
         &[
             COMPARISONS,
             HASH,
-            TEXT,
+            REPR,
             CONTAINER,
             GETITEM,
             SEQUENCE,
@@ -475,7 +499,7 @@ pub(super) fn install(core: &Rc<Core>) {
         &types.bytearray,
         &[
             COMPARISONS,
-            TEXT,
+            REPR,
             CONTAINER,
             GETITEM,
             SETITEM,
@@ -488,7 +512,7 @@ pub(super) fn install(core: &Rc<Core>) {
         &types.list,
         &[
             COMPARISONS,
-            TEXT,
+            REPR,
             CONTAINER,
             GETITEM,
             SETITEM,
@@ -498,13 +522,13 @@ pub(super) fn install(core: &Rc<Core>) {
     );
     give(
         &types.tuple,
-        &[COMPARISONS, HASH, TEXT, CONTAINER, GETITEM, SEQUENCE],
+        &[COMPARISONS, HASH, REPR, CONTAINER, GETITEM, SEQUENCE],
     );
     give(
         &types.dict,
         &[
             COMPARISONS,
-            TEXT,
+            REPR,
             CONTAINER,
             GETITEM,
             SETITEM,
@@ -525,11 +549,11 @@ pub(super) fn install(core: &Rc<Core>) {
     );
     give(
         &types.set,
-        &[COMPARISONS, TEXT, CONTAINER, ALGEBRA, SET_IN_PLACE],
+        &[COMPARISONS, REPR, CONTAINER, ALGEBRA, SET_IN_PLACE],
     );
     give(
         &types.frozenset,
-        &[COMPARISONS, HASH, TEXT, CONTAINER, ALGEBRA],
+        &[COMPARISONS, HASH, REPR, CONTAINER, ALGEBRA],
     );
     give(&types.range, &[COMPARISONS, HASH, CONTAINER, GETITEM]);
     methods(
@@ -540,6 +564,9 @@ pub(super) fn install(core: &Rc<Core>) {
     for view in [&types.dict_keys, &types.dict_values, &types.dict_items] {
         give(view, &[CONTAINER, OWN_TEXT]);
     }
+    for view in [&types.dict_keys, &types.dict_items] {
+        give(view, &[VIEW_ALGEBRA]);
+    }
     for class in [
         &types.none,
         &types.ellipsis,
@@ -549,6 +576,9 @@ pub(super) fn install(core: &Rc<Core>) {
         &types.function,
         &types.method,
         &types.builtin,
+        &types.method_descriptor,
+        &types.wrapper_descriptor,
+        &types.method_wrapper,
         &types.type_,
         &types.module,
         &types.generator,

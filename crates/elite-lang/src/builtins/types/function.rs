@@ -1,8 +1,8 @@
-//! `property`, `staticmethod`, `classmethod`, `super`.
+//! `property`, and methods of functions.
 
 use std::rc::Rc;
 
-use super::{constructor, methods, wrong_receiver};
+use super::{constructor, methods, wrappers, wrong_receiver};
 use crate::errors::ExceptionKind;
 use crate::eval::{Core, Evaluator};
 use crate::value::function::Property;
@@ -92,13 +92,41 @@ pub(super) fn install(core: &Rc<Core>) {
             Ok(Value::BoundMethod(Rc::new(method)))
         })],
     );
+    for class in [&types.method_descriptor, &types.wrapper_descriptor] {
+        methods(
+            core,
+            class,
+            &[("__get__", "instance owner? /", |ev, args| {
+                let Value::Builtin(builtin) = &args[0] else {
+                    return Err(wrong_receiver(ev, "method_descriptor", &args[0]));
+                };
+                if args[1].is_none() {
+                    return match names_nothing(&args[2]) {
+                        true => Err(got_nothing(ev)),
+                        false => Ok(args[0].clone()),
+                    };
+                }
+                ev.check_described(builtin, &args[1])?;
+                let (function, receiver) = (args[0].clone(), args[1].clone());
+                let method = crate::value::BoundMethod { receiver, function };
+                Ok(Value::BoundMethod(Rc::new(method)))
+            })],
+        );
+    }
     constructor(
         core,
         &types.function,
         "code globals name? argdefs? closure?",
-        refuse_parts,
+        crate::builtins::compile::function,
     );
-    for class in [&types.function, &types.method, &types.builtin] {
+    for class in [
+        &types.function,
+        &types.method,
+        &types.builtin,
+        &types.method_descriptor,
+        &types.wrapper_descriptor,
+        &types.method_wrapper,
+    ] {
         super::raw_method(core, class, "__call__", |ev, args| {
             let (keywords, mut caller) = (args.keywords, args.caller.take());
             match args.positional.split_first_mut() {
@@ -107,94 +135,7 @@ pub(super) fn install(core: &Rc<Core>) {
             }
         });
     }
-    methods(
-        core,
-        &types.staticmethod,
-        &[("__get__", "instance owner? /", |ev, args| match &args[0] {
-            Value::StaticMethod(_) if args[1].is_none() && names_nothing(&args[2]) => {
-                Err(got_nothing(ev))
-            }
-            Value::StaticMethod(function) => Ok(Value::clone(function)),
-            other => Err(wrong_receiver(ev, "staticmethod", other)),
-        })],
-    );
-    methods(
-        core,
-        &types.classmethod,
-        &[("__get__", "instance owner? /", |ev, args| match &args[0] {
-            Value::ClassMethod(_) if args[1].is_none() && names_nothing(&args[2]) => {
-                Err(got_nothing(ev))
-            }
-            Value::ClassMethod(function) => {
-                let receiver = match names_nothing(&args[2]) {
-                    true => Value::Class(ev.core.types.of(&args[1]).clone()),
-                    false => args[2].clone(),
-                };
-                ev.bound_to_class(function, &receiver)
-            }
-            other => Err(wrong_receiver(ev, "classmethod", other)),
-        })],
-    );
-    constructor(core, &types.staticmethod, "function /", |_, args| {
-        Ok(Value::StaticMethod(unwrapped(&args[0])))
-    });
-    constructor(core, &types.classmethod, "function /", |_, args| {
-        Ok(Value::ClassMethod(unwrapped(&args[0])))
-    });
-    constructor(
-        core,
-        &types.super_,
-        "type? object_or_type? /",
-        |ev, args| match (args[0].given(), args[1].given()) {
-            (Some(class), Some(receiver)) => ev.make_super(class, receiver),
-            (Some(other), None) if !matches!(other, Value::Class(_)) => {
-                ev.make_super(other, &Value::None)
-            }
-            _ => Err(ev.raise(
-                crate::errors::ExceptionKind::RuntimeError,
-                "super(): no arguments",
-            )),
-        },
-    );
-}
-
-/// Functions are made by `def` and `lambda` only; what cannot be a part of one is refused in CPython's words before.
-fn refuse_parts(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let named = |value: &Value| ev.core.types.name_of_argument(value);
-    let free = match &args[0] {
-        Value::Code(code) => code.free_names.len(),
-        other => {
-            let text = format!(
-                "function() argument 'code' must be code, not {}",
-                named(other)
-            );
-            return Err(ev.type_error(text));
-        }
-    };
-    if !matches!(ev.plain(&args[1]), Value::Dict(_)) {
-        let text = format!(
-            "function() argument 'globals' must be dict, not {}",
-            named(&args[1])
-        );
-        return Err(ev.type_error(text));
-    }
-    let is_none = |value: &Value| value.given().is_none_or(Value::is_none);
-    let is_tuple = |value: &Value| matches!(ev.plain(value), Value::Tuple(_));
-    if !is_none(&args[2]) && !matches!(ev.plain(&args[2]), Value::Str(_)) {
-        return Err(ev.type_error("arg 3 (name) must be None or string"));
-    }
-    if !is_none(&args[3]) && !is_tuple(&args[3]) {
-        return Err(ev.type_error("arg 4 (defaults) must be None or tuple"));
-    }
-    if !is_tuple(&args[4]) {
-        if free > 0 && is_none(&args[4]) {
-            return Err(ev.type_error("arg 5 (closure) must be tuple"));
-        }
-        if !is_none(&args[4]) {
-            return Err(ev.type_error("arg 5 (closure) must be None or tuple"));
-        }
-    }
-    Err(ev.type_error("cannot create 'function' instances"))
+    wrappers::install(core);
 }
 
 /// Whether an owner that may be left out is none.
@@ -206,14 +147,6 @@ pub(super) fn names_nothing(owner: &Value) -> bool {
 #[cold]
 pub(super) fn got_nothing(ev: &Evaluator<'_>) -> crate::value::Raised {
     ev.type_error("__get__(None, None) is invalid")
-}
-
-/// The function behind a static or class method: wrapped twice it is wrapped once, so these never nest.
-fn unwrapped(function: &Value) -> Rc<Value> {
-    match function {
-        Value::StaticMethod(inner) | Value::ClassMethod(inner) => inner.clone(),
-        plain => Rc::new(plain.clone()),
-    }
 }
 
 /// A property of the arguments `fget`, `fset`, `fdel`, `doc`.

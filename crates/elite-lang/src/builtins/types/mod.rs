@@ -13,6 +13,7 @@ mod function;
 pub mod group;
 mod iterators;
 mod list;
+mod module;
 mod number;
 mod object;
 pub mod range;
@@ -20,21 +21,25 @@ mod reduce;
 mod set;
 mod string;
 pub mod union;
+mod wrappers;
 
 pub use dunder::install_next;
 pub use number::int_from;
 
 use std::rc::Rc;
 
+use super::signature::is_slot;
 use super::{BoundFn, Builtin, BuiltinBody, RawFn, Signature, quick};
 use crate::ast::BinaryOp;
 use crate::eval::{Core, Evaluator};
 use crate::value::class::Base;
+use crate::value::function::Wrapped;
 use crate::value::{Class, R, Raised, Value};
 
 /// Puts them in place.
 pub fn install(core: &Rc<Core>) {
     object::install(core);
+    module::install(core);
     number::install(core);
     string::install(core);
     bytes::install(core);
@@ -76,20 +81,24 @@ fn methods(core: &Core, class: &Class, list: &[(&'static str, &str, BoundFn)]) {
                 fills: holds_items(class),
                 quick: quick::find(owner, None, name),
                 joins: owner.and_then(|owner| joins(owner, name)),
+                is_slot: is_slot(owner, name),
             })),
         );
     }
 }
 
 /// `Builtin::joins` of a method of this name.
-fn joins(owner: &str, name: &str) -> Option<(BinaryOp, bool)> {
-    if !matches!(owner, "str" | "list" | "tuple" | "bytes" | "bytearray") {
+pub fn joins(owner: &str, name: &str) -> Option<(BinaryOp, bool)> {
+    let is_sequence = matches!(
+        owner,
+        "str" | "list" | "tuple" | "bytes" | "bytearray" | "deque"
+    );
+    if !is_sequence {
         return None;
     }
     match name {
         "__add__" | "__iadd__" => Some((BinaryOp::Add, false)),
         "__mul__" | "__imul__" => Some((BinaryOp::Mul, false)),
-        "__radd__" => Some((BinaryOp::Add, true)),
         "__rmul__" => Some((BinaryOp::Mul, true)),
         _ => None,
     }
@@ -118,6 +127,7 @@ fn raw_method(core: &Core, class: &Class, name: &'static str, body: RawFn) {
             fills: holds_items(class),
             quick: None,
             joins: None,
+            is_slot: is_slot(owner, name),
         })),
     );
 }
@@ -133,10 +143,11 @@ fn class_method(core: &Core, class: &Class, name: &'static str, signature: &str,
         fills: false,
         quick: None,
         joins: None,
+        is_slot: false,
     };
     class.set(
         core.symbols.intern(name),
-        Value::ClassMethod(Rc::new(Value::Builtin(Rc::new(function)))),
+        Value::ClassMethod(Wrapped::around(Value::Builtin(Rc::new(function)))),
     );
 }
 

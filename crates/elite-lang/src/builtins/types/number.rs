@@ -12,6 +12,9 @@ use crate::value::int::{Int, from_f64};
 use crate::value::symbol::known;
 use crate::value::{Bytes, R, Raised, Symbol, Value};
 
+/// So much of what is no integer is shown, in characters.
+const SHOWN: usize = 200;
+
 pub(super) fn install(core: &Rc<Core>) {
     let types = &core.types;
     constructor(core, &types.int, "x? / base?", int);
@@ -216,10 +219,13 @@ fn int(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     match parse_int(ev, &text, base as u32)? {
         Some(int) => Ok(int),
         None => {
-            let shown = match ev.plain(value) {
-                Value::ByteArray(array) => ev.repr(&Value::bytes(array.borrow().to_vec()))?,
-                _ => ev.repr(value)?,
+            let mut shown = match ev.bytes_like(value) {
+                Some(data) => ev.repr(&Value::bytes(data[..data.len().min(SHOWN)].to_vec()))?,
+                None => ev.repr(value)?,
             };
+            if let Some((end, _)) = shown.char_indices().nth(SHOWN) {
+                shown.truncate(end);
+            }
             Err(ev.value_error(format!(
                 "invalid literal for int() with base {base}: {shown}"
             )))

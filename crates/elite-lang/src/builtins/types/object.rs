@@ -2,15 +2,16 @@
 
 use std::rc::Rc;
 
-use super::{constructor, methods, raw_constructor, raw_method, wrong_receiver};
+use super::{methods, raw_constructor, raw_method, wrong_receiver};
 use crate::ast::CompareOp;
 use crate::builtins::Args;
 use crate::errors::ExceptionKind;
-use crate::eval::{Core, Evaluator};
+use crate::eval::{Core, Evaluator, Frame};
 use crate::ops::hash::address_hash;
+use crate::value::function::Wrapped;
 use crate::value::instance::Payload;
 use crate::value::symbol::{Passing, known};
-use crate::value::{Instance, Module, R, Value, Values};
+use crate::value::{Class, Instance, R, Value, Values};
 
 pub(super) fn install(core: &Rc<Core>) {
     let types = &core.types;
@@ -29,19 +30,6 @@ pub(super) fn install(core: &Rc<Core>) {
     });
     raw_constructor(&types.not_implemented, |ev, args| {
         only(ev, args, "NotImplementedType", Value::NotImplemented)
-    });
-    constructor(core, &types.module, "name doc?", |ev, args| {
-        let Value::Str(name) = ev.plain(&args[0]) else {
-            let found = ev.core.types.name_of(&args[0]);
-            let text = format!("module() argument 'name' must be str, not {found}");
-            return Err(ev.type_error(text));
-        };
-        let namespace = ev.core.new_namespace(None);
-        let doc = args[1].given().cloned().unwrap_or(Value::None);
-        namespace.set(known::NAME, Value::Str(name.clone()));
-        namespace.set(known::DOC, doc);
-        let name = name.as_str().into();
-        Ok(Value::Module(Rc::new(Module { name, namespace })))
     });
     raw_constructor(&types.type_, type_of);
     methods(
@@ -104,7 +92,7 @@ pub(super) fn install(core: &Rc<Core>) {
     });
     types.type_.set(
         core.symbols.intern("__prepare__"),
-        Value::StaticMethod(Rc::new(prepare)),
+        Value::StaticMethod(Wrapped::around(prepare)),
     );
     install_natural(core);
 }
@@ -144,7 +132,7 @@ fn install_natural(core: &Rc<Core>) {
         let object = ev.core.types.object.clone();
         ev.new_by(&object, args.positional, args.keywords)
     });
-    natural.set(known::NEW, Value::StaticMethod(Rc::new(new)));
+    natural.set(known::NEW, Value::StaticMethod(Wrapped::around(new)));
     methods(
         core,
         natural,
@@ -287,7 +275,25 @@ fn name_of<'e>(ev: &'e Evaluator<'_>, name: &Value) -> R<Passing<'e>> {
 fn type_of(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
     match &*args.positional {
         [value] => Ok(Value::Class(ev.core.types.of(value).clone())),
-        [_, _, _] => ev.new_class(&ev.core.types.type_, args.positional, args.keywords),
+        [_, _, _] => {
+            let class = ev.new_class(&ev.core.types.type_, args.positional, args.keywords)?;
+            if let (Some(frame), Value::Class(class)) = (&args.caller, &class) {
+                named_as_caller(ev, frame, class);
+            }
+            Ok(class)
+        }
         _ => Err(ev.type_error("type() takes 1 or 3 arguments")),
+    }
+}
+
+/// A class that a text in a dictionary makes by `type(name, bases, dict)` belongs to what is called so there.
+fn named_as_caller(ev: &Evaluator<'_>, frame: &Frame<'_>, class: &Class) {
+    let Some(home) = frame.function.code.refers.home() else {
+        return;
+    };
+    if class.own_attrs().get(known::MODULE).is_none() {
+        let name = home.get_str("__name__");
+        let none = || ev.core.name_of_builtins.value.get();
+        class.set(known::MODULE, name.unwrap_or_else(none));
     }
 }

@@ -53,7 +53,9 @@ pub(super) fn install(core: &Rc<Core>) {
     }
     let items: BoundFn = |ev, args| {
         // A class derived from it may have an iterator of its own.
-        let items = ev.drain(&ev.iter(&args[0])?)?.into_list();
+        let iterator = ev.iter(&args[0])?;
+        ev.ask_length(&args[0])?;
+        let items = ev.drain(&iterator)?.into_list();
         with_state(ev, &args[0], vec![items])
     };
     methods(core, &types.set, &[(REDUCE, "", items)]);

@@ -154,7 +154,14 @@ fn visit_small(value: &Value, each: &mut dyn FnMut(&Value)) {
                 each(&doc);
             }
         }
-        Value::StaticMethod(function) | Value::ClassMethod(function) => each(function),
+        Value::StaticMethod(wrapped) | Value::ClassMethod(wrapped) => {
+            each(wrapped);
+            if let Some(attrs) = wrapped.attrs.try_borrow()
+                && let Some(attrs) = &*attrs
+            {
+                each(attrs);
+            }
+        }
         Value::Super(parent) => {
             each(&parent.receiver);
             each(&Value::Class(parent.class.clone()));

@@ -155,12 +155,15 @@ impl Hint {
         let hint = match (class.locate(name), slot) {
             (None, Some(slot)) => Hint::Slot(slot as u32),
             (Some((location, Value::Property(_))), _) => Hint::Property(location),
-            (Some((_, Value::Instance(_))), _) => return None,
+            (Some((_, Value::Instance(_) | Value::Super(_))), _) => return None,
             (Some((_, _)), Some(slot)) => Hint::Slot(slot as u32),
             (Some((location, Value::Function(_))), None) => Hint::Method(location),
             (Some((location, Value::Builtin(builtin))), None) if builtin.owner.is_some() => {
+                let is_for = |owner: &str| owner == "object" || class.is_called(owner);
                 match builtin.quick {
                     Some(quick) if !class.is_script => Hint::Quick(quick),
+                    // Of another type: it is refused when it is made a method.
+                    _ if class.is_script && !builtin.owner.is_some_and(is_for) => Hint::Other,
                     _ => Hint::Method(location),
                 }
             }

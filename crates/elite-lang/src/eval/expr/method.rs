@@ -264,7 +264,7 @@ impl CallMethod {
                     return call_native(builtin, Some(receiver), &self.site, ev, f);
                 }
                 Value::StaticMethod(function) => {
-                    if let Value::Function(function) = &**function {
+                    if let Value::Function(function) = &***function {
                         return call_script(function, None, &self.site, ev, f);
                     }
                 }

@@ -13,6 +13,7 @@ use crate::eval::{Evaluator, Expr, Flow, Frame, Located, Statement, attempt};
 use crate::resolve::Place;
 use crate::source::Span;
 use crate::value::class::Base;
+use crate::value::function::Wrapped;
 use crate::value::symbol::known;
 use crate::value::trash::Nodes;
 use crate::value::{Class, Function, R, Raised, Symbol, Value, Values};
@@ -66,8 +67,6 @@ pub struct DefineClass {
     pub decorators: Nodes<(Expr, Span)>,
     /// The name it is bound to.
     pub target: Box<dyn Target>,
-    /// `__module__`.
-    pub module: Value,
     /// Where the header is written.
     pub span: Span,
 }
@@ -133,8 +132,9 @@ impl DefineClass {
                 .iter()
                 .zip(slots[..self.names].iter());
             let mut attrs = prepared;
+            let module = ev.name_for_class(&self.code).at(ev, f, self.span)?;
             attrs.retain(|(name, _)| !self.code.slot_names[..self.names].contains(name));
-            attrs.push((known::MODULE, self.module.clone()));
+            attrs.push((known::MODULE, module));
             attrs.push((known::QUALNAME, Value::str(&*self.code.qualname)));
             match self.code.doc.as_deref() {
                 Some(doc) => attrs.push((known::DOC, Value::str(doc))),
@@ -183,7 +183,8 @@ impl DefineClass {
                 .at(ev, f, self.span)
         };
         with_slots(self.code.slots + 1, |slots| {
-            put(known::MODULE, self.module.clone())?;
+            let module = ev.name_for_class(&self.code).at(ev, f, self.span)?;
+            put(known::MODULE, module)?;
             put(known::QUALNAME, Value::str(&*self.code.qualname))?;
             if let Some(doc) = self.code.doc.as_deref() {
                 put(known::DOC, Value::str(doc))?;
@@ -321,9 +322,9 @@ impl Evaluator<'_> {
             let value = match (&value, name) {
                 // These take the class without a decorator.
                 (Value::Function(_), known::INIT_SUBCLASS | known::CLASS_GETITEM) => {
-                    Value::ClassMethod(Rc::new(value))
+                    Value::ClassMethod(Wrapped::around(value))
                 }
-                (Value::Function(_), known::NEW) => Value::StaticMethod(Rc::new(value)),
+                (Value::Function(_), known::NEW) => Value::StaticMethod(Wrapped::around(value)),
                 _ => value,
             };
             class.set(name, value);
@@ -453,9 +454,17 @@ impl Evaluator<'_> {
             .iter()
             .find_map(|parent| parent.own_attrs().get(known::INIT_SUBCLASS).cloned())
         {
-            if let Value::ClassMethod(function) = hook {
-                self.call(&function, &mut [Value::Class(class.clone())], keywords)?;
-            }
+            let value = Value::Class(class.clone());
+            let bound = match &hook {
+                Value::ClassMethod(function) => self.bound_to_class(function, &value)?,
+                Value::StaticMethod(function) => Value::clone(function),
+                Value::Instance(descriptor) => match descriptor.class.lookup(known::GET) {
+                    Some(get) => self.call_method_value(&get, &hook, &mut [Value::None, value])?,
+                    None => hook,
+                },
+                _ => hook,
+            };
+            self.call(&bound, &mut [], keywords)?;
         } else if !keywords.is_empty() {
             return Err(self.type_error(format!(
                 "{}.__init_subclass__() takes no keyword arguments",
@@ -492,6 +501,13 @@ impl Evaluator<'_> {
             let name = self.core.types.name_of(class);
             return Err(self.type_error(format!("super() argument 1 must be a type, not {name}")));
         };
+        if receiver.is_unbound() {
+            return Ok(Value::Super(Rc::new(crate::value::function::Super {
+                class: class.clone(),
+                receiver: Value::Unbound,
+                receiver_class: class.clone(),
+            })));
+        }
         let own = self.core.types.of(receiver);
         let receiver_class = match receiver {
             Value::Class(other) if other.is_subclass_of(class) => other.clone(),
@@ -600,10 +616,9 @@ pub fn is_final(class: &Class) -> bool {
             | "dict_keys"
             | "dict_values"
             | "dict_items"
-            | "module"
-            | "staticmethod"
-            | "classmethod"
-            | "super"
+            | "method_descriptor"
+            | "wrapper_descriptor"
+            | "method-wrapper"
             | "code"
             | "cell"
             | "frame"

@@ -434,36 +434,47 @@ impl Target for Unpack {
     }
 }
 
+impl Evaluator<'_> {
+    fn iter_to_unpack(&self, value: &Value) -> R {
+        self.iter(value).map_err(|raised| {
+            if self.is_kind(&raised, ExceptionKind::TypeError) && !self.has_iteration(value) {
+                let name = self.core.types.name_of(value);
+                return self.type_error(format!("cannot unpack non-iterable {name} object"));
+            }
+            raised
+        })
+    }
+
+    /// The items of something that has to have just so many.
+    pub fn unpacked(&self, value: &Value, wanted: usize) -> R<Vec<Value>> {
+        let iterator = self.iter_to_unpack(value)?;
+        let mut items = Vec::with_capacity(wanted);
+        while let Some(item) = self.next(&iterator)? {
+            if items.len() == wanted {
+                let text = format!("too many values to unpack (expected {wanted})");
+                return Err(self.value_error(text));
+            }
+            items.push(item);
+        }
+        if items.len() < wanted {
+            let text = format!(
+                "not enough values to unpack (expected {wanted}, got {})",
+                items.len()
+            );
+            return Err(self.value_error(text));
+        }
+        Ok(items)
+    }
+}
+
 impl Unpack {
     /// One value for each target.
     fn items(&self, ev: &Evaluator<'_>, value: &Value) -> R<Vec<Value>> {
         let wanted = self.targets.len();
-        let iterator = ev.iter(value).map_err(|raised| {
-            if ev.is_kind(&raised, ExceptionKind::TypeError) && !ev.has_iteration(value) {
-                let name = ev.core.types.name_of(value);
-                return ev.type_error(format!("cannot unpack non-iterable {name} object"));
-            }
-            raised
-        })?;
         let Some(star) = self.star else {
-            let mut items = Vec::with_capacity(wanted);
-            while let Some(item) = ev.next(&iterator)? {
-                if items.len() == wanted {
-                    return Err(
-                        ev.value_error(format!("too many values to unpack (expected {wanted})"))
-                    );
-                }
-                items.push(item);
-            }
-            if items.len() < wanted {
-                let text = format!(
-                    "not enough values to unpack (expected {wanted}, got {})",
-                    items.len()
-                );
-                return Err(ev.value_error(text));
-            }
-            return Ok(items);
+            return ev.unpacked(value, wanted);
         };
+        let iterator = ev.iter_to_unpack(value)?;
         let mut items = Vec::with_capacity(wanted);
         while items.len() < star {
             match ev.next(&iterator)? {

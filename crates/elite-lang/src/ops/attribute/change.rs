@@ -4,8 +4,17 @@ use std::rc::Rc;
 
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
+use crate::value::class::Base;
 use crate::value::symbol::known;
 use crate::value::{Class, Dict, Instance, R, Raised, Symbol, Value};
+
+/// Whether what extends this builtin type has parts of it that are for reading only.
+fn has_parts(base: Base) -> bool {
+    matches!(
+        base,
+        Base::StaticMethod | Base::ClassMethod | Base::Super | Base::Property
+    )
+}
 
 impl Evaluator<'_> {
     /// `value.name = new`
@@ -36,6 +45,9 @@ impl Evaluator<'_> {
                     "cannot set '{name}' attribute of immutable type '{class}'"
                 )))
             }
+            Value::Module(_) if name == known::DICT => {
+                Err(self.raise(ExceptionKind::AttributeError, "readonly attribute"))
+            }
             Value::Module(module) => {
                 self.core.symbols.settle(name);
                 module.namespace.set(name, new);
@@ -43,6 +55,26 @@ impl Evaluator<'_> {
                 Ok(())
             }
             _ if name == known::CLASS => Err(self.class_refused(&new)),
+            Value::StaticMethod(wrapped) | Value::ClassMethod(wrapped) => {
+                if let Some(refused) = self.refused_by_type(value, name) {
+                    return Err(refused);
+                }
+                if name == known::DICT {
+                    let Value::Dict(dict) = self.plain(&new) else {
+                        let name = self.core.types.name_of(&new);
+                        return Err(self.type_error(format!(
+                            "__dict__ must be set to a dictionary, not a '{name}'"
+                        )));
+                    };
+                    wrapped.attrs.put(Some(Value::Dict(dict)));
+                    return Ok(());
+                }
+                let dict = self.wrapped_dict(wrapped)?;
+                if new.holds_values() {
+                    self.core.note(&Value::Dict(dict.clone()));
+                }
+                self.dict_set(&dict, self.core.symbols.value(name), new)
+            }
             Value::Function(function) => self.set_function_attribute(function, name, new),
             Value::Generator(generator) if matches!(name, known::NAME | known::QUALNAME) => {
                 self.rename_generator(generator, name, new)
@@ -207,6 +239,14 @@ impl Evaluator<'_> {
         if !class.is_script && instance.exception().is_none() {
             return Err(self.cannot_set(value, name));
         }
+        if has_parts(class.base)
+            && let Some(refused) = self.refused_by_type(value, name)
+        {
+            return Err(refused);
+        }
+        if name == known::DICT && class.base == Base::Module {
+            return Err(self.raise(ExceptionKind::AttributeError, "readonly attribute"));
+        }
         if name == known::DICT && class.has_dict() {
             let Value::Dict(dict) = self.plain(&new) else {
                 let name = self.core.types.name_of(&new);
@@ -253,6 +293,16 @@ impl Evaluator<'_> {
                 drop(cell.take());
                 Ok(())
             }
+            Value::StaticMethod(wrapped) | Value::ClassMethod(wrapped) => {
+                if let Some(refused) = self.refused_by_type(value, name) {
+                    return Err(refused);
+                }
+                let dict = self.wrapped_dict(wrapped)?;
+                match self.dict_remove(&dict, &self.core.symbols.value(name))? {
+                    Some(_) => Ok(()),
+                    None => Err(self.attribute_error(value, name)),
+                }
+            }
             Value::Function(function) if self.delete_function_attribute(function, name)? => Ok(()),
             Value::Function(function) => {
                 let removed = function.attrs.change(|attrs| attrs.as_mut()?.remove(name));
@@ -264,6 +314,13 @@ impl Evaluator<'_> {
             }
             _ => Err(self.cannot_delete(value, name)),
         }
+    }
+
+    #[cold]
+    fn no_attribute(&self, value: &Value, name: Symbol) -> Raised {
+        let (class, name) = (self.core.types.name_of(value), self.core.symbols.name(name));
+        let text = format!("'{class}' object has no attribute '{name}'");
+        self.raise(ExceptionKind::AttributeError, text)
     }
 
     /// What is said of deleting an attribute that is not there or stays: objects without a dictionary know those of their class.
@@ -279,8 +336,10 @@ impl Evaluator<'_> {
                     "cannot set '{name}' attribute of immutable type '{class}'"
                 ))
             }
-            Value::Class(_) | Value::Module(_) | Value::Function(_) => {
-                self.attribute_error(value, name)
+            Value::Class(_) | Value::Function(_) => self.attribute_error(value, name),
+            Value::Module(_) => self.no_attribute(value, name),
+            Value::Instance(instance) if instance.class.base == Base::Module => {
+                self.no_attribute(value, name)
             }
             Value::Instance(instance) if instance.exception().is_some() => {
                 let text = self.core.symbols.name(name);

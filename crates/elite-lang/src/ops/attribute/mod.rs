@@ -7,8 +7,10 @@ use std::rc::Rc;
 
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
+use crate::value::class::Base;
+use crate::value::function::Super;
 use crate::value::symbol::known;
-use crate::value::{BoundMethod, Class, Instance, R, Raised, Symbol, Value};
+use crate::value::{BoundMethod, Class, Instance, Module, R, Raised, Symbol, Value};
 
 impl Evaluator<'_> {
     /// `value.name`
@@ -47,6 +49,11 @@ impl Evaluator<'_> {
                 _ => match module.namespace.get(name) {
                     Some(found) => Ok(Some(found)),
                     None if name == known::DOC => Ok(Some(Value::None)),
+                    None if self.core.symbols.name(name).starts_with("__")
+                        && let Some(found) = self.builtin_attribute(value, name)? =>
+                    {
+                        Ok(Some(found))
+                    }
                     None => match module.namespace.get(known::GETATTR) {
                         Some(custom) => {
                             let text = self.core.symbols.value(name);
@@ -57,18 +64,12 @@ impl Evaluator<'_> {
                 },
             },
             Value::Super(sup) => {
-                if matches!(name, known::THISCLASS | known::SELF) {
-                    return self.computed_attribute(value, name);
-                }
                 if name == known::CLASS {
                     return Ok(Some(Value::Class(self.core.types.super_.clone())));
                 }
-                match sup.receiver_class.lookup_after(&sup.class, name) {
-                    Some(found) => self
-                        .bind_attribute(&found, &sup.receiver, &sup.receiver_class)
-                        .map(Some),
-                    None if name == known::NEW => Ok(Some(self.new_of(&sup.class))),
-                    None => self.object_attribute(&sup.receiver, &sup.receiver_class, name),
+                match self.super_attribute(sup, name)? {
+                    Some(found) => Ok(Some(found)),
+                    None => self.builtin_attribute(value, name),
                 }
             }
             Value::Function(function) => {
@@ -85,7 +86,38 @@ impl Evaluator<'_> {
                     },
                 }
             }
+            Value::StaticMethod(wrapped) | Value::ClassMethod(wrapped) => {
+                if name == known::DICT {
+                    return self.wrapped_dict(wrapped).map(Value::Dict).map(Some);
+                }
+                match wrapped.attrs.get() {
+                    Some(Value::Dict(dict)) if !matches!(name, known::FUNC | known::WRAPPED) => {
+                        match dict.get_str(&self.core.symbols.name(name)) {
+                            Some(found) => Ok(Some(found)),
+                            None => self.builtin_attribute(value, name),
+                        }
+                    }
+                    _ => self.builtin_attribute(value, name),
+                }
+            }
             _ => self.builtin_attribute(value, name),
+        }
+    }
+
+    /// What `super()` finds in the classes behind its own; None where nothing has it.
+    pub fn super_attribute(&self, sup: &Super, name: Symbol) -> R<Option<Value>> {
+        if sup.receiver.is_unbound() {
+            return Ok(None);
+        }
+        if matches!(name, known::THISCLASS | known::SELF | known::SELF_CLASS) {
+            return Ok(None);
+        }
+        match sup.receiver_class.lookup_after(&sup.class, name) {
+            Some(found) => self
+                .bind_attribute(&found, &sup.receiver, &sup.receiver_class)
+                .map(Some),
+            None if name == known::NEW => Ok(Some(self.new_of(&sup.class))),
+            None => self.object_attribute(&sup.receiver, &sup.receiver_class, name),
         }
     }
 
@@ -98,7 +130,7 @@ impl Evaluator<'_> {
         match (class.lookup(name), value) {
             (Some(found), _) => self.bind_attribute(&found, value, class).map(Some),
             // What a method does not have itself is looked up in its function.
-            (None, Value::BoundMethod(method)) if name != known::CLASS => {
+            (None, Value::BoundMethod(method)) if name != known::CLASS && !method.is_builtin() => {
                 self.recurse(|| self.find_attribute(&method.function, name))
             }
             (None, _) => self.object_attribute(value, class, name),
@@ -244,7 +276,12 @@ impl Evaluator<'_> {
     pub fn bind_attribute(&self, found: &Value, receiver: &Value, class: &Rc<Class>) -> R {
         match found {
             Value::Function(_) => Ok(self.bound(found, receiver)),
-            Value::Builtin(builtin) if builtin.owner.is_some() => Ok(self.bound(found, receiver)),
+            Value::Builtin(builtin) if builtin.owner.is_some() => {
+                if class.is_script && !matches!(receiver, Value::Class(_)) {
+                    self.check_described(builtin, receiver)?;
+                }
+                Ok(self.bound(found, receiver))
+            }
             Value::Property(property) => {
                 if property.get.is_none() {
                     return Err(self.raise(ExceptionKind::AttributeError, "unreadable attribute"));
@@ -254,6 +291,9 @@ impl Evaluator<'_> {
             Value::StaticMethod(function) => Ok((**function).clone()),
             Value::ClassMethod(function) => {
                 self.bound_to_class(function, &Value::Class(class.clone()))
+            }
+            Value::Super(sup) if sup.receiver.is_unbound() => {
+                self.make_super(&Value::Class(sup.class.clone()), receiver)
             }
             Value::Instance(descriptor) => match descriptor.class.lookup(known::GET) {
                 Some(get) => self.call_method_value(
@@ -273,11 +313,22 @@ impl Evaluator<'_> {
     }
 
     /// What a class method is as an attribute of a class: what it wraps, asked as one of the class if it is a descriptor itself.
+    #[inline]
     pub fn bound_to_class(&self, function: &Value, class: &Value) -> R {
+        match function {
+            Value::Function(_) => Ok(self.bound(function, class)),
+            _ => self.asked_for_class(function, class),
+        }
+    }
+
+    #[inline(never)]
+    fn asked_for_class(&self, function: &Value, class: &Value) -> R {
         match function {
             Value::Property(property) if !property.get.is_none() => {
                 self.call1(&property.get, class.clone())
             }
+            Value::StaticMethod(inner) => Ok(Value::clone(inner)),
+            Value::ClassMethod(inner) => self.recurse(|| self.bound_to_class(inner, class)),
             Value::Instance(descriptor) if let Some(get) = descriptor.class.lookup(known::GET) => {
                 let mut args = [class.clone(), class.clone()];
                 self.call_method_value(&get, function, &mut args)
@@ -377,6 +428,17 @@ impl Evaluator<'_> {
         }
     }
 
+    /// What a module is called at present; None if it has no name that is a text.
+    fn name_of_module(&self, module: &Module) -> Option<Rc<str>> {
+        if crate::stdlib::is_own(&module.name) {
+            return Some(module.name.clone());
+        }
+        match module.namespace.get(known::NAME) {
+            Some(Value::Str(name)) => Some(name.as_str().into()),
+            _ => None,
+        }
+    }
+
     /// The error for an attribute that is not there, with a suggestion.
     #[cold]
     pub fn attribute_error(&self, value: &Value, name: Symbol) -> Raised {
@@ -385,8 +447,19 @@ impl Evaluator<'_> {
             Value::Class(class) => {
                 format!("type object '{}' has no attribute '{name}'", class.name())
             }
-            Value::Module(module) => format!("module '{}' has no attribute '{name}'", module.name),
-            Value::BoundMethod(method) => format!(
+            Value::Module(module) => match self.name_of_module(module) {
+                Some(module) => format!("module '{module}' has no attribute '{name}'"),
+                None => format!("module has no attribute '{name}'"),
+            },
+            Value::Instance(instance) if instance.class.base == Base::Module => {
+                match instance.get(known::NAME, &self.core.symbols) {
+                    Some(Value::Str(module)) => {
+                        format!("module '{}' has no attribute '{name}'", module.as_str())
+                    }
+                    _ => format!("module has no attribute '{name}'"),
+                }
+            }
+            Value::BoundMethod(method) if !method.is_builtin() => format!(
                 "'{}' object has no attribute '{name}'",
                 self.core.types.name_of(&method.function)
             ),

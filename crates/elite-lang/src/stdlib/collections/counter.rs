@@ -254,27 +254,43 @@ fn noted(ev: &Evaluator<'_>, made: Value) -> Value {
 /// The same into the receiver. What has counts is walked through as it stands: `c -= c` empties it.
 fn meet(ev: &Evaluator<'_>, args: &[Value], how: Meeting) -> R {
     let own = Own::of(ev, &args[0])?;
-    let Value::Dict(others) = ev.plain(&args[1]) else {
-        let name = ev.core.types.name_of(&args[1]);
-        return Err(ev.raise(
-            ExceptionKind::AttributeError,
-            format!("'{name}' object has no attribute 'items'"),
-        ));
-    };
-    let walked = if how == Meeting::Least {
-        &own.dict
-    } else {
-        &others
-    };
-    for (hash, key, _) in ev.entries(walked)? {
-        ev.worked(2 * VALUE)?;
+    let set = |hash: u64, key: Value, theirs: &Value| {
         let mine = count_of(ev, &own, hash, &key)?;
-        let theirs = match ev.dict_find_hashed(&others, hash, &key)? {
-            Some(at) => others.value_at(at),
-            None => ev.item(&args[1], &key)?,
-        };
-        let count = how.of(ev, &mine, &theirs)?;
-        own.set(ev, key, count)?;
+        let count = how.of(ev, &mine, theirs)?;
+        own.set(ev, key, count)
+    };
+    match ev.plain(&args[1]) {
+        _ if how == Meeting::Least => {
+            for (hash, key, _) in ev.entries(&own.dict)? {
+                ev.worked(2 * VALUE)?;
+                let theirs = ev.item(&args[1], &key)?;
+                set(hash, key, &theirs)?;
+            }
+        }
+        Value::Dict(others) => {
+            for (hash, key, count) in ev.entries(&others)? {
+                ev.worked(2 * VALUE)?;
+                // What has counts may be the receiver.
+                let theirs = match ev.dict_find_hashed(&others, hash, &key)? {
+                    Some(at) => others.value_at(at),
+                    None => count,
+                };
+                set(hash, key, &theirs)?;
+            }
+        }
+        _ => {
+            let items = ev.attribute(&args[1], ev.core.symbols.intern("items"))?;
+            let items = ev.call(&items, &mut [], &[])?;
+            let iterator = ev.iter(&items)?;
+            while let Some(item) = ev.step(&iterator)? {
+                let mut pair = ev.unpacked(&item, 2)?.into_iter();
+                let (key, count) = (
+                    pair.next().unwrap_or_default(),
+                    pair.next().unwrap_or_default(),
+                );
+                set(ev.hash(&key)?, key, &count)?;
+            }
+        }
     }
     for (_, key, count) in ev.entries(&own.dict)? {
         ev.worked(VALUE)?;

@@ -13,7 +13,6 @@ use crate::stdlib::define::{Builder, Entry, holding, native_class, with_data};
 use crate::value::instance::Holds;
 use crate::value::int::Int;
 use crate::value::iter::{LibraryIterator, NativeIter};
-use crate::value::symbol::known;
 use crate::value::{Held, Iter, R, Raised, Value, Values, trash};
 
 /// Items that are copied between two safepoints.
@@ -563,10 +562,6 @@ const METHODS: &[Entry] = &[
     ("__add__", "other /", |ev, args| {
         let own = data(ev, &args[0])?;
         let Ok(other) = data(ev, &args[1]) else {
-            // The other one may know how to be added to a deque.
-            if is_added_by_itself(ev, &args[1]) {
-                return Ok(Value::NotImplemented);
-            }
             let name = ev.core.types.name_of(&args[1]);
             return Err(ev.type_error(format!(
                 "can only concatenate deque (not \"{name}\") to deque"
@@ -582,9 +577,6 @@ const METHODS: &[Entry] = &[
         Ok(sum)
     }),
     ("__iadd__", "other /", |ev, args| {
-        if data(ev, &args[1]).is_err() && is_added_by_itself(ev, &args[1]) {
-            return Ok(Value::NotImplemented);
-        }
         note(ev, &args[0], &args[1]);
         extend(ev, &*data(ev, &args[0])?, &args[1], false)?;
         Ok(std::mem::take(&mut args[0]))
@@ -614,14 +606,14 @@ const METHODS: &[Entry] = &[
     }),
 ];
 
-/// Whether an object of a script says what adding it to something means; then it has its turn first.
-fn is_added_by_itself(ev: &Evaluator<'_>, value: &Value) -> bool {
-    matches!(value, Value::Instance(_)) && ev.core.types.of(value).lookup(known::RADD).is_some()
-}
-
 /// The items of a deque so many times over.
 fn repeated(ev: &Evaluator<'_>, args: &[Value]) -> R<Values> {
-    let times = ev.clamped_index(&args[1])?.max(0) as usize;
+    let Int::Small(times) = ev.to_int(&args[1])? else {
+        let name = ev.core.types.name_of(&args[1]);
+        let text = format!("cannot fit '{name}' into an index-sized integer");
+        return Err(ev.raise(ExceptionKind::OverflowError, text));
+    };
+    let times = usize::try_from(times).unwrap_or(0);
     let items = data(ev, &args[0])?.to_vec(ev)?;
     let count = items.len().saturating_mul(times);
     ev.check_allocation(count.saturating_mul(2 * size_of::<Value>()))?;

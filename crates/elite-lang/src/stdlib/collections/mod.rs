@@ -130,5 +130,6 @@ fn method_with(
         fills: false,
         quick: None,
         joins: None,
+        is_slot: false,
     }))
 }

@@ -14,6 +14,7 @@ use crate::lexer::TokenKind;
 use crate::lexer::names::is_name;
 use crate::stdlib::define::Builder;
 use crate::value::function::Property;
+use crate::value::function::Wrapped;
 use crate::value::instance::Payload;
 use crate::value::symbol::known;
 use crate::value::{Class, Dict, Held, Instance, R, Symbol, Value, Values};
@@ -167,11 +168,11 @@ impl Shape {
             (symbols.intern("__match_args__"), fields),
             (
                 known::NEW,
-                Value::StaticMethod(Rc::new(self.making(last.into()))),
+                Value::StaticMethod(Wrapped::around(self.making(last.into()))),
             ),
             (
                 symbols.intern("_make"),
-                Value::ClassMethod(Rc::new(self.making_of_items())),
+                Value::ClassMethod(Wrapped::around(self.making_of_items())),
             ),
             (symbols.intern("_replace"), self.replacing()),
             (symbols.intern("_asdict"), self.as_dict()),

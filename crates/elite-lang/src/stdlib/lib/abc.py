@@ -7,8 +7,7 @@ def abstractmethod(funcobj):
 
 
 def _is_abstract(value):
-    value = getattr(value, "fget", value)
-    return getattr(getattr(value, "__func__", value), "__isabstractmethod__", False)
+    return getattr(value, "__isabstractmethod__", False)
 
 
 class ABCMeta(type):

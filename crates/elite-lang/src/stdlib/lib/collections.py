@@ -216,8 +216,13 @@ class UserDict(abc.MutableMapping):
         return self
 
 
-@_handing_on(list, "__eq__ __lt__ __le__ __gt__ __ge__ __contains__ __len__ __setitem__ __delitem__ __repr__ append clear count "
-             "extend index insert pop remove reverse sort", "__mul__ __rmul__", "__imul__")
+def _list_of(other):
+    other = _inside(other)
+    return other if isinstance(other, list) else list(other)
+
+
+@_handing_on(list, "__eq__ __lt__ __le__ __gt__ __ge__ __contains__ __len__ __setitem__ __delitem__ append clear count "
+             "extend index insert pop remove reverse sort")
 class UserList(abc.MutableSequence):
     """A list to derive from; `data` has the items."""
 
@@ -231,13 +236,25 @@ class UserList(abc.MutableSequence):
         return type(self)(found) if isinstance(place, slice) else found
 
     def __add__(self, other):
-        return type(self)(self.data + list(other))
+        return type(self)(self.data + _list_of(other))
 
     def __radd__(self, other):
-        return type(self)(list(other) + self.data)
+        return type(self)(_list_of(other) + self.data)
 
     def __iadd__(self, other):
-        self.data.extend(_inside(other))
+        self.data += _list_of(other)
+        return self
+
+    def __repr__(self):
+        return repr(self.data)
+
+    def __mul__(self, times):
+        return type(self)(self.data * times)
+
+    __rmul__ = __mul__
+
+    def __imul__(self, times):
+        self.data *= times
         return self
 
     def copy(self):
@@ -249,7 +266,7 @@ class UserList(abc.MutableSequence):
 @_handing_on(str, "__eq__ __lt__ __le__ __gt__ __ge__ __contains__ __len__ count encode endswith find format format_map index "
              "isalnum isalpha isascii isdecimal isdigit isidentifier islower isnumeric isprintable isspace istitle isupper join partition rfind rindex "
              "rpartition rsplit split splitlines startswith",
-             "__getitem__ __mul__ __rmul__ __mod__ capitalize casefold center expandtabs ljust lower lstrip removeprefix "
+             "__getitem__ __mod__ capitalize casefold center expandtabs ljust lower lstrip removeprefix "
              "removesuffix replace rjust rstrip strip swapcase title translate upper zfill")
 class UserString(abc.Sequence):
     """A text to derive from; `data` has the characters."""
@@ -284,4 +301,9 @@ class UserString(abc.Sequence):
         return type(self)(str(other) + self.data)
 
     def __rmod__(self, template):
-        return type(self)(str(template) % self.data)
+        return type(self)(str(template) % self)
+
+    def __mul__(self, times):
+        return type(self)(self.data * times)
+
+    __rmul__ = __mul__

@@ -29,7 +29,8 @@ def copy(x):
     return _rebuilt(x, lambda value: value)
 
 
-_CODE = (type(len), type(lambda: None), type([].append), type(Error("").with_traceback), type(property()))
+_CODE = (type(len), type(lambda: None), type([].append), type(Error("").with_traceback), type(property()),
+         type(str.upper), type(int.__add__), type((1).__add__))
 
 
 def _is_code(x):

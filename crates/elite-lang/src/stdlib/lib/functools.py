@@ -11,10 +11,13 @@ def update_wrapper(wrapper, wrapped, assigned=WRAPPER_ASSIGNMENTS, updated=WRAPP
     for name in assigned:
         value = getattr(wrapped, name, _missing)
         if value is not _missing:
-            try:
-                setattr(wrapper, name, value)
-            except (AttributeError, TypeError):
-                pass
+            setattr(wrapper, name, value)
+    for name in updated:
+        merged = getattr(wrapper, name)
+        merged.update(getattr(wrapped, name, {}))
+        if name == "__dict__" and isinstance(wrapper, type(update_wrapper)):
+            # What a function gives is a copy.
+            wrapper.__dict__ = merged
     wrapper.__wrapped__ = wrapped
     return wrapper
 

@@ -43,7 +43,7 @@ class JSONEncoder:
         return _write(o, self._options + (self.default, self._sort_keys))
 
     def iterencode(self, o):
-        yield self.encode(o)
+        yield _write(o, self._options + (self.default, self._sort_keys, True))
 
 
 def dumps(obj, *, skipkeys=False, ensure_ascii=True, check_circular=True, allow_nan=True, cls=None, indent=None,

@@ -2,6 +2,7 @@
 
 use crate::eval::Evaluator;
 use crate::value::R;
+use crate::value::function::Wrapped;
 use std::rc::Rc;
 
 use super::case::{Title, all, capitalize, cased, is_space, lowered, mapped, swapped, titled};
@@ -179,7 +180,7 @@ pub(super) fn install(core: &Rc<Core>) {
     let maketrans = crate::builtins::Builtin::bound(core, "maketrans", "x y? z? /", maketrans);
     class.set(
         core.symbols.intern("maketrans"),
-        Value::StaticMethod(Rc::new(maketrans)),
+        Value::StaticMethod(Wrapped::around(maketrans)),
     );
 }
 

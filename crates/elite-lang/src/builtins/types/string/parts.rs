@@ -221,11 +221,12 @@ pub(super) fn partition(ev: &Evaluator<'_>, args: &[Value], from_right: bool) ->
         ev.find_bytes(text.as_bytes(), separator.as_str().as_bytes())?
     };
     let empty = || ev.core.empty_str.clone();
-    let all = || Value::Str(whole.clone());
+    // What stays whole is what was given, of whichever class.
+    let all = || args[0].clone();
     Ok(Value::triple(match (found, from_right) {
         (Some(at), _) => [
             part_of(ev, &whole, &text[..at])?,
-            Value::Str(separator.clone()),
+            args[1].clone(),
             part_of(ev, &whole, &text[at + separator.as_str().len()..])?,
         ],
         (None, false) => [all(), empty(), empty()],

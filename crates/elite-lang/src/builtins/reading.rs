@@ -1,0 +1,169 @@
+//! Reading a text that a program makes at run time: with pauses, within bounds, and what it is refused for.
+
+use std::cell::RefCell;
+use std::sync::Arc;
+
+use crate::ast::{Module, Stmt, StmtKind};
+use crate::diagnostic::{Diagnostic, Severity};
+use crate::errors::ExceptionKind;
+use crate::eval::Evaluator;
+use crate::limits::memory::Budget;
+use crate::parser::{Parsed, TREE_MAX, parse_expression, parse_within};
+use crate::resolve::{KnownNames, Resolution, resolve_within};
+use crate::source::SourceFile;
+use crate::value::{R, Raised, Value};
+
+/// Longest text that is evaluated, in bytes.
+const TEXT_MAX: usize = 1 << 20;
+
+/// Runs `work`, which reads a text of any length: on a deep stack, with pauses in which others have their turn.
+pub(crate) fn reading<T>(ev: &Evaluator<'_>, work: impl FnOnce(&Budget<'_>) -> R<T>) -> R<T> {
+    let ended = RefCell::new(None);
+    let pause = |units: usize| match ev.worked(units) {
+        Ok(()) => true,
+        Err(raised) => {
+            *ended.borrow_mut() = Some(raised);
+            false
+        }
+    };
+    let budget = Budget::with_pauses(ev.core.memory_left().min(TREE_MAX), &pause);
+    let result = ev.with_deep_stack(|| work(&budget));
+    match ended.take() {
+        // What was made of a text that was given up means nothing.
+        Some(raised) => Err(raised),
+        None => result,
+    }
+}
+
+/// A text that is right, and its names.
+pub(crate) struct Tree {
+    pub module: Module,
+    pub resolution: Resolution,
+}
+
+/// Reads a text; that of an expression becomes the only statement of a module.
+pub(crate) fn tree(
+    ev: &Evaluator<'_>,
+    file: &Arc<SourceFile>,
+    is_expression: bool,
+    budget: &Budget<'_>,
+) -> R<Tree> {
+    let parsed = match is_expression {
+        true => {
+            let (expr, parsed) = parse_expression(file, budget);
+            let statement = expr.map(|expr| Stmt {
+                span: expr.span,
+                kind: StmtKind::Expr(expr),
+            });
+            let body = statement.into_iter().collect();
+            Parsed {
+                module: Module {
+                    body,
+                    ..parsed.module
+                },
+                ..parsed
+            }
+        }
+        false => parse_within(file, budget),
+    };
+    if let Some(raised) = refusal(ev, file, &parsed.diagnostics) {
+        parsed.module.release(budget);
+        return Err(raised);
+    }
+    let resolution = resolve_within(&parsed.module, &KnownNames::default(), budget);
+    let refused = refusal(ev, file, &resolution.diagnostics);
+    let refused = match refused {
+        Some(raised) => Err(raised),
+        None => ev.check_allocation(parsed.bytes),
+    };
+    if let Err(raised) = refused {
+        release(parsed.module, resolution, budget);
+        return Err(raised);
+    }
+    Ok(Tree {
+        module: parsed.module,
+        resolution,
+    })
+}
+
+/// Drops what is no longer needed of a text, with pauses.
+pub(crate) fn release(module: Module, resolution: Resolution, budget: &Budget<'_>) {
+    module.release(budget);
+    resolution.release(budget);
+}
+
+/// The text that is to be read; `wanted` is what may be given.
+pub(super) fn source_text(
+    ev: &Evaluator<'_>,
+    source: &Value,
+    function: &str,
+    wanted: &str,
+) -> R<String> {
+    let check = |bytes: usize| match bytes > TEXT_MAX {
+        true => Err(ev.value_error(format!(
+            "{function}() text of {bytes} bytes, {TEXT_MAX} are allowed"
+        ))),
+        // The text is kept beside the file that is made of it.
+        false => ev.check_allocation(2 * bytes),
+    };
+    let text = match ev.plain(source) {
+        Value::Str(text) => {
+            check(text.as_str().len())?;
+            let mut copy = String::new();
+            ev.push_text(&mut copy, text.as_str())?;
+            copy
+        }
+        other => match ev.bytes_like(&other) {
+            Some(data) => {
+                check(data.len())?;
+                ev.lossy_text(&data)?
+            }
+            None => {
+                let text = format!("{function}() arg 1 must be a string, bytes or {wanted} object");
+                return Err(ev.type_error(text));
+            }
+        },
+    };
+    match text.as_bytes().contains(&0) {
+        true => {
+            let text = "source code string cannot contain null bytes";
+            Err(ev.raise(ExceptionKind::SyntaxError, text))
+        }
+        false => Ok(text),
+    }
+}
+
+/// How a text is called that was given no name.
+pub(super) const TEXT_NAME: &str = "<string>";
+
+pub(super) fn source_file(ev: &Evaluator<'_>, name: &str, text: String) -> R<Arc<SourceFile>> {
+    SourceFile::by_pieces(name.into(), text, |bytes| ev.worked(bytes * 2))
+}
+
+/// The first error of a text as a `SyntaxError`.
+fn refusal(ev: &Evaluator<'_>, file: &SourceFile, diagnostics: &[Diagnostic]) -> Option<Raised> {
+    let error = diagnostics
+        .iter()
+        .find(|diagnostic| diagnostic.severity == Severity::Error)?;
+    if error.code == "too-large" {
+        return Some(ev.memory_error(error.message.clone()));
+    }
+    let line = file.position(error.span.start).line;
+    let kind = if error.code == "indentation" {
+        ExceptionKind::IndentationError
+    } else {
+        ExceptionKind::SyntaxError
+    };
+    let text = format!("{} ({}, line {line})", error.message, file.name());
+    let raised = ev.raise(kind, text);
+    if let Raised::Exception(exception) = &raised {
+        let symbols = &ev.core.symbols;
+        let set = |name: &str, value: Value| exception.set(symbols.intern(name), value, symbols);
+        set("msg", Value::str(error.message.as_str()));
+        set("filename", Value::str(file.name()));
+        set("lineno", Value::Int(i64::from(line)));
+        let column = file.position(error.span.start).column;
+        set("offset", Value::Int(i64::from(column)));
+    }
+    Some(raised)
+}
