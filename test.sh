@@ -121,8 +121,8 @@ if cargo nextest --version >/dev/null 2>&1; then
     with fetch
     start "Rust tests"
     failed=0
-    # Two more than there are cores: those that talk in real time mostly wait.
-    cargo nextest run --workspace --tests --test-threads "$(($(nproc) + 2))" --profile "$profile" --no-fail-fast --hide-progress-bar --status-level retry || failed=$?
+    # One more than there are cores: those that talk in real time, one at a time, mostly wait.
+    cargo nextest run --workspace --tests --test-threads "$(($(nproc) + 1))" --profile "$profile" --no-fail-fast --hide-progress-bar --status-level retry || failed=$?
     # nextest keeps its reports in the workspace, wherever cargo builds.
     python3 tests/test_report.py "target/nextest/$profile/report.xml"
     [ "$failed" -eq 0 ] || exit "$failed"

@@ -325,9 +325,18 @@ impl<'t> Lexer<'t> {
     fn number(&mut self) {
         let start = self.at;
         let rest = self.rest();
-        let lower = rest.get(..2).unwrap_or("").to_ascii_lowercase();
-        let kind = if ["0x", "0o", "0b"].contains(&lower.as_str()) {
-            self.at += 2 + digits(&rest[2..], |c| c.is_ascii_alphanumeric());
+        let radix = match rest.get(..2) {
+            Some("0x" | "0X") => Some(16),
+            Some("0o" | "0O") => Some(8),
+            Some("0b" | "0B") => Some(2),
+            _ => None,
+        };
+        let kind = if let Some(radix) = radix {
+            // Digits that are none of this radix belong to the number, which then is none, unless they are a keyword.
+            let all = digits(&rest[2..], |c| c.is_ascii_alphanumeric());
+            let own = digits(&rest[2..], |c| c.is_digit(radix));
+            let is_keyword = TokenKind::keyword(&rest[2 + own..2 + all]).is_some();
+            self.at += 2 + if own > 0 && is_keyword { own } else { all };
             TokenKind::Int
         } else {
             let (length, kind) = decimal(rest);
