@@ -114,46 +114,87 @@ pub fn pow(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         None | Some(Value::None) => return ev.binary(BinaryOp::Pow, &args[0], &args[1]),
         Some(modulus) => modulus,
     };
-    let ints = (
-        Int::of(&args[0]),
-        Int::of(&ev.plain(&args[1])),
-        Int::of(&ev.plain(modulus)),
-    );
-    let (Some(base), Some(exponent), Some(modulus)) = ints else {
-        if let Some(Value::Instance(instance)) = args.first()
-            && let Some(method) = instance.class.lookup(known::POW)
-        {
-            let (base, mut rest) = (args[0].clone(), args[1..].to_vec());
-            let result = ev.call_method_value(&method, &base, &mut rest)?;
-            if !matches!(result, Value::NotImplemented) {
-                return Ok(result);
+    let kinds = [&args[0], &args[1], modulus].map(|arg| PowerKind::of(ev, arg));
+    let [first, second, third] = kinds;
+    // Each kind that is among the arguments is asked once, in their order.
+    let asked = [
+        Some(first),
+        Some(second).filter(|kind| *kind != first),
+        Some(third).filter(|kind| *kind != first && *kind != second),
+    ];
+    for kind in asked.into_iter().flatten() {
+        match kind {
+            PowerKind::Int => {
+                let ints = [&args[0], &args[1], modulus].map(|arg| Int::of(&ev.plain(arg)));
+                if let [Some(base), Some(exponent), Some(modulus)] = ints {
+                    return power_modulo(ev, &base, &exponent, &modulus);
+                }
+            }
+            PowerKind::Float => {
+                let text = "pow() 3rd argument not allowed unless all arguments are integers";
+                return Err(ev.type_error(text));
+            }
+            PowerKind::Complex if args[..2].iter().all(|arg| is_number(&ev.plain(arg))) => {
+                return Err(ev.value_error("complex modulo"));
+            }
+            PowerKind::Own if first == PowerKind::Own => {
+                let class = ev.core.types.of(&args[0]).clone();
+                if let Some(method) = class.lookup(known::POW) {
+                    let (base, mut rest) = (args[0].clone(), args[1..].to_vec());
+                    let result = ev.call_method_value(&method, &base, &mut rest)?;
+                    if !matches!(result, Value::NotImplemented) {
+                        return Ok(result);
+                    }
+                }
+            }
+            PowerKind::Complex | PowerKind::Own | PowerKind::None => {}
+        }
+    }
+    let names: Vec<String> = args
+        .iter()
+        .map(|arg| format!("'{}'", ev.core.types.name_of(arg)))
+        .collect();
+    Err(ev.type_error(format!(
+        "unsupported operand type(s) for ** or pow(): {}",
+        names.join(", ")
+    )))
+}
+
+/// Who says how an object is raised to a power: the builtin type that its class has this from, or a script.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum PowerKind {
+    Int,
+    Float,
+    Complex,
+    Own,
+    None,
+}
+
+impl PowerKind {
+    fn of(ev: &Evaluator<'_>, arg: &Value) -> Self {
+        if let Value::Instance(instance) = arg {
+            let is_own = |name| {
+                let method = instance.class.lookup(name);
+                method.is_some_and(|method| !matches!(method, Value::Builtin(_)))
+            };
+            if is_own(known::POW) || is_own(known::RPOW) {
+                return PowerKind::Own;
             }
         }
-        // Each argument's type is asked in turn: floats refuse at once, complex numbers what they can be no power of.
-        let is_number = |arg: &Value| {
-            matches!(arg, Value::Float(_) | Value::Complex(_)) || Int::of(arg).is_some()
-        };
-        for arg in &*args {
-            match ev.plain(arg) {
-                Value::Float(_) => {
-                    let text = "pow() 3rd argument not allowed unless all arguments are integers";
-                    return Err(ev.type_error(text));
-                }
-                Value::Complex(_) if args.iter().all(is_number) => {
-                    return Err(ev.value_error("complex modulo"));
-                }
-                _ => {}
-            }
+        match ev.plain(arg) {
+            Value::Float(_) => PowerKind::Float,
+            Value::Complex(_) => PowerKind::Complex,
+            plain if Int::of(&plain).is_some() => PowerKind::Int,
+            _ => PowerKind::None,
         }
-        let names: Vec<String> = args
-            .iter()
-            .map(|arg| format!("'{}'", ev.core.types.name_of(arg)))
-            .collect();
-        return Err(ev.type_error(format!(
-            "unsupported operand type(s) for ** or pow(): {}",
-            names.join(", ")
-        )));
-    };
+    }
+}
+
+fn is_number(plain: &Value) -> bool {
+    matches!(plain, Value::Float(_) | Value::Complex(_)) || Int::of(plain).is_some()
+}
+
+fn power_modulo(ev: &Evaluator<'_>, base: &Int, exponent: &Int, modulus: &Int) -> R {
     if modulus.is_zero() {
         return Err(ev.value_error("pow() 3rd argument cannot be 0"));
     }

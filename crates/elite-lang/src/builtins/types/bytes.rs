@@ -142,7 +142,7 @@ pub fn of_object(ev: &Evaluator<'_>, source: &Value, type_name: &str) -> R<Vec<u
         ev.ask_length(source)?;
     }
     ev.collect_as(&items, |item| {
-        let byte = u8::try_from(ev.index(item)?);
+        let byte = u8::try_from(ev.clamped_index(item)?);
         byte.map_err(|_| {
             ev.value_error(format!("{} must be in range(0, 256)", byte_word(type_name)))
         })

@@ -147,6 +147,11 @@ const REPR: List = &[("__repr__", "", |ev, args| {
     ev.string(ev.extended_repr(&args[0])?)
 })];
 
+/// For types whose text is that of their own `__repr__`, whatever a derived class has under that name.
+const STR_BY_REPR: List = &[("__str__", "", |ev, args| {
+    ev.string(ev.extended_repr(&args[0])?)
+})];
+
 const FORMAT: List = &[("__format__", "spec /", |ev, args| {
     let mut out = String::new();
     super::check_spec(ev, &args[1])?;
@@ -489,6 +494,7 @@ pub(super) fn install(core: &Rc<Core>) {
             COMPARISONS,
             HASH,
             REPR,
+            STR_BY_REPR,
             CONTAINER,
             GETITEM,
             SEQUENCE,
@@ -500,6 +506,7 @@ pub(super) fn install(core: &Rc<Core>) {
         &[
             COMPARISONS,
             REPR,
+            STR_BY_REPR,
             CONTAINER,
             GETITEM,
             SETITEM,

@@ -129,11 +129,8 @@ impl Evaluator<'_> {
 
     /// A value as one byte.
     pub fn byte(&self, value: &Value) -> R<u8> {
-        let error = || self.value_error("byte must be in range(0, 256)");
-        if let Value::BigInt(_) = value {
-            return Err(error());
-        }
-        u8::try_from(self.index(value)?).map_err(|_| error())
+        u8::try_from(self.clamped_index(value)?)
+            .map_err(|_| self.value_error("byte must be in range(0, 256)"))
     }
 
     /// The bytes an iterable of integers gives.
