@@ -101,10 +101,10 @@ class timedelta:
                                     ("minutes", minutes, 60000000), ("hours", hours, 3600000000),
                                     ("weeks", weeks, 604800000000)):
             if isinstance(value, int):
-                total += value * factor
+                total = total + value * factor  # `+`, which refuses in its own words
             elif isinstance(value, float):
                 whole = int(value)
-                total += whole * factor
+                total = total + whole * factor
                 rest += (value - whole) * factor
             else:
                 raise TypeError(f"unsupported type for timedelta {name} component: {type(value).__name__}")
