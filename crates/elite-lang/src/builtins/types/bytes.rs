@@ -1,10 +1,12 @@
 //! `bytes` and `bytearray`.
 //!
-//! Most methods are those of `str` on the same bytes read as Latin-1; what depends on the alphabet or on white space
-//! is ASCII only and written out here.
+//! Most methods are those of `str` on the same bytes read as Latin-1 (`bytes_by_text`); what depends on the alphabet or on white
+//! space is ASCII only and written out here. Searching and hexadecimal digits are in files of their own.
 
 use std::rc::Rc;
 
+use super::bytes_by_text::{by_text, split, strip};
+use super::bytes_hex::{from_hex, hex};
 use super::bytes_search::{self, Side};
 use super::string::Title;
 use super::{BoundFn, class_method, constructor, methods, wrong_receiver};
@@ -17,7 +19,7 @@ use crate::value::symbol::known;
 use crate::value::{ByteArray, Bytes, Class, R, Value, Values};
 
 /// White space of bytes, as an argument for `strip`.
-const SPACES: &str = " \t\n\r\x0b\x0c";
+pub(super) const SPACES: &str = " \t\n\r\x0b\x0c";
 
 pub(super) fn install(core: &Rc<Core>) {
     let types = &core.types;
@@ -396,7 +398,7 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
     );
 }
 
-fn receiver(ev: &Evaluator<'_>, value: &Value) -> R<Data> {
+pub(super) fn receiver(ev: &Evaluator<'_>, value: &Value) -> R<Data> {
     ev.bytes_like(value)
         .ok_or_else(|| wrong_receiver(ev, "bytes", value))
 }
@@ -409,162 +411,11 @@ fn mutable(ev: &Evaluator<'_>, value: &Value) -> R<Rc<ByteArray>> {
 }
 
 /// Bytes of the receiver's type.
-fn like(ev: &Evaluator<'_>, receiver: &Value, data: Vec<u8>) -> Value {
+pub(super) fn like(ev: &Evaluator<'_>, receiver: &Value, data: Vec<u8>) -> Value {
     match ev.plain(receiver) {
         Value::ByteArray(_) => bytearray(data),
         _ => Value::Bytes(Rc::new(Bytes::new(data))),
     }
-}
-
-/// Bytes as text of the same codes; anything else as it is, strings refused.
-fn to_text(ev: &Evaluator<'_>, value: &Value) -> R {
-    match value {
-        Value::Str(_) => Err(ev.type_error("a bytes-like object is required, not 'str'")),
-        Value::Tuple(tuple) => {
-            let items: R<Vec<Value>> = tuple.items().iter().map(|item| to_text(ev, item)).collect();
-            items.map(Value::tuple)
-        }
-        other => Ok(match ev.bytes_like(other) {
-            Some(data) => ev.string(ev.of_latin1(&data)?)?,
-            None => other.clone(),
-        }),
-    }
-}
-
-fn from_text(ev: &Evaluator<'_>, receiver: &Value, value: Value) -> R {
-    let each = |items: &[Value]| -> R<Values> {
-        let mut out: Values = ev.room_for(items.len())?.into();
-        for item in items {
-            ev.worked(EACH)?;
-            out.push(from_text(ev, receiver, item.clone())?);
-        }
-        Ok(out)
-    };
-    Ok(match &value {
-        Value::Str(text) => like(ev, receiver, ev.to_latin1(text.as_str())?),
-        Value::List(_) => each(&ev.collect(&value)?)?.into_list(),
-        Value::Tuple(tuple) => each(tuple.items())?.into_tuple(),
-        _ => value,
-    })
-}
-
-/// The method of `str` with this name, on bytes read as Latin-1.
-fn by_text(ev: &Evaluator<'_>, args: &mut [Value], name: &str) -> R {
-    settle(ev, args, name)?;
-    check_fill(ev, args, name)?;
-    let method = ev
-        .core
-        .types
-        .str
-        .lookup(ev.core.symbols.intern(name))
-        .unwrap_or_default();
-    let bytes_at: &[usize] = match name {
-        "partition" | "rpartition" | "removeprefix" | "removesuffix" => &[1],
-        "split" | "rsplit" | "strip" | "lstrip" | "rstrip" => &[1],
-        "replace" => &[1, 2],
-        _ => &[],
-    };
-    for arg in bytes_at.iter().filter_map(|place| args.get(*place)) {
-        let may_be_none = name.ends_with("split") || name.ends_with("strip");
-        let is_left_out = arg.is_unbound() || arg.is_none() && may_be_none;
-        if !is_left_out && ev.bytes_like(arg).is_none() {
-            let found = ev.core.types.name_of(arg);
-            let text = format!("a bytes-like object is required, not '{found}'");
-            return Err(ev.type_error(text));
-        }
-    }
-    if let ("replace", Some(count)) = (name, args.get(3).and_then(Value::given)) {
-        args[3] = Value::Int(ev.index(count)?);
-    }
-    let given = args.iter().take_while(|arg| !arg.is_unbound());
-    let texts: R<Vec<Value>> = given.map(|arg| to_text(ev, arg)).collect();
-    let result = ev.call(&method, &mut texts?, &[])?;
-    from_text(ev, &args[0], result)
-}
-
-/// Asks the arguments that are numbers, each once and before the bytes are looked at.
-fn settle(ev: &Evaluator<'_>, args: &mut [Value], name: &str) -> R<()> {
-    let place = match name {
-        "center" | "ljust" | "rjust" | "zfill" | "expandtabs" => 1,
-        "split" | "rsplit" => 2,
-        _ => return Ok(()),
-    };
-    if let Some(arg) = args.get_mut(place)
-        && !arg.is_unbound()
-    {
-        *arg = Value::Int(match name {
-            "expandtabs" => i64::from(ev.c_int(arg)?),
-            _ => ev.index(arg)?,
-        });
-    }
-    Ok(())
-}
-
-/// Refuses what is no single byte to fill up with.
-fn check_fill(ev: &Evaluator<'_>, args: &[Value], name: &str) -> R<()> {
-    let ("center" | "ljust" | "rjust", Some(fill)) = (name, args.get(2).and_then(Value::given))
-    else {
-        return Ok(());
-    };
-    match ev.bytes_like(fill) {
-        Some(data) if data.len() == 1 => Ok(()),
-        _ => {
-            let given = ev.core.types.name_of_argument(fill);
-            Err(ev.type_error(format!(
-                "{name}() argument 2 must be a byte string of length 1, not {given}"
-            )))
-        }
-    }
-}
-
-fn strip(ev: &Evaluator<'_>, args: &mut [Value], name: &str) -> R {
-    if args[1].is_unbound() || args[1].is_none() {
-        args[1] = Value::Bytes(Rc::new(Bytes::new(SPACES.as_bytes().to_vec())));
-    }
-    by_text(ev, args, name)
-}
-
-fn split(ev: &Evaluator<'_>, args: &mut [Value], name: &str) -> R {
-    settle(ev, args, name)?;
-    if !args[1].is_unbound() && !args[1].is_none() {
-        return by_text(ev, args, name);
-    }
-    // Latin-1 has two more blanks than ASCII; they are no blanks here.
-    let data = receiver(ev, &args[0])?;
-    let hidden = ev.mapped_bytes(&data, |piece, out| {
-        out.extend(piece.iter().map(|byte| match byte {
-            0x85 | 0xa0 | 0x1c..=0x1f => b'x',
-            byte => *byte,
-        }));
-    })?;
-    args[1] = Value::None;
-    let mut on_hidden: Vec<Value> = vec![Value::Bytes(Rc::new(Bytes::new(hidden)))];
-    on_hidden.extend(args[1..].iter().cloned());
-    let parts = by_text(ev, &mut on_hidden, name)?;
-    let mut rest = 0;
-    let parts = ev.collect(&parts)?;
-    let mut restored: Values = ev.room_for(parts.len())?.into();
-    for part in &parts {
-        let length = ev.bytes_like(part).map_or(0, |part| part.len());
-        for piece in data[rest..].chunks(PIECE) {
-            let word = piece
-                .iter()
-                .position(|byte| !SPACES.as_bytes().contains(byte));
-            rest += word.unwrap_or(piece.len());
-            ev.worked(word.unwrap_or(piece.len()) * EACH)?;
-            if word.is_some() {
-                break;
-            }
-        }
-        restored.push(like(
-            ev,
-            &args[0],
-            ev.copied_bytes(&data[rest..rest + length])?,
-        ));
-        rest += length;
-        ev.worked(EACH)?;
-    }
-    Ok(restored.into_list())
 }
 
 fn join(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
@@ -713,89 +564,4 @@ fn cased(ev: &Evaluator<'_>, args: &[Value], wanted: fn(&u8) -> bool, other: fn(
     let data = receiver(ev, &args[0])?;
     let none = |test: fn(&u8) -> bool| ev.all_bytes(&data, |byte| !test(byte));
     Ok(Value::Bool(!none(wanted)? && none(other)?))
-}
-
-/// Appends bytes as hexadecimal digits.
-fn push_hex(ev: &Evaluator<'_>, data: &[u8], out: &mut String) -> R<()> {
-    const DIGITS: &[u8; 16] = b"0123456789abcdef";
-    for piece in data.chunks(PIECE) {
-        ev.grow(out, piece.len() * 2)?;
-        for byte in piece {
-            out.push(char::from(DIGITS[usize::from(byte >> 4)]));
-            out.push(char::from(DIGITS[usize::from(byte & 15)]));
-        }
-        ev.worked(piece.len() * EACH)?;
-    }
-    Ok(())
-}
-
-fn hex(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let group = args[2].given().map_or(Ok(1), |value| ev.c_int(value))?;
-    let data = receiver(ev, &args[0])?;
-    let mut out = String::new();
-    let Some(separator) = args[1].given() else {
-        ev.grow(&mut out, data.len() * 2)?;
-        push_hex(ev, &data, &mut out)?;
-        return ev.string(out);
-    };
-    // Its length is asked before its type.
-    if ev.len(separator)? != 1 {
-        return Err(ev.value_error("sep must be length 1."));
-    }
-    let separator = match ev.plain(separator) {
-        Value::Str(text) => text.as_str().to_owned(),
-        Value::Bytes(data) => ev.of_latin1(data.data())?,
-        _ => return Err(ev.type_error("sep must be str or bytes.")),
-    };
-    if !separator.is_ascii() {
-        return Err(ev.value_error("sep must be ASCII."));
-    }
-    if group == 0 {
-        ev.grow(&mut out, data.len() * 2)?;
-        push_hex(ev, &data, &mut out)?;
-        return ev.string(out);
-    }
-    let size = usize::try_from(group.unsigned_abs()).unwrap_or(usize::MAX);
-    // Groups count from the right, or from the left if the size is negative.
-    let first = if group > 0 { data.len() % size } else { 0 };
-    let (head, tail) = data.split_at(first);
-    ev.grow(&mut out, (data.len() * 2).saturating_add(data.len() / size))?;
-    push_hex(ev, head, &mut out)?;
-    for group in tail.chunks(size) {
-        if !out.is_empty() {
-            ev.grow(&mut out, 1)?;
-            out.push_str(&separator);
-        }
-        push_hex(ev, group, &mut out)?;
-        ev.worked(EACH)?;
-    }
-    ev.string(out)
-}
-
-fn from_hex(ev: &Evaluator<'_>, text: &Value) -> R<Vec<u8>> {
-    let Value::Str(text) = ev.plain(text) else {
-        let name = ev.core.types.name_of_argument(text);
-        return Err(ev.type_error(format!("fromhex() argument must be str, not {name}")));
-    };
-    let mut out = Vec::new();
-    let mut chars = text
-        .as_str()
-        .chars()
-        .enumerate()
-        .filter(|(_, c)| !c.is_ascii_whitespace())
-        .peekable();
-    let error = |at: usize| {
-        ev.value_error(format!(
-            "non-hexadecimal number found in fromhex() arg at position {at}"
-        ))
-    };
-    while let Some((at, high)) = chars.next() {
-        ev.worked(2 * EACH)?;
-        ev.grow(&mut out, 1)?;
-        let high = high.to_digit(16).ok_or_else(|| error(at))?;
-        let (at, low) = chars.next().ok_or_else(|| error(at + 1))?;
-        let low = low.to_digit(16).ok_or_else(|| error(at))?;
-        out.push((high * 16 + low) as u8);
-    }
-    Ok(out)
 }

@@ -2,6 +2,8 @@
 
 mod bounds;
 pub mod bytes;
+mod bytes_by_text;
+mod bytes_hex;
 mod bytes_search;
 mod codec;
 pub mod descriptor;
