@@ -114,6 +114,26 @@ export const scenarios = {
     await until(async () => (await page.id("call").count()) === 0, "it to go");
     check((await page.text("editor")).startsWith("movej("), "the text");
   },
+  async "a call whose explanation comes late stays away after Escape"({ page }) {
+    await edit(page, "");
+    await page.id("editor").focus();
+    await page.keyboard.type("movej([0, 0, 0, 0, 0, 0], a=", { delay: 2 });
+    await until(async () => (await page.id("call").locator("pre b").innerText()).startsWith("a"), "the parameter");
+    const waiting = [];
+    await page.route("**/api/v1/call", (route) => new Promise((go) => waiting.push(go)).then(() => route.continue()));
+    await page.keyboard.type("1");
+    await until(() => waiting.length > 0, "the question");
+    await page.keyboard.press("Escape");
+    const answered = page.waitForResponse("**/api/v1/call");
+    waiting.forEach((go) => go());
+    await answered;
+    // Longer than any explanation needs that is there already.
+    await sleep(300);
+    check((await page.id("call").count()) === 0, "it came back");
+    await page.unroute("**/api/v1/call");
+    await page.keyboard.type("4");
+    await until(async () => (await page.id("call").count()) === 1, "the explanation, asked anew");
+  },
   async "a finding is corrected by a click"({ page }) {
     await edit(page, "# 🤖\nmvoej([0, 0, 0, 0, 0, 0])\n");
     await page.id("fix").first().click();

@@ -142,7 +142,7 @@ const callField = StateField.define<Tooltip | null>({
 
 /** Shows how the function is called whose call is being written. */
 function callWatcher(name: Name): Extension {
-  return ViewPlugin.fromClass(class {
+  const watcher = ViewPlugin.fromClass(class {
     private timer: ReturnType<typeof setTimeout> | null = null;
     private asked = 0;
 
@@ -158,14 +158,28 @@ function callWatcher(name: Name): Extension {
     }
 
     destroy(): void {
+      this.forget();
+    }
+
+    /** What is still looked for is not shown any more either: it was typed before. */
+    private forget(): void {
       if (this.timer !== null) clearTimeout(this.timer);
+      this.timer = null;
       this.asked += 1;
     }
 
     private hide(view: EditorView): void {
-      this.asked += 1;
+      this.forget();
       if (view.state.field(callField) === null) return;
       queueMicrotask(() => view.dispatch({ effects: setCall.of(null) }));
+    }
+
+    /** Whether there was something to take away. */
+    dismiss(view: EditorView): boolean {
+      this.forget();
+      if (view.state.field(callField) === null) return false;
+      view.dispatch({ effects: setCall.of(null) });
+      return true;
     }
 
     private async look(view: EditorView): Promise<void> {
@@ -177,6 +191,7 @@ function callWatcher(name: Name): Extension {
       if (number === this.asked && view.hasFocus && view.state.selection.main.head === at) view.dispatch({ effects: setCall.of(call && { call, at }) });
     }
   });
+  return [watcher, keymap.of([{ key: "Escape", run: (view) => view.plugin(watcher)?.dismiss(view) ?? false }])];
 }
 
 /** The text about a completion stands below the list or above it, so that it covers no button beside the editor. */
@@ -196,9 +211,5 @@ export function advice(name: Name): Extension {
     hoverTooltip((view, at) => hover(view, at, name), { hoverTime: 250 }),
     callField,
     callWatcher(name),
-    keymap.of([{
-      key: "Escape",
-      run: (view) => view.state.field(callField) !== null && (view.dispatch({ effects: setCall.of(null) }), true),
-    }]),
   ];
 }
