@@ -205,6 +205,23 @@ export async function hold(page, name, look) {
   await page.mouse.up();
 }
 
+/** Holds answers of the server back: `held.asked()` waits for a question, `held.answer()` answers all and waits until the page has it. */
+export async function holdBack(page, url) {
+  const waiting = [];
+  await page.route(url, (route) => new Promise((go) => waiting.push(go)).then(() => route.continue()));
+  return {
+    asked: (count = 1) => until(() => waiting.length >= count, `question ${count} of ${url}`),
+    async answer() {
+      const answered = waiting.map(() => page.waitForResponse(url));
+      waiting.forEach((go) => go());
+      await Promise.all(answered);
+      await page.unroute(url);
+      // Longer than the page needs to do something with it.
+      await sleep(300);
+    },
+  };
+}
+
 export async function edit(page, text) {
   await page.id("editor").fill(text);
 }

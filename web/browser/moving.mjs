@@ -1,5 +1,5 @@
 // At a glance, power, moving by hand: each with a page of its own on a server where nothing runs.
-import { attribute, check, edit, hold, mode, moved, MOVES, near, press, sleep, stands, take, until } from "./harness.mjs";
+import { attribute, check, edit, hold, holdBack, mode, moved, MOVES, near, press, sleep, stands, take, until } from "./harness.mjs";
 
 const NAMES = ["connection", "robot-mode", "safety-mode", "program-state", "speed", "power-on", "brake-release", "unlock", "play", "pause", "stop", "step", "open", "save", "editor", "run", "problems", "take-control", "jog-frame", "move-to", "io", "variables", "log", "timeline", "time", "language", "view-3d"];
 
@@ -181,6 +181,18 @@ export const scenarios = {
     check(moved((await server.state()).actual_q, before) < 2e-3, "the arm moved");
     await page.id("move-reset").click();
     check((await attribute(page, "view-3d", "data-ghost")) === "false", "the ghost is gone");
+  },
+  async "what was typed before is no target, however late its answer comes"({ page }) {
+    await take(page);
+    const held = await holdBack(page, "**/api/v1/reach");
+    await page.id("q-1").fill("0.4");
+    await held.asked();
+    await page.id("move-to").click();
+    await held.asked(2);
+    await page.id("move-reset").click();
+    await held.answer();
+    check((await attribute(page, "view-3d", "data-ghost")) === "false", "a ghost of what was taken back");
+    check(!(await page.text("move-to")).includes("Confirm"), "a question about what was taken back");
   },
   async "confirmed, the arm goes there"({ page, server }) {
     await take(page);

@@ -2,7 +2,7 @@
 import { readFileSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import path from "node:path";
-import { attribute, check, edit, hold, mode, MOVES, open, press, sleep, stands, take, until } from "./harness.mjs";
+import { attribute, check, edit, hold, holdBack, mode, MOVES, open, press, sleep, stands, take, until } from "./harness.mjs";
 
 
 export const scenarios = {
@@ -119,18 +119,12 @@ export const scenarios = {
     await page.id("editor").focus();
     await page.keyboard.type("movej([0, 0, 0, 0, 0, 0], a=", { delay: 2 });
     await until(async () => (await page.id("call").locator("pre b").innerText()).startsWith("a"), "the parameter");
-    const waiting = [];
-    await page.route("**/api/v1/call", (route) => new Promise((go) => waiting.push(go)).then(() => route.continue()));
+    const held = await holdBack(page, "**/api/v1/call");
     await page.keyboard.type("1");
-    await until(() => waiting.length > 0, "the question");
+    await held.asked();
     await page.keyboard.press("Escape");
-    const answered = page.waitForResponse("**/api/v1/call");
-    waiting.forEach((go) => go());
-    await answered;
-    // Longer than any explanation needs that is there already.
-    await sleep(300);
+    await held.answer();
     check((await page.id("call").count()) === 0, "it came back");
-    await page.unroute("**/api/v1/call");
     await page.keyboard.type("4");
     await until(async () => (await page.id("call").count()) === 1, "the explanation, asked anew");
   },

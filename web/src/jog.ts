@@ -58,6 +58,8 @@ export class Jog {
   private isMoving = false;
   private frame: Frame | null = null;
   private preview: ReturnType<typeof setTimeout> | null = null;
+  /** Counts what was typed and asked for: an answer to something before is too late. */
+  private looks = 0;
 
   constructor(
     private readonly link: Link,
@@ -125,7 +127,7 @@ export class Jog {
     const others = fields === this.q ? this.tcp : this.q;
     for (const other of others) other.edited = false;
     this.disarm();
-    if (this.preview !== null) clearTimeout(this.preview);
+    this.forgetTarget();
     this.preview = setTimeout(() => void this.look(), 120);
     field.input.classList.toggle("wrong", !Number.isFinite(Number(field.input.value)) || field.input.value.trim() === "");
   }
@@ -136,10 +138,17 @@ export class Jog {
     return null;
   }
 
-  /** Looks where the arm would go. */
-  private async look(): Promise<boolean> {
+  /** Nothing that was asked for before is a target any more, also where its answer is still to come. */
+  private forgetTarget(): number {
     if (this.preview !== null) clearTimeout(this.preview);
     this.preview = null;
+    this.target = null;
+    return ++this.looks;
+  }
+
+  /** Looks where the arm would go. Tells whether it can, unless something else has been typed meanwhile. */
+  private async look(): Promise<boolean> {
+    const number = this.forgetTarget();
     const fields = this.editedFields();
     const note = byId("target-text");
     if (!fields) return false;
@@ -147,13 +156,14 @@ export class Jog {
     try {
       const body = fields === this.q ? { joints: values } : { pose: values };
       const { joints } = await api<{ joints: number[] }>("/api/v1/reach", { body });
+      if (number !== this.looks) return false;
       this.target = joints;
       this.onGhost(joints);
       setText(note, t("ghost_ok"));
       note.className = "row ok";
       return true;
     } catch (error) {
-      this.target = null;
+      if (number !== this.looks) return false;
       this.onGhost(null);
       setText(note, (error as Error).message);
       note.className = "row bad";
@@ -205,7 +215,7 @@ export class Jog {
       field.edited = false;
       field.input.classList.remove("wrong");
     }
-    this.target = null;
+    this.forgetTarget();
     this.disarm();
     this.onGhost(null);
     setText(byId("target-text"), "");

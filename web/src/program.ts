@@ -231,7 +231,10 @@ export class Programs {
   private async open(name: string): Promise<void> {
     try {
       const path = name.split("/").map(encodeURIComponent).join("/");
+      const before = this.text;
       const opened = await api<Opened>(`/api/v1/tasks/${path}`);
+      // What was typed while the file was on its way is nobody's to discard unasked.
+      if (this.text !== before && !(await this.maySwap())) return;
       this.put(opened.name, opened.text, opened.etag);
     } catch (error) {
       toast((error as Error).message, "error");
@@ -263,9 +266,12 @@ export class Programs {
     const path = `/api/v1/tasks/${name.split("/").map(encodeURIComponent).join("/")}`;
     try {
       const { etag } = await api<{ etag: string }>(path, { method: "PUT", body: { text, before: this.etag }, token: this.link.token });
-      this.etag = etag;
-      this.saved = text;
-      byId("dirty").hidden = !this.isDirty;
+      // Another program may be in the editor by now: this is not its state.
+      if (this.name === name) {
+        this.etag = etag;
+        this.saved = text;
+        byId("dirty").hidden = !this.isDirty;
+      }
       toast(t("saved"));
       return true;
     } catch (error) {
