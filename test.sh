@@ -21,34 +21,57 @@ target="${CARGO_TARGET_DIR:-target}"
 mkdir -p "$target"
 target="$(cd "$target" && pwd)"
 
-# How long each part took, told at the end however that comes.
-parts=()
-part=
-began="$SECONDS"
-start() {
-    [ -z "$part" ] || parts+=("$(printf '%5d s  %s' $((SECONDS - began)) "$part")")
-    part="$1" began="$SECONDS"
-    [ -z "$1" ] || echo "== $1"
-}
-# beside NAME COMMAND...: runs it beside what follows; `with NAME` waits for it, shows what it has printed and ends with it if it failed.
+# Whatever runs beside this, by name; all of it ends when this does.
 declare -A running
+# part NAME COMMAND...: what it took, by the clock and of the processor, is told at the end however that comes.
+took="$target/test-took"
+: >"$took"
+part() {
+    local name="$1" began="$SECONDS" status=0
+    shift
+    echo "== $name"
+    # A group of processes of its own, but in a row, which is one already.
+    [ "$BASHPID" != "$$" ] || set -m
+    # Behind `&` and `wait`, `set -e` holds inside of functions as well, which it does not before `||`.
+    (
+        set -e
+        trap 'times >"$took.$BASHPID"' EXIT
+        "$@"
+    ) </dev/null &
+    set +m
+    running[part]=$!
+    wait "${running[part]}" || status=$?
+    local processor
+    processor="$(awk '{ gsub("s", ""); for (k = 1; k <= 2; k++) { split($k, t, "m"); sum += 60 * t[1] + t[2] } } END { printf "%.0f", sum }' "$took.${running[part]}")"
+    rm -f "$took.${running[part]}"
+    unset "running[part]"
+    printf '%5d s, %5d s of the processor  %s%s\n' $((SECONDS - began)) "$processor" "$name" "$([ "$status" -eq 0 ] || echo ': FAILED')" >>"$took"
+    return "$status"
+}
+# beside NAME COMMAND...: runs it beside what follows; `with NAME` waits for it, shows what it has printed, and remembers if it failed.
+failed=0
 beside() {
     local name="$1"
     shift
-    ("$@") >"$target/test-$name.log" 2>&1 &
+    set -m
+    (
+        set -e
+        "$@"
+    ) </dev/null >"$target/test-$name.log" 2>&1 &
+    set +m
     running[$name]=$!
 }
 with() {
-    local failed=0
-    wait "${running[$1]}" || failed=$?
+    wait "${running[$1]}" || failed=1
     unset "running[$1]"
     cat "$target/test-$1.log"
-    [ "$failed" -eq 0 ] || exit "$failed"
 }
 told() {
-    [ ${#running[@]} -eq 0 ] || kill "${running[@]}" 2>/dev/null || true
-    start ""
-    printf '%s\n' "" "seconds by part, $SECONDS in all:" "${parts[@]}"
+    local job
+    for job in "${running[@]}"; do kill -- "-$job" 2>/dev/null || true; done
+    printf '\n'
+    cat "$took"
+    echo "$SECONDS s in all"
 }
 trap told EXIT
 
@@ -91,9 +114,13 @@ extension() {
         npm --prefix editors/vscode test --silent
     fi
 }
-examples() {
-    # Without nextest they have been among the tests.
-    ! cargo nextest --version >/dev/null 2>&1 || cargo test --workspace --doc --quiet
+module() {
+    if [ "$all" = 1 ]; then
+        python3 crates/pybind/test.py --debug
+    else
+        # maturin, which builds the wheel, knows the features of one crate, and would build everything once more.
+        python3 crates/pybind/test.py --library="$target/debug/lib_elitescript.so" --quick
+    fi
 }
 campaign() {
     local seconds=2
@@ -101,73 +128,69 @@ campaign() {
     "$target/debug/dev" campaign --seconds "$seconds" --seed 1 --no-faults
 }
 
+rust_tests() {
+    local profile="$1" status=0
+    shift
+    cargo nextest run --workspace --tests --profile "$profile" "$@" --no-fail-fast --hide-progress-bar --status-level retry || status=$?
+    # nextest keeps its reports in the workspace, wherever cargo builds.
+    python3 tests/test_report.py "target/nextest/$profile/report.xml"
+    return "$status"
+}
+# Three rows of work side by side. First wherever the machine has to choose goes what talks, in real time and with promises about time:
+# it mostly waits. What computes takes what is left (`renice`).
+TALKING='(package(server) & binary(all)) | (package(dev) & binary(docs))'
+talking() {
+    local which=()
+    [ "$all" = 0 ] || which=(--ignore-default-filter)
+    [ "$nextest" = 0 ] || part "Rust tests that talk" rust_tests talking "${which[@]}" -E "$TALKING" --test-threads 3
+    part "faults around the controller: killed, the disk full or slow, nobody who reads, stopped in every state" \
+        python3 fuzz/faults.py "$ELITESERVER" --seed 1
+    part "the page: types, lint, unit tests, and in Chromium what people do on it" page
+}
+visiting() {
+    renice -n 10 -p "$BASHPID" >/dev/null
+    part "field buses, sockets and remote calls against peers from PyPI" tests/peers/run.sh
+    part "the extension for VS Code: types, lint, grammar, contributions, both servers as the editor drives them, the package" extension
+    part "the Python module, without optimisation" module
+    if [ "$all" = 1 ]; then
+        part "the book of docs/, its links" packaging/book.sh
+        part "what registries say of the versions in the lock files" packaging/audit.py
+    fi
+}
+computing() {
+    renice -n 15 -p "$BASHPID" >/dev/null
+    local profile=default
+    [ "$all" = 0 ] || profile=all
+    if [ "$nextest" = 1 ]; then
+        part "Rust tests that compute" rust_tests "$profile" -E "not ($TALKING)" --test-threads "$(nproc)"
+        part "documentation examples" cargo test --workspace --doc --quiet
+    fi
+    part "campaign: every decoder, the evaluator and its generators; bounded, a line each" campaign
+    # Nothing runs these here, so they are only looked at.
+    [ "$all" = 0 ] || part "lints of examples and benchmarks" cargo check --workspace --quiet --examples --benches
+}
+
 beside fetch fetch
-start "format"
-cargo fmt --all --check
+part "format" cargo fmt --all --check
 
 # Lints come with the compiler that makes the tests: everything that follows is compiled by Clippy's, once, instead of being looked at by
 # `cargo clippy` first and compiled by rustc after. It makes the same programs; a warning ends the build. (`cargo clippy` hands its
 # arguments to it in this variable, too.)
 export RUSTC_WORKSPACE_WRAPPER=clippy-driver
 export CLIPPY_ARGS=--deny__CLIPPY_HACKERY__warnings__CLIPPY_HACKERY__
-
-# One set of features for everything that follows: the programs that tests start (eliteserver, dev) are built with them, and the
-# campaign, the peers and the page take these. A bare `cargo build` would compile all our crates once more.
-if cargo nextest --version >/dev/null 2>&1; then
-    profile=default
-    [ "$all" = 0 ] || profile=all
-    start "Rust tests: lints and build"
-    cargo nextest run --workspace --tests --no-run --cargo-quiet
-    with fetch
-    start "Rust tests"
-    failed=0
-    # One more than there are cores: those that talk in real time, one at a time, mostly wait.
-    cargo nextest run --workspace --tests --test-threads "$(($(nproc) + 1))" --profile "$profile" --no-fail-fast --hide-progress-bar --status-level retry || failed=$?
-    # nextest keeps its reports in the workspace, wherever cargo builds.
-    python3 tests/test_report.py "target/nextest/$profile/report.xml"
-    [ "$failed" -eq 0 ] || exit "$failed"
-else
-    with fetch
-    start "Rust tests, without nextest"
-    cargo test --workspace --quiet --no-fail-fast
-fi
+# Panics tell file and line without line tables.
+export CARGO_PROFILE_DEV_DEBUG=false
 export ELITESERVER="$target/debug/eliteserver"
 
-# These compute, on one core; beside them comes what mostly waits: for peers, a browser, an editor.
-computing() {
-    echo "-- documentation examples"
-    examples
-    echo "-- campaign: every decoder, the evaluator and its generators; bounded, a line each"
-    campaign
-}
-beside computing computing
-start "field buses, sockets and remote calls against peers from PyPI; beside it documentation examples, the campaign"
-tests/peers/run.sh
-start "the page in the browser: types, lint, unit tests, and in Chromium what people do on it"
-page
-start "the extension for VS Code: types, lint, grammar, contributions, both servers as the editor drives them, the package"
-extension
-start "what is left of documentation examples and campaign"
-with computing
-# With promises about time, so alone.
-start "faults around the controller: killed, the disk full or slow, nobody who reads, stopped in every state"
-python3 fuzz/faults.py "$ELITESERVER" --seed 1
-
-start "the Python module, without optimisation: with it everything would be built once more"
-if [ "$all" = 1 ]; then
-    python3 crates/pybind/test.py --debug
-else
-    # With the features of all crates it is made of what is compiled already; maturin, which builds the wheel, knows those of one crate.
-    cargo build --quiet --workspace --lib --tests
-    python3 crates/pybind/test.py --library="$target/debug/lib_elitescript.so" --quick
-fi
-
-if [ "$all" = 1 ]; then
-    # Nothing runs these here, so they are only looked at.
-    start "lints of examples and benchmarks"
-    cargo check --workspace --quiet --examples --benches
-    start "the book of docs/, its links"
-    packaging/book.sh
-    start "what registries say of the versions in the lock files"
-    packaging/audit.py
-fi
+# One set of features for everything: the programs that tests start (eliteserver, dev) and the Python module are built with those of all
+# crates, and the campaign, the peers and the page take these. A bare `cargo build` would compile all our crates once more.
+part "lints and build" cargo build --workspace --lib --tests --quiet
+with fetch
+# Without nextest all tests are one row, and nothing is beside it.
+nextest=1
+cargo nextest --version >/dev/null 2>&1 || nextest=0
+[ "$nextest" = 1 ] || part "Rust tests, without nextest" cargo test --workspace --quiet --no-fail-fast
+rows=(talking visiting computing)
+for row in "${rows[@]}"; do beside "$row" "$row"; done
+for row in "${rows[@]}"; do with "$row"; done
+exit "$failed"

@@ -1,8 +1,8 @@
 // What the editor is told about the text: completions, the thing under the pointer, the call around the cursor. The answers are
 // those of the language server, asked for over /api/v1.
 
-import { autocompletion, type Completion, type CompletionContext, type CompletionResult } from "@codemirror/autocomplete";
-import { type EditorState, type Extension, StateEffect, StateField, type Text } from "@codemirror/state";
+import { autocompletion, closeCompletion, type Completion, type CompletionContext, type CompletionResult, completionStatus } from "@codemirror/autocomplete";
+import { type EditorState, type Extension, Prec, StateEffect, StateField, type Text } from "@codemirror/state";
 import { EditorView, hoverTooltip, keymap, showTooltip, type Tooltip, ViewPlugin, type ViewUpdate } from "@codemirror/view";
 import { make } from "./dom";
 import { api } from "./link";
@@ -191,7 +191,13 @@ function callWatcher(name: Name): Extension {
       if (number === this.asked && view.hasFocus && view.state.selection.main.head === at) view.dispatch({ effects: setCall.of(call && { call, at }) });
     }
   });
-  return [watcher, keymap.of([{ key: "Escape", run: (view) => view.plugin(watcher)?.dismiss(view) ?? false }])];
+  const escape = (view: EditorView): boolean => {
+    // A list that is seen goes first, with an Escape of its own; one that is only thought about takes none.
+    if (completionStatus(view.state) === "active" || !view.plugin(watcher)?.dismiss(view)) return false;
+    closeCompletion(view);
+    return true;
+  };
+  return [watcher, Prec.highest(keymap.of([{ key: "Escape", run: escape }]))];
 }
 
 /** The text about a completion stands below the list or above it, so that it covers no button beside the editor. */
@@ -207,9 +213,10 @@ function placeInfo(view: EditorView, list: { left: number; top: number; right: n
 /** Everything that the editor is told while somebody writes. `name` is the program's. */
 export function advice(name: Name): Extension {
   return [
+    // Before the completions, whose Escape is as urgent.
+    callWatcher(name),
     autocompletion({ positionInfo: placeInfo, override: [(context) => complete(context, name)], icons: true, maxRenderedOptions: 60 }),
     hoverTooltip((view, at) => hover(view, at, name), { hoverTime: 250 }),
     callField,
-    callWatcher(name),
   ];
 }
