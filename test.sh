@@ -123,7 +123,7 @@ module() {
     fi
 }
 campaign() {
-    local seconds=2
+    local seconds=1
     [ "$all" = 0 ] || seconds=5
     "$target/debug/dev" campaign --seconds "$seconds" --seed 1 --no-faults
 }
@@ -143,11 +143,11 @@ talking() {
     local which=()
     [ "$all" = 0 ] || which=(--ignore-default-filter)
     [ "$nextest" = 0 ] || part "Rust tests that talk" rust_tests talking "${which[@]}" -E "$TALKING" --test-threads 3
-    part "faults around the controller: killed, the disk full or slow, nobody who reads, stopped in every state" \
-        python3 fuzz/faults.py "$ELITESERVER" --seed 1
     part "the page: types, lint, unit tests, and in Chromium what people do on it" page
 }
 visiting() {
+    part "faults around the controller: killed, the disk full or slow, nobody who reads, stopped in every state" \
+        python3 fuzz/faults.py "$ELITESERVER" --seed 1
     renice -n 10 -p "$BASHPID" >/dev/null
     part "field buses, sockets and remote calls against peers from PyPI" tests/peers/run.sh
     part "the extension for VS Code: types, lint, grammar, contributions, both servers as the editor drives them, the package" extension
