@@ -54,6 +54,7 @@ export async function belonging(act) {
   try {
     return await owner.run(own, () => act(own));
   } finally {
+    await Promise.all(own.pages.map((page) => page.close()));
     await Promise.all(own.contexts.map((context) => context.close()));
     await Promise.all(own.servers.map((server) => server.end()));
     for (const { folder } of own.servers) rmSync(folder, { recursive: true, force: true });
@@ -135,12 +136,12 @@ export async function launch({ flat = false } = {}) {
 
 /** A page that is connected; what it complains of is kept. */
 export async function open(browser, server, options = {}) {
-  // Pages of one server share what a browser keeps, so that the second one is there sooner.
+  // What a browser keeps it keeps by server, and each has a port of its own: pages without wishes share one process that shows them.
   const isPlain = Object.keys(options).length === 0;
-  const context = (isPlain && server.contexts?.get(browser)) || (await browser.newContext({ viewport: { width: 1280, height: 720 }, locale: "en-US", ...options }));
-  if (isPlain) (server.contexts ??= new Map()).set(browser, context);
+  const made = () => browser.newContext({ viewport: { width: 1280, height: 720 }, locale: "en-US", ...options });
+  const context = await (isPlain ? (browser.plain ??= made()) : made());
   const page = await context.newPage();
-  owner.getStore()?.contexts.push(context);
+  if (!isPlain) owner.getStore()?.contexts.push(context);
   owner.getStore()?.pages.push(page);
   page.setDefaultTimeout(PATIENCE);
   page.complaints = [];

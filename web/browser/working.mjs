@@ -2,7 +2,7 @@
 import { readFileSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import path from "node:path";
-import { attribute, check, edit, hold, holdBack, mode, MOVES, open, press, sleep, stands, take, until } from "./harness.mjs";
+import { attribute, check, edit, hold, holdBack, mode, MOVES, near, open, press, sleep, stands, take, until } from "./harness.mjs";
 
 
 export const scenarios = {
@@ -211,6 +211,23 @@ export const scenarios = {
     await until(async () => Math.abs(Number(await page.text("time")) - before) < 0.5, "the time of that moment");
     await page.id("live").click();
     await until(async () => Math.abs((await page.value("q-1")) - now) < 5e-3, "the present");
+  },
+  async "what came before somebody went back in time is not shown after"({ page, server }) {
+    await take(page);
+    const first = (await server.state()).actual_q[0];
+    const before = (await server.state()).time;
+    await hold(page, "jog-j1-plus", async () => (await server.state()).actual_q[0] > first + 0.05);
+    await stands(server);
+    // A page that is drawn late.
+    await page.evaluate(() => {
+      const draw = globalThis.requestAnimationFrame.bind(globalThis);
+      globalThis.requestAnimationFrame = (act) => setTimeout(() => draw(act), 400);
+    });
+    await sleep(500);
+    await page.id("timeline").fill(String(Math.max(0, before - 0.05)));
+    await until(async () => Math.abs((await page.value("q-1")) - first) < 0.01, "the earlier moment");
+    await sleep(600);
+    near(await page.value("q-1"), first, 0.01, "joint 1 in the past");
   },
   async "the past is played, at a rate"({ page }) {
     await page.id("rate").selectOption("5");

@@ -278,7 +278,8 @@ function paint(): void {
   if (!pending) return;
   const frame = pending;
   pending = null;
-  show(frame, false);
+  // Somebody may have gone back in time since it came.
+  if (timeline.isLive) show(frame, false);
 }
 requestAnimationFrame(paint);
 
