@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use super::hash::{self, QUICK_MAX, TupleHash, address_hash, quick_hash};
+use super::hash::{QUICK_MAX, TupleHash, address_hash, quick_hash};
 use crate::ast::CompareOp;
 use crate::eval::Evaluator;
 use crate::eval::bulk::STRIDE;
@@ -69,7 +69,7 @@ impl Evaluator<'_> {
                 text.note_hash(hash);
                 Ok(text.hash())
             }
-            Value::Bytes(bytes) => Ok(hash::of_bytes(self.long_hash(bytes.data())?)),
+            Value::Bytes(bytes) => self.long_hash(bytes.data()),
             Value::BoundMethod(method) => {
                 let function = self.recurse(|| self.hash(&method.function))?;
                 Ok(address_hash(method.receiver.address().unwrap_or(0)) ^ function)

@@ -217,7 +217,7 @@ fn quick_hash_at(value: &Value, depth: u32, left: &mut u32) -> Option<u64> {
         Value::Ellipsis => 0x5eed_0001,
         Value::NotImplemented => 0x5eed_0002,
         Value::Bytes(bytes) if bytes.data().len() > STRIDE => return None,
-        Value::Bytes(bytes) => of_bytes(hash_bytes(bytes.data())),
+        Value::Bytes(bytes) => hash_bytes(bytes.data()),
         Value::Tuple(tuple) => {
             if let Some(known) = tuple.known_hash() {
                 return Some(known);
@@ -259,11 +259,6 @@ fn quick_hash_of_text(text: &crate::value::Str) -> Option<u64> {
         true => text.known_hash(),
         false => Some(text.hash()),
     }
-}
-
-/// The hash of `bytes`, from that of the same bytes as text.
-pub fn of_bytes(hash: u64) -> u64 {
-    hash ^ 0xb17e5
 }
 
 /// The hash of an object without a value of its own.

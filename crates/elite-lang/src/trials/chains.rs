@@ -666,7 +666,7 @@ fn survives(chain: &Chain) -> String {
     output
 }
 
-/// The chains are dealt out to several tests, so that they run side by side.
+/// The chains are dealt out to several tests, so that they run side by side; a quarter of them is asked on the way.
 fn every(part: usize, of: usize) {
     let only = std::env::var("CHAIN").ok();
     for chain in CHAINS.iter().skip(part).step_by(of) {
@@ -684,28 +684,28 @@ macro_rules! parts {
 }
 
 parts! {
-    long_chains_of_every_kind_are_survived_0 0;
-    long_chains_of_every_kind_are_survived_1 1;
-    long_chains_of_every_kind_are_survived_2 2;
-    long_chains_of_every_kind_are_survived_3 3;
-    long_chains_of_every_kind_are_survived_4 4;
-    long_chains_of_every_kind_are_survived_5 5;
-    long_chains_of_every_kind_are_survived_6 6;
-    long_chains_of_every_kind_are_survived_7 7;
-    long_chains_of_every_kind_are_survived_8 8;
-    long_chains_of_every_kind_are_survived_9 9;
-    long_chains_of_every_kind_are_survived_10 10;
-    long_chains_of_every_kind_are_survived_11 11;
-    long_chains_of_every_kind_are_survived_12 12;
-    long_chains_of_every_kind_are_survived_13 13;
-    long_chains_of_every_kind_are_survived_14 14;
-    long_chains_of_every_kind_are_survived_15 15;
-    long_chains_of_every_kind_are_survived_16 16;
-    long_chains_of_every_kind_are_survived_17 17;
-    long_chains_of_every_kind_are_survived_18 18;
-    long_chains_of_every_kind_are_survived_19 19;
-    long_chains_of_every_kind_are_survived_20 20;
-    long_chains_of_every_kind_are_survived_21 21;
-    long_chains_of_every_kind_are_survived_22 22;
-    long_chains_of_every_kind_are_survived_23 23;
+    long_chains_of_every_kind_are_survived_0_first_quarter 0;
+    long_chains_of_every_kind_are_survived_0_second_quarter 1;
+    long_chains_of_every_kind_are_survived_0_third_quarter 2;
+    long_chains_of_every_kind_are_survived_0_last_quarter 3;
+    long_chains_of_every_kind_are_survived_1_first_quarter 4;
+    long_chains_of_every_kind_are_survived_1_second_quarter 5;
+    long_chains_of_every_kind_are_survived_1_third_quarter 6;
+    long_chains_of_every_kind_are_survived_1_last_quarter 7;
+    long_chains_of_every_kind_are_survived_2_first_quarter 8;
+    long_chains_of_every_kind_are_survived_2_second_quarter 9;
+    long_chains_of_every_kind_are_survived_2_third_quarter 10;
+    long_chains_of_every_kind_are_survived_2_last_quarter 11;
+    long_chains_of_every_kind_are_survived_3_first_quarter 12;
+    long_chains_of_every_kind_are_survived_3_second_quarter 13;
+    long_chains_of_every_kind_are_survived_3_third_quarter 14;
+    long_chains_of_every_kind_are_survived_3_last_quarter 15;
+    long_chains_of_every_kind_are_survived_4_first_quarter 16;
+    long_chains_of_every_kind_are_survived_4_second_quarter 17;
+    long_chains_of_every_kind_are_survived_4_third_quarter 18;
+    long_chains_of_every_kind_are_survived_4_last_quarter 19;
+    long_chains_of_every_kind_are_survived_5_first_quarter 20;
+    long_chains_of_every_kind_are_survived_5_second_quarter 21;
+    long_chains_of_every_kind_are_survived_5_third_quarter 22;
+    long_chains_of_every_kind_are_survived_5_last_quarter 23;
 }

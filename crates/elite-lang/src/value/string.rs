@@ -145,7 +145,7 @@ impl Str {
         Some(self.hash.get()).filter(|hash| *hash != 0)
     }
 
-    /// Notes the hash, which the caller has computed as `Hashing` does.
+    /// Notes the hash of a text that is not empty, which the caller has computed as `Hashing` does.
     pub fn note_hash(&self, hash: u64) {
         self.hash.set(hash.max(1));
     }
@@ -180,11 +180,11 @@ impl Str {
         &self.text[self.byte_offset(start)..self.byte_offset(end)]
     }
 
-    /// The hash; never 0.
+    /// The hash; 0 for the empty text only, as in CPython.
     #[inline]
     pub fn hash(&self) -> u64 {
         let known = self.hash.get();
-        if known != 0 {
+        if known != 0 || self.text.is_empty() {
             return known;
         }
         let hash = hash_bytes(self.text.as_bytes()).max(1);
@@ -203,8 +203,11 @@ impl Str {
     }
 }
 
-/// Hash of a byte string: eight bytes at a time, multiply and fold.
+/// Hash of a byte string: eight bytes at a time, multiply and fold. That of the empty one is 0.
 pub fn hash_bytes(bytes: &[u8]) -> u64 {
+    if bytes.is_empty() {
+        return 0;
+    }
     let mut hashing = Hashing::new(bytes.len());
     hashing.add(bytes);
     hashing.finish()
