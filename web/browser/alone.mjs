@@ -66,8 +66,8 @@ export const scenarios = {
   async "a recording is shown, gone through and not touched"({ browser }) {
     const server = await Server.replay(await recorded());
     const page = await open(browser, server);
-    check(await page.id("take-control").isDisabled(), "control of a recording");
-    check(await page.id("stop").isHidden(), "stop of a recording");
+    await until(() => page.id("take-control").isDisabled(), "no control of a recording");
+    await until(() => page.id("stop").isHidden(), "no stop of a recording");
     const end = await until(async () => {
       const read = await fetch(`${server.base}/api/v1/history?points=1`);
       const last = Number(read.headers.get("x-last-time"));
@@ -148,7 +148,8 @@ export const scenarios = {
   async "without WebGL everything else works"({ browser }) {
     const server = await Server.start();
     const page = await open(browser, server);
-    check(await page.locator("#no-webgl").isVisible(), "the notice");
+    // The view comes after the first frame, and so does word of what it lacks.
+    await until(() => page.locator("#no-webgl").isVisible(), "the notice");
     await take(page);
     check(await page.id("jog-j1-plus").isEnabled(), "jog");
   },
