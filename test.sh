@@ -136,7 +136,7 @@ rust_tests() {
 }
 # Three rows of work side by side. First wherever the machine has to choose goes what talks, in real time and with promises about time:
 # it mostly waits. What computes takes what is left (`renice`).
-TALKING='package(/^(server|controller|io-bus|robot-client|supervision)$/) | (package(dev) & binary(docs))'
+TALKING='package(/^(server|controller|io-bus|recorder|robot-client|supervision)$/) | (package(dev) & binary(docs)) | (package(motion) & test(/^clocks::/))'
 talking() {
     local which=()
     [ "$all" = 0 ] || which=(--ignore-default-filter)
@@ -146,9 +146,9 @@ talking() {
 visiting() {
     part "faults around the controller: killed, the disk full or slow, nobody who reads, stopped in every state" \
         python3 fuzz/faults.py "$ELITESERVER" --seed 1
-    renice -n 5 -p "$BASHPID" >/dev/null
     part "field buses, sockets and remote calls against peers from PyPI" tests/peers/run.sh
     part "the extension for VS Code: types, lint, grammar, contributions, both servers as the editor drives them, the package" extension
+    renice -n 5 -p "$BASHPID" >/dev/null
     part "the Python module, without optimisation" module
     if [ "$all" = 1 ]; then
         part "the book of docs/, its links" packaging/book.sh
@@ -156,7 +156,7 @@ visiting() {
     fi
 }
 computing() {
-    renice -n 10 -p "$BASHPID" >/dev/null
+    renice -n 5 -p "$BASHPID" >/dev/null
     local profile=default
     [ "$all" = 0 ] || profile=all
     if [ "$nextest" = 1 ]; then
