@@ -136,7 +136,9 @@ rust_tests() {
 }
 # Three rows of work side by side. First wherever the machine has to choose goes what talks, in real time and with promises about time:
 # it mostly waits. What computes takes what is left (`renice`).
-TALKING='package(/^(server|controller|io-bus|recorder|robot-client|supervision)$/) | (package(dev) & binary(docs)) | (package(motion) & test(/^clocks::/))'
+TALKING='package(/^(server|controller|io-bus|recorder|robot-client|supervision)$/)
+    | (package(dev) & binary(docs))
+    | (package(motion) & test(/^clocks::/))'
 talking() {
     local which=()
     [ "$all" = 0 ] || which=(--ignore-default-filter)
