@@ -211,12 +211,9 @@ impl Stage {
 
     fn primary(&mut self, name: &str) -> &mut Primary {
         let server = &self.server;
-        self.primaries.entry(name.to_owned()).or_insert_with(|| {
-            let mut primary = server.primary();
-            // Exceptions go to those who are connected; the first state says that this client is.
-            primary.state();
-            primary
-        })
+        self.primaries
+            .entry(name.to_owned())
+            .or_insert_with(|| server.primary())
     }
 
     fn interpreter(&mut self, name: &str) -> &mut BufReader<TcpStream> {

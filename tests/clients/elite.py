@@ -272,6 +272,8 @@ class Primary(Client):
         self.socket = socket.create_connection((host, port), timeout=10)
         self.buffer = b""
         self.local_ip = self.socket.getsockname()[0]
+        # A connection is made before the controller has taken it, and what happens until then is not told to it. What comes first stays.
+        self.socket.recv(1, socket.MSG_PEEK)
 
     def send_script(self, text):
         self.socket.sendall(text.encode() + b"\n")

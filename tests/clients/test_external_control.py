@@ -21,16 +21,17 @@ def watch(server, names, frequency=250):
     return rtsi
 
 
-def follow_sine(server, driver, amplitude=0.2, frequency=1.0, seconds=3.0, lookahead=0.1):
+def follow_sine(server, driver, amplitude=0.2, frequency=1.0, seconds=3.0):
     """Leads joint 1 along a sine at 250 Hz. Gives the delay (s) at which the arm fits best, the error (rad, rms) left then,
-    and the largest error (rad) without any allowance for delay."""
+    and the largest error (rad) without any allowance for delay: all of the arm, so what came late to it, or from it, is left out."""
     rtsi = watch(server, ["timestamp", "actual_joint_positions"])
     seen = []
     running = True
 
     def read():
         while running:
-            seen.append((time.monotonic(), rtsi.read()["actual_joint_positions"][0]))
+            values = rtsi.read()
+            seen.append((time.monotonic(), values["timestamp"], values["actual_joint_positions"][0]))
 
     reader = threading.Thread(target=read)
     reader.start()
@@ -42,17 +43,25 @@ def follow_sine(server, driver, amplitude=0.2, frequency=1.0, seconds=3.0, looka
         return amplitude * ramp**2 * (3 - 2 * ramp) * math.sin(2 * math.pi * frequency * t)
 
     cycle = 0
+    late = []
     while True:
         t = cycle * 0.004
         if t > seconds:
             break
         time.sleep(max(0.0, start + t - time.monotonic()))
+        if time.monotonic() - start - t > 0.004:
+            late.append(t)
         driver.servoj([wanted(t)] + HOME[1:])
         cycle += 1
     running = False
     reader.join()
     rtsi.close()
-    settled = [(t - start, q) for t, q in seen if 1.0 < t - start < seconds]
+    # The controller's own time, in this program's: the message that was least on its way.
+    offset = min(arrival - timestamp for arrival, timestamp, _ in seen) - start
+    moments = [(timestamp + offset, q) for _, timestamp, q in seen]
+    settled = [(t, q) for t, q in moments if 1.0 < t < seconds and not any(t - 0.3 < sent < t for sent in late)]
+    if len(settled) < 250:
+        return None
 
     def error(delay):
         return math.sqrt(statistics.fmean((q - wanted(t - delay)) ** 2 for t, q in settled))
@@ -76,7 +85,10 @@ class Flow(unittest.TestCase):
             dashboard.power_on()
             dashboard.brake_release()
             driver.idle()
-            delay, error, largest = follow_sine(server, driver)
+            # A machine with other work may keep this client from its cycles, which says nothing about the arm.
+            measured = next((found for found in (follow_sine(server, driver) for _ in range(5)) if found), None)
+            self.assertIsNotNone(measured, "this client was never in time for a second, in five tries")
+            delay, error, largest = measured
             allowed = 0.2 * 2 * math.pi * 0.1  # what the look-ahead of 0.1 s costs at the sine's highest speed
             print(f"\nservoj: 1 Hz sine of 0.2 rad through the reverse socket: delay {delay * 1e3:.0f} ms, "
                   f"error at that delay {error * 1e3:.1f} mrad rms, largest error at no delay {largest * 1e3:.0f} mrad "

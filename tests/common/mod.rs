@@ -128,6 +128,8 @@ impl Server {
     pub fn primary(&self) -> Primary {
         let stream = TcpStream::connect(("127.0.0.1", self.ports["primary"])).unwrap();
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        // A connection is made before the server has taken it, and what happens until then is not told to it. What comes first stays.
+        assert_eq!(stream.peek(&mut [0]).unwrap(), 1);
         Primary { stream }
     }
 
