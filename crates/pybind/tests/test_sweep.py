@@ -120,7 +120,7 @@ def test_a_killed_worker_is_repeated_once_and_then_said(tmp_path, executor, pack
         Path(samples[k]["mark"]).touch()
     options = {"plant": "ideal", "allow": ["fs", "process"]}
     # A minute of the controller's time may pass before the other worker's process has begun.
-    table = sweep(DEADLY, samples, options=options, executor=executor, workers=2, timeout=86_400.0, wall_timeout=120.0)
+    table = sweep(DEADLY, samples, options=options, executor=executor, workers=2, timeout=86_400.0)
     assert table["outcome"].to_pylist() == ["ended", "ended", "failed", "ended"], table["error"].to_pylist()
     assert "worker process died twice" in table["error"][2].as_py() and table["time"][2].as_py() is None
 

@@ -299,9 +299,19 @@ pub struct Block {
     statements: Nodes<Line>,
 }
 
-struct Line {
+/// A statement and its line.
+pub struct Line {
     number: u32,
     statement: Box<dyn Executes>,
+}
+
+impl Line {
+    /// Executes it.
+    #[inline(always)]
+    pub fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        ev.core.line.set(self.number);
+        self.statement.exec(ev, f)
+    }
 }
 
 impl Block {
@@ -318,6 +328,15 @@ impl Block {
     /// Whether there is nothing in it.
     pub fn is_empty(&self) -> bool {
         self.statements.is_empty()
+    }
+
+    /// The only statement in it.
+    #[inline(always)]
+    pub fn single(&self) -> Option<&Line> {
+        match &*self.statements {
+            [line] => Some(line),
+            _ => None,
+        }
     }
 
     #[cold]
@@ -341,8 +360,7 @@ impl Block {
             return self.exec_long(ev, f);
         }
         for line in &*self.statements {
-            ev.core.line.set(line.number);
-            match line.statement.exec(ev, f) {
+            match line.exec(ev, f) {
                 Flow::Next => {}
                 other => return other,
             }

@@ -6,6 +6,7 @@ use super::target::Target;
 use crate::errors::ExceptionKind;
 use crate::eval::code::Block;
 use crate::eval::coroutine::Stopping;
+use crate::eval::words::Words;
 use crate::eval::{Evaluator, Expr, Flow, Frame, Located, Statement};
 use crate::source::Span;
 use crate::value::trash::Nodes;
@@ -36,16 +37,33 @@ pub struct Try {
 impl Statement for Try {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
-        match self.body.exec(ev, f) {
-            Flow::Next => self.orelse.exec(ev, f),
-            Flow::Raise(Raised::Exception(exception)) => self.handle(exception, ev, f),
-            other => other,
+        // Most protect one statement; that takes no loop, and less to be saved for it.
+        match self.body.single() {
+            Some(only) => match only.exec(ev, f) {
+                Flow::Next if self.orelse.is_empty() => Flow::Next,
+                flow => self.after(Words::of(flow), ev, f).whole(),
+            },
+            None => self.exec_all(ev, f).whole(),
         }
     }
 }
 
 impl Try {
     #[inline(never)]
+    fn exec_all(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Words<Flow> {
+        self.after(Words::of(self.body.exec(ev, f)), ev, f)
+    }
+
+    /// What follows the body.
+    #[inline(never)]
+    fn after(&self, flow: Words<Flow>, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Words<Flow> {
+        Words::of(match flow.whole() {
+            Flow::Next => self.orelse.exec(ev, f),
+            Flow::Raise(Raised::Exception(exception)) => self.handle(exception, ev, f),
+            other => other,
+        })
+    }
+
     fn handle(&self, exception: Rc<Instance>, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let outer = ev.set_handled_exception(Some(exception.clone()));
         if let Some(outer) = &outer {
