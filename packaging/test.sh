@@ -321,37 +321,96 @@ INSIDE
     ok "started without an engine as user ${user%%:*}, served a program on the vendor's port, ended with everything flushed"
 }
 
-wheel() {
-    local made=("$packages"/elitescript-"$version"-*_"$host".whl)
-    echo "== the wheel"
-    [ -f "${made[0]}" ] || fail "there is no wheel for $host in $packages"
-    at_most "${made[0]}" 15000000
-    python3 -m zipfile --extract "${made[0]}" "$work/unpacked"
-    for path in "$root" "${CARGO_HOME:-$HOME/.cargo}" "$target"; do
-        ! grep -q -r -a -F "$path/" "$work/unpacked" || fail "the wheel has the path $path in it"
-    done
-    ok "no path of this machine is in it"
-    python3 -m venv "$work/fresh"
-    local bin="$work/fresh/bin"
-    "$bin/pip" install --quiet --disable-pip-version-check "${made[0]}"
-    "$bin/pip" check
-    [ "$("$bin/eliteserver" --version)" = "eliteserver $version" ] || fail "the command is not there"
-    ok "pip installs it in a fresh environment; the command answers"
-    (cd "$work" && "$bin/python" - <<'USE')
+# A program on a controller of its own: what the module must do in whichever Python.
+use_module='
 import elitescript
 
 result = elitescript.Controller().run("movej([0, -1.2, 1.2, -1.57, -1.57, 0], a=1, v=1)\nprint(6 * 7)\n")
 assert result.outcome == "ended" and result.prints == ["42"], result
-USE
+'
+wheel() {
+    local made architecture path found=0
+    for made in "$packages"/elitescript-"$version"-*.whl; do
+        [ -f "$made" ] || continue
+        case "$made" in
+        *_x86_64.whl) architecture=x86_64 ;;
+        *_aarch64.whl) architecture=aarch64 ;;
+        *) fail "for which machines is $(basename "$made")?" ;;
+        esac
+        echo "== the wheel for $architecture"
+        at_most "$made" 15000000
+        rm -rf "$work/unpacked"
+        python3 -m zipfile --extract "$made" "$work/unpacked"
+        for path in "$root" "${CARGO_HOME:-$HOME/.cargo}" "$target"; do
+            ! grep -q -r -a -F "$path/" "$work/unpacked" || fail "the wheel has the path $path in it"
+        done
+        ok "no path of this machine is in it"
+        if [ "$architecture" = "$host" ]; then
+            found=1
+            wheel_here "$made"
+        else
+            wheel_elsewhere "$made" "$architecture"
+        fi
+        "$work/fresh/bin/pip" install --quiet --disable-pip-version-check auditwheel
+        "$work/fresh/bin/python" -m auditwheel show "$made" >"$work/log" 2>&1 || { cat "$work/log" >&2; fail "auditwheel does not read it"; }
+        tr '\n' ' ' <"$work/log" | grep -oE 'consistent with the following platform tag: "[^"]*"' || { cat "$work/log" >&2; fail "auditwheel: no tag"; }
+        ok "auditwheel agrees with its tag"
+    done
+    [ "$found" = 1 ] || fail "there is no wheel for $host in $packages"
+    local first="$work/wheel-cycles-$host.csv" other
+    for other in "$work"/wheel-cycles-*.csv; do
+        [ "$other" != "$first" ] || continue
+        cmp "$first" "$other" || fail "$(basename "$first") and $(basename "$other"), of the same program, differ"
+        ok "every cycle of first_light is the same in $(basename "$first" .csv) and $(basename "$other" .csv)"
+    done
+}
+wheel_here() {
+    [ -x "$work/fresh/bin/python" ] || python3 -m venv "$work/fresh"
+    local bin="$work/fresh/bin"
+    "$bin/pip" install --quiet --disable-pip-version-check "$1"
+    "$bin/pip" check
+    [ "$("$bin/eliteserver" --version)" = "eliteserver $version" ] || fail "the command is not there"
+    ok "pip installs it in a fresh environment; the command answers"
+    (cd "$work" && "$bin/python" -c "$use_module")
     ok "the module runs a program on a controller of its own"
+    cycles_of_wheel "$host" "$bin/eliteserver"
     for _ in 1 2 3; do
         started_in "$work/ready" "$bin/eliteserver" serve --record off "${any_port[@]}" --ready-file "$work/ready"
     done | sort -n | tr '\n' ' ' >"$work/times"
     ok "its command is ready after $(cat "$work/times")ms"
-    "$bin/pip" install --quiet --disable-pip-version-check auditwheel
-    "$bin/python" -m auditwheel show "${made[0]}" | tr '\n' ' ' | grep -oE 'consistent with the following platform tag: "[^"]*"' \
-        || fail "auditwheel: $("$bin/python" -m auditwheel show "${made[0]}")"
-    ok "auditwheel agrees with its tag"
+}
+# cycles_of_wheel ARCHITECTURE COMMAND...: what its command records.
+cycles_of_wheel() {
+    local architecture="$1"
+    shift
+    "$@" run examples/first_light.script --record "$work/$architecture.mcap" >/dev/null 2>"$work/log" \
+        || { cat "$work/log" >&2; fail "its command does not run first_light"; }
+    "$@" replay "$work/$architecture.mcap" --csv /cycle >"$work/wheel-cycles-$architecture.csv" 2>"$work/log"
+    ok "its command runs first_light and records $(($(wc -l <"$work/wheel-cycles-$architecture.csv") - 1)) cycles"
+}
+# wheel_elsewhere WHEEL ARCHITECTURE: installed by pip as on a machine of that kind, and used by Debian's Python of that kind under qemu.
+wheel_elsewhere() {
+    local debian folder="$work/$2-debian" packed python
+    case "$2" in x86_64) debian=amd64 ;; aarch64) debian=arm64 ;; esac
+    needs "qemu-$2-static" qemu-user-static
+    needs debootstrap debootstrap
+    [ -x "$work/fresh/bin/python" ] || python3 -m venv "$work/fresh"
+    # Its packages are only unpacked: nothing of them could be started here without qemu.
+    debootstrap --foreign --arch="$debian" --variant=minbase --include=python3 bookworm "$folder" >"$work/log" 2>&1 \
+        || { tail -n 5 "$work/log" >&2; fail "debootstrap failed"; }
+    for packed in "$folder"/var/cache/apt/archives/*.deb; do dpkg-deb --extract "$packed" "$folder"; done
+    "$work/fresh/bin/pip" install --quiet --disable-pip-version-check --target "$work/$2-packages" --only-binary :all: --implementation cp \
+        --python-version 3.11 --abi cp311 --abi abi3 --platform "manylinux_2_28_$2" --platform "manylinux_2_27_$2" --platform "manylinux2014_$2" "$1"
+    ok "pip installs it, and what it needs, as for such a machine"
+    python=(env PYTHONPATH="$work/$2-packages" PYTHONDONTWRITEBYTECODE=1 "qemu-$2-static" -L "$folder" "$folder/usr/bin/python3.11")
+    (cd "$work" && "${python[@]}" -c "$use_module")
+    ok "the module runs a program on a controller of its own"
+    local command='import sys; from elitescript._command import main; main()'
+    [ "$("${python[@]}" -c "$command" --version)" = "eliteserver $version" ] || fail "its command does not tell its version"
+    cycles_of_wheel "$2" "${python[@]}" -c "$command"
+    started_in "$work/ready" "${python[@]}" -c "$command" serve --record off "${any_port[@]}" --ready-file "$work/ready" >/dev/null
+    ok "its command serves, and ends when it is told to"
+    rm -rf --one-file-system "$folder"
 }
 
 again() {
