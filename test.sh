@@ -23,9 +23,11 @@ target="$(cd "$target" && pwd)"
 
 # Whatever runs beside this, by name; all of it ends when this does.
 declare -A running
-# part NAME COMMAND...: what it took, by the clock and of the processor, is told at the end however that comes.
+# part NAME COMMAND...: what it took, by the clock and of the processor, is told at the end however that comes. One that fails ends
+# everything; in a row what follows does not need it and comes all the same.
 took="$target/test-took"
 : >"$took"
+rm -f "$took-failed"
 part() {
     local name="$1" began="$SECONDS" status=0
     shift
@@ -46,7 +48,8 @@ part() {
     rm -f "$took.${running[part]}"
     unset "running[part]"
     printf '%5d s, %5d s of the processor  %s%s\n' $((SECONDS - began)) "$processor" "$name" "$([ "$status" -eq 0 ] || echo ': FAILED')" >>"$took"
-    return "$status"
+    [ "$BASHPID" != "$$" ] || return "$status"
+    [ "$status" -eq 0 ] || : >"$took-failed"
 }
 # beside NAME COMMAND...: runs it beside what follows; `with NAME` waits for it, shows what it has printed, and remembers if it failed.
 failed=0
@@ -200,4 +203,5 @@ for rows in "${together[@]}"; do
     for row in $rows; do beside "$row" "$row"; done
     for row in $rows; do with "$row"; done
 done
+[ ! -e "$took-failed" ] || failed=1
 exit "$failed"
