@@ -175,7 +175,7 @@ class timedelta:
 
     def __mul__(self, other):
         if isinstance(other, int):
-            return _span(self._total() * other)
+            return _span(other * self._total())  # in this order: a class may have its own multiplication
         if isinstance(other, float):
             a, b = other.as_integer_ratio()
             return _span(_rounded_quotient(self._total() * a, b))
