@@ -64,6 +64,23 @@ impl<T> Held<T> {
         change(&mut value)
     }
 
+    /// The same with a value that `change` takes; it comes back as well while what is kept is being looked at or changed.
+    /// Nothing here can panic, so that the value stays where it is: in registers, if `change` leaves it there.
+    #[inline(always)]
+    pub fn change_by<V, O>(
+        &self,
+        value: V,
+        change: impl FnOnce(&mut T, V) -> Result<O, V>,
+    ) -> Result<O, V> {
+        match self.0.try_borrow_mut() {
+            Ok(mut kept) => {
+                let _open = Open::begin();
+                change(&mut kept, value)
+            }
+            Err(_) => Err(value),
+        }
+    }
+
     /// Puts a value in the place of the one before, which is given back.
     #[inline(always)]
     #[must_use = "what was kept is dropped only now"]

@@ -190,7 +190,7 @@ impl Instance {
     /// Puts a value into slot `slot`, if the instance has room for it already: the one that was there, or the new one back.
     #[inline(always)]
     pub fn replace_slot(&self, slot: usize, value: Value) -> Result<Value, Value> {
-        self.attrs.change(|attrs| match attrs {
+        self.attrs.change_by(value, |attrs, value| match attrs {
             Attrs::Slots(slots) => match slots.get_mut(slot) {
                 Some(place) => Ok(std::mem::replace(place, value)),
                 None => Err(value),
