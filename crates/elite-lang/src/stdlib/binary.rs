@@ -342,11 +342,11 @@ fn pack_int(
         {
             Err(fail(ev, "argument out of range"))
         }
-        None if unsigned && int.is_negative() && (bits >= 32 || code == b'H' && !format.little) => {
+        None if unsigned && int.is_negative() && (bits == 32 || code == b'H' && !format.little) => {
             Err(fail(ev, "argument out of range"))
         }
-        None if bits == 64 && unsigned => Err(fail(ev, "argument out of range")),
-        None if bits == 64 && format.native => Err(fail(ev, "argument out of range")),
+        // In this machine's own order CPython packs them as the native ones.
+        None if bits == 64 && format.little => Err(fail(ev, "argument out of range")),
         None if bits == 64 => Err(fail(ev, "int too large to convert")),
         None => {
             let code = char::from(code);
