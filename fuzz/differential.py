@@ -226,7 +226,7 @@ MEANT = re.compile(r"sort\(\) takes (no positional|at most 2) arguments|MemoryEr
 
 
 # Their last digit is that of the C library CPython was built with.
-UNEVEN = re.compile(r"math\.(cbrt|gamma|lgamma)\(")
+UNEVEN = re.compile(r"math\.(a?cosh|a?sinh|a?tanh|cbrt|erfc?|gamma|lgamma)\(")
 FLOAT = re.compile(r"\d+\.\d+(e[-+]?\d+)?")
 
 

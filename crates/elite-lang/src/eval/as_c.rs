@@ -17,6 +17,25 @@ pub(super) enum Misfit<'a> {
     Keyword(Symbol, usize, &'a [(Symbol, Value)]),
 }
 
+/// The same for what takes no argument, or one, and nothing by name.
+fn one_or_none(class: &str, method: &str, wanted: usize, misfit: &Misfit<'_>) -> Option<String> {
+    let zones = matches!(class, "tzinfo" | "timezone")
+        && matches!(method, "utcoffset" | "dst" | "tzname" | "fromutc");
+    let wants = match wanted {
+        0 => "no arguments",
+        1 if zones => "exactly one argument",
+        _ => return None,
+    };
+    let given = match *misfit {
+        Misfit::TooMany(given) => given.saturating_sub(1),
+        Misfit::Missing(..) => 0,
+        Misfit::Keyword(..) => {
+            return Some(format!("{class}.{method}() takes no keyword arguments"));
+        }
+    };
+    Some(format!("{class}.{method}() takes {wants} ({given} given)"))
+}
+
 impl Evaluator<'_> {
     /// The same for what fills a slot of C.
     fn misfit_of_slot(
@@ -68,6 +87,9 @@ impl Evaluator<'_> {
         };
         let params = &function.code.params;
         let names = params.names.get(1..)?;
+        if let Some(text) = one_or_none(class, method, names.len(), misfit) {
+            return Some(self.type_error(text));
+        }
         let plural = |count: usize| if count == 1 { "" } else { "s" };
         let too_many = |given: usize| match names.len() {
             all if given > all => {

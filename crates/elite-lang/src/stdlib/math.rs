@@ -108,11 +108,11 @@ fn range(ev: &Evaluator<'_>) -> Raised {
 
 const FLOATS: &[Entry] = &[
     unary!("acos", f64::acos),
-    unary!("acosh", f64::acosh),
+    unary!("acosh", libm::acosh),
     unary!("asin", f64::asin),
-    unary!("asinh", f64::asinh),
+    unary!("asinh", libm::asinh),
     unary!("atan", f64::atan),
-    unary!("atanh", f64::atanh),
+    unary!("atanh", libm::atanh),
     unary!("cbrt", f64::cbrt),
     unary!("cos", f64::cos),
     unary!("cosh", f64::cosh, range),
@@ -386,9 +386,6 @@ fn rounded(ev: &Evaluator<'_>, value: &Value, method: &str, function: fn(f64) ->
 
 /// The length of a vector, without overflow in between.
 fn norm(ev: &Evaluator<'_>, sides: &[f64]) -> R<f64> {
-    if let [a, b] = sides {
-        return Ok(a.hypot(*b));
-    }
     if sides.iter().any(|side| side.is_infinite()) {
         return Ok(f64::INFINITY);
     }
@@ -411,10 +408,13 @@ fn norm(ev: &Evaluator<'_>, sides: &[f64]) -> R<f64> {
         add_exactly(&mut partials, square);
         add_exactly(&mut partials, scaled.mul_add(scaled, -square));
     }
-    Ok(libm::ldexp(
-        partials.iter().rev().sum::<f64>().sqrt(),
-        exponent,
-    ))
+    let root = partials.iter().rev().sum::<f64>().sqrt();
+    // What is left of the sum says how far the root is from its own: one step of Newton's.
+    let square = root * root;
+    add_exactly(&mut partials, -square);
+    add_exactly(&mut partials, -root.mul_add(root, -square));
+    let rest = partials.iter().rev().sum::<f64>();
+    Ok(libm::ldexp(root + rest / (2.0 * root), exponent))
 }
 
 /// Adds `x` to a sum kept as non-overlapping parts (Shewchuk, "Adaptive Precision Floating-Point Arithmetic", 1997).
@@ -493,17 +493,7 @@ fn exact_sum(ev: &Evaluator<'_>, items: &[Value]) -> R {
 const FACTORIAL_MAX: i64 = 50_000;
 
 const INTEGERS: &[Entry] = &[
-    ("factorial", "x /", |ev, args| {
-        let n = whole(ev, &args[0])?;
-        if n < 0 {
-            return Err(ev.value_error("factorial() not defined for negative values"));
-        }
-        if n > FACTORIAL_MAX {
-            let text = format!("factorial() argument should not exceed {FACTORIAL_MAX}");
-            return Err(ev.raise(ExceptionKind::OverflowError, text));
-        }
-        Ok(Value::bigint(product(ev, 2, n)?))
-    }),
+    ("factorial", "x /", |ev, args| factorial(ev, &args[0])),
     ("comb", "n k /", |ev, args| {
         if let Some((n, k)) = chosen_from_many(ev, args)? {
             let rest = &n - &k;
@@ -522,7 +512,7 @@ const INTEGERS: &[Entry] = &[
     }),
     ("perm", "n k? /", |ev, args| {
         if args[1].is_unbound() || args[1].is_none() {
-            args[1] = args[0].clone();
+            return factorial(ev, &args[0]);
         }
         if let Some((n, k)) = chosen_from_many(ev, args)? {
             return Ok(Value::bigint(falling(ev, &n, &k)?.0));
@@ -556,6 +546,18 @@ fn whole(ev: &Evaluator<'_>, value: &Value) -> R<i64> {
         return Err(ev.type_error("'float' object cannot be interpreted as an integer"));
     }
     ev.clamped_index(value)
+}
+
+fn factorial(ev: &Evaluator<'_>, value: &Value) -> R {
+    let n = whole(ev, value)?;
+    if n < 0 {
+        return Err(ev.value_error("factorial() not defined for negative values"));
+    }
+    if n > FACTORIAL_MAX {
+        let text = format!("factorial() argument should not exceed {FACTORIAL_MAX}");
+        return Err(ev.raise(ExceptionKind::OverflowError, text));
+    }
+    Ok(Value::bigint(product(ev, 2, n)?))
 }
 
 fn chosen(ev: &Evaluator<'_>, args: &[Value]) -> R<(i64, i64)> {

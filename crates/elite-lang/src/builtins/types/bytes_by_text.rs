@@ -134,28 +134,50 @@ pub(super) fn split(ev: &Evaluator<'_>, args: &mut [Value], name: &str) -> R {
     let mut on_hidden: Vec<Value> = vec![Value::Bytes(Rc::new(Bytes::new(hidden)))];
     on_hidden.extend(args[1..].iter().cloned());
     let parts = by_text(ev, &mut on_hidden, name)?;
-    let mut rest = 0;
-    let parts = ev.collect(&parts)?;
-    let mut restored: Values = ev.room_for(parts.len())?.into();
-    for part in &parts {
+    let mut parts = ev.collect(&parts)?;
+    // The part at the far end is all that was left there, blanks before or behind it and all: it is met last.
+    let backwards = name == "rsplit";
+    if backwards {
+        parts.reverse();
+    }
+    let mut rest = &data[..];
+    for part in parts.iter_mut() {
         let length = ev.bytes_like(part).map_or(0, |part| part.len());
-        for piece in data[rest..].chunks(PIECE) {
-            let word = piece
-                .iter()
-                .position(|byte| !SPACES.as_bytes().contains(byte));
-            rest += word.unwrap_or(piece.len());
-            ev.worked(word.unwrap_or(piece.len()) * EACH)?;
-            if word.is_some() {
-                break;
-            }
-        }
-        restored.push(like(
-            ev,
-            &args[0],
-            ev.copied_bytes(&data[rest..rest + length])?,
-        ));
-        rest += length;
+        rest = without_blanks(ev, rest, backwards)?;
+        let own;
+        (rest, own) = match backwards {
+            false => (&rest[length..], &rest[..length]),
+            true => rest.split_at(rest.len() - length),
+        };
+        *part = like(ev, &args[0], ev.copied_bytes(own)?);
         ev.worked(EACH)?;
     }
-    Ok(restored.into_list())
+    if backwards {
+        parts.reverse();
+    }
+    Ok(parts.into_list())
+}
+
+/// The data without the blanks it begins with, or ends with.
+fn without_blanks<'d>(ev: &Evaluator<'_>, data: &'d [u8], at_end: bool) -> R<&'d [u8]> {
+    let is_blank = |byte: &u8| SPACES.as_bytes().contains(byte);
+    let mut rest = data;
+    loop {
+        let piece = match at_end {
+            false => &rest[..rest.len().min(PIECE)],
+            true => &rest[rest.len() - rest.len().min(PIECE)..],
+        };
+        let blanks = match at_end {
+            false => piece.iter().take_while(|byte| is_blank(byte)).count(),
+            true => piece.iter().rev().take_while(|byte| is_blank(byte)).count(),
+        };
+        ev.worked(blanks * EACH)?;
+        rest = match at_end {
+            false => &rest[blanks..],
+            true => &rest[..rest.len() - blanks],
+        };
+        if blanks < PIECE {
+            return Ok(rest);
+        }
+    }
 }

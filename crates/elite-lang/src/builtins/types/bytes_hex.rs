@@ -81,6 +81,11 @@ pub(super) fn from_hex(ev: &Evaluator<'_>, text: &Value) -> R<Vec<u8>> {
             "non-hexadecimal number found in fromhex() arg at position {at}"
         ))
     };
+    // CPython looks for letters beyond ASCII before it begins.
+    if !text.as_str().is_ascii() {
+        let beyond = text.as_str().chars().position(|c| !c.is_ascii());
+        return Err(error(beyond.unwrap_or(0)));
+    }
     while let Some((at, high)) = chars.next() {
         ev.worked(2 * EACH)?;
         ev.grow(&mut out, 1)?;

@@ -156,37 +156,58 @@ pub fn gather<'e>(
         .filter(|arg| matches!(arg, CallArg::Positional(_) | CallArg::Star(_)))
         .count()
         == 1;
+    let unpack = |iterable: Value, positional: &mut Vec<Value>| {
+        if extend_at_once(&iterable, |items| positional.extend_from_slice(items)) {
+            return Ok(());
+        }
+        let items = collect(&iterable, single, callee, ev)?;
+        ev.append_values(items, positional)
+    };
+    // Arguments by position come before those by name, also where the text has them behind. A single one with a star is
+    // evaluated in its turn, but gone through last.
+    let (mut alone, mut are_names) = (None, true);
     for arg in args {
         match arg {
             CallArg::Positional(expr) => positional.push(expr.eval(ev, f)?),
+            CallArg::Star(expr) if single => alone = Some(expr.eval(ev, f)?),
             CallArg::Star(expr) => {
                 let iterable = expr.eval(ev, f)?;
-                if extend_at_once(&iterable, |items| positional.extend_from_slice(items)) {
-                    continue;
-                }
-                let items = collect(&iterable, single, callee, ev).at(ev, f, span)?;
-                ev.append_values(items, positional).at(ev, f, span)?;
+                unpack(iterable, positional).at(ev, f, span)?;
             }
+            CallArg::Keyword(..) | CallArg::DoubleStar(_) => {}
+        }
+    }
+    for arg in args {
+        match arg {
+            CallArg::Positional(_) | CallArg::Star(_) => {}
             CallArg::Keyword(name, expr) => {
                 let value = expr.eval(ev, f)?;
                 add_keyword(*name, value, callee, ev, keywords).at(ev, f, span)?;
             }
             CallArg::DoubleStar(expr) => {
                 let mapping = expr.eval(ev, f)?;
-                gather_mapping(&mapping, callee, ev, keywords, names).at(ev, f, span)?;
+                are_names &=
+                    gather_mapping(&mapping, callee, ev, keywords, names).at(ev, f, span)?;
             }
         }
     }
-    Ok(())
+    if let Some(iterable) = alone {
+        unpack(iterable, positional).at(ev, f, span)?;
+    }
+    match are_names {
+        true => Ok(()),
+        false => Err(ev.type_error("keywords must be strings")).at(ev, f, span),
+    }
 }
 
+/// Adds what a mapping holds to the arguments by name; whether all its keys were names.
 fn gather_mapping<'e>(
     mapping: &Value,
     callee: &Value,
     ev: &'e Evaluator<'_>,
     keywords: &mut Vec<(Symbol, Value)>,
     names: &mut Vec<Passing<'e>>,
-) -> R<()> {
+) -> R<bool> {
     let dict = Dict::new();
     ev.merge_mapping(&dict, mapping).map_err(|raised| {
         let no_mapping = match mapping {
@@ -207,11 +228,12 @@ fn gather_mapping<'e>(
         }
         raised
     })?;
-    let mut given = Given::default();
+    let (mut given, mut are_texts) = (Given::default(), true);
     for (_, key, value) in ev.entries(&dict)? {
         ev.worked(NAME)?;
         let Value::Str(text) = ev.plain(&key) else {
-            return Err(ev.type_error("keywords must be strings"));
+            are_texts = false;
+            continue;
         };
         let name = ev.ask_name(text.as_str())?;
         if given.has(*name, keywords) {
@@ -220,7 +242,7 @@ fn gather_mapping<'e>(
         keywords.push((*name, value));
         names.push(name);
     }
-    Ok(())
+    Ok(are_texts)
 }
 
 fn add_keyword(

@@ -322,12 +322,21 @@ const METHODS: &[Entry] = &[
         let mut pairs = most_common(ev, &Own::of(ev, &args[0])?)?;
         if let Some(n) = args[1].given().filter(|n| !n.is_none()) {
             let all = Value::Int(pairs.len() as i64);
-            if !ev.compare_truth(CompareOp::Ge, n, &all)? {
-                let kept = usize::try_from(ev.index(n)?).unwrap_or(0);
-                let kept = kept.min(pairs.len());
-                // The rest of them goes bit by bit.
-                drop(Values::from(pairs.split_off(kept)));
-            }
+            // As for `heapq.nlargest`: one is any number that is 1, and what is at least all of them cuts the whole list.
+            let kept = if ev.compare_truth(CompareOp::Eq, n, &Value::Int(1))? {
+                1
+            } else if ev.compare_truth(CompareOp::Ge, n, &all)? {
+                if !ev.has_index(n) {
+                    let text = "slice indices must be integers or None or have an __index__ method";
+                    return Err(ev.type_error(text));
+                }
+                pairs.len()
+            } else {
+                usize::try_from(ev.clamped_index(n)?).unwrap_or(0)
+            };
+            // The rest of them goes bit by bit.
+            let kept = kept.min(pairs.len());
+            drop(Values::from(pairs.split_off(kept)));
         }
         Ok(pairs.into_list())
     }),

@@ -473,12 +473,19 @@ fn islice(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         },
     };
     let alone = args[2].is_unbound();
+    // What is no number of C stands for -1 in CPython, which is refused before smaller ones are.
     let (start, stop) = if alone {
-        (0, bound(&args[1], i64::MAX, 0, STOP)?)
+        (0, bound(&args[1], i64::MAX, i64::MIN, STOP)?)
     } else {
-        let stop = bound(&args[2], i64::MAX, 0, STOP)?;
-        (bound(&args[1], 0, 0, INDICES)?, stop)
+        let stop = bound(&args[2], i64::MAX, i64::MIN, STOP)?;
+        (bound(&args[1], 0, i64::MIN, INDICES)?, stop)
     };
+    if stop == -1 {
+        return Err(ev.value_error(STOP));
+    }
+    if start < 0 || stop < 0 {
+        return Err(ev.value_error(INDICES));
+    }
     let step = bound(&args[3], 1, 1, STEP)?;
     let window = Window {
         taken: Cell::new(0),

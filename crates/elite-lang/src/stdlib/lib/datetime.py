@@ -1,6 +1,7 @@
 """Dates, times of day and spans of time. The controller's local time is UTC."""
 from _time import time as _now, _format
 from math import floor as _floor
+from operator import index as _index
 
 MINYEAR = 1
 MAXYEAR = 9999
@@ -10,6 +11,9 @@ _FULL_MONTHS = ["January", "February", "March", "April", "May", "June", "July", 
                 "November", "December"]
 _DAYS = ["Mon", "Tue", "Wed", "Thu", "Fri", "Sat", "Sun"]
 _FULL_DAYS = ["Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday", "Sunday"]
+
+
+_SAME = object()  # what `replace` leaves as it is
 
 
 def _is_leap(year):
@@ -46,32 +50,73 @@ def _from_ordinal(n):
 
 
 def _check_int(value):
-    if isinstance(value, int):
-        # The number that it is, whatever its class says.
-        return int.__index__(value)
-    if hasattr(type(value), "__index__"):
+    """A number of 32 bits, which is what C has here."""
+    number = value
+    if not isinstance(value, int):
+        if not hasattr(type(value), "__index__"):
+            raise TypeError(f"'{_of_type(value)}' object cannot be interpreted as an integer")
         number = type(value).__index__(value)
-        if isinstance(number, int):
-            return int.__index__(number)
-        raise TypeError(f"__index__ returned non-int (type {type(number).__name__})")
-    raise TypeError(f"'{type(value).__name__}' object cannot be interpreted as an integer")
+        if not isinstance(number, int):
+            raise TypeError(f"__index__ returned non-int (type {type(number).__name__})")
+    number = int.__index__(number)  # the number that it is, whatever its class says
+    if -0x80000000 <= number <= 0x7fffffff:
+        return number
+    if number.bit_length() < 64 or number == -2 ** 63:
+        raise OverflowError(f"signed integer is {'greater than maximum' if number > 0 else 'less than minimum'}")
+    raise OverflowError("Python int too large to convert to C long")
+
+
+def _seconds(value):
+    """Seconds since 1970, as C takes them."""
+    if isinstance(value, float):
+        if value != value:
+            raise ValueError("Invalid value NaN (not a number)")
+        fits = -2.0 ** 63 <= value < 2.0 ** 63
+    elif hasattr(type(value), "__index__"):
+        value = _index(value)
+        fits = value.bit_length() < 64 or value == -2 ** 63
+    else:
+        raise TypeError(f"'{_of_type(value)}' object cannot be interpreted as an integer")
+    if not fits:
+        raise OverflowError("timestamp out of range for platform time_t")
+    return value
+
+
+def _days_of(seconds):
+    days = _floor(seconds) // 86400
+    if not -719162 <= days <= 2932896:
+        # In years of the calendar that goes on both ways, 400 of which have as many days each time.
+        cycles, rest = divmod(days + 719162, 146097)
+        year = cycles * 400 + _from_ordinal(rest + 1)[0]
+        if not -0x80000000 <= year <= 0x7fffffff:
+            raise OSError(75, "Value too large for defined data type")
+        raise ValueError(f"year {year} is out of range")
+    return days
+
+
+def _of_type(value):
+    """How C calls its type: those of this module with the module."""
+    cls = type(value)
+    return f"datetime.{cls.__name__}" if cls.__module__ == "datetime" else cls.__name__
+
+
+def _argument(value):
+    return "None" if value is None else _of_type(value)
 
 
 def _check_date(year, month, day):
-    year, month, day = _check_int(year), _check_int(month), _check_int(day)
     if not MINYEAR <= year <= MAXYEAR:
         raise ValueError(f"year {year} is out of range")
     if not 1 <= month <= 12:
         raise ValueError("month must be in 1..12")
     if not 1 <= day <= _days_in_month(year, month):
         raise ValueError("day is out of range for month")
-    return year, month, day
 
 
 def _check_time(hour, minute, second, microsecond, fold):
     for value, most, name in ((hour, 23, "hour"), (minute, 59, "minute"), (second, 59, "second"),
                               (microsecond, 999999, "microsecond")):
-        if not 0 <= _check_int(value) <= most:
+        if not 0 <= value <= most:
             raise ValueError(f"{name} must be in 0..{most}")
     if fold not in (0, 1):
         raise ValueError("fold must be either 0 or 1")
@@ -96,9 +141,10 @@ class timedelta:
     def __init__(self, days=0, seconds=0, microseconds=0, milliseconds=0, minutes=0, hours=0, weeks=0):
         total = 0
         rest = 0.0
-        for name, value, factor in (("days", days, 86400000000), ("seconds", seconds, 1000000),
-                                    ("microseconds", microseconds, 1), ("milliseconds", milliseconds, 1000),
-                                    ("minutes", minutes, 60000000), ("hours", hours, 3600000000),
+        # In the order in which C looks at them.
+        for name, value, factor in (("microseconds", microseconds, 1), ("milliseconds", milliseconds, 1000),
+                                    ("seconds", seconds, 1000000), ("minutes", minutes, 60000000),
+                                    ("hours", hours, 3600000000), ("days", days, 86400000000),
                                     ("weeks", weeks, 604800000000)):
             if isinstance(value, int):
                 total = total + value * factor  # `+`, which refuses in its own words
@@ -107,7 +153,7 @@ class timedelta:
                 total = total + whole * factor
                 rest += (value - whole) * factor
             else:
-                raise TypeError(f"unsupported type for timedelta {name} component: {type(value).__name__}")
+                raise TypeError(f"unsupported type for timedelta {name} component: {_of_type(value)}")
         nearest = total + round(rest)
         if abs(rest - int(rest)) == 0.5 and nearest % 2 == 1:
             nearest += 1 if rest > round(rest) else -1
@@ -260,29 +306,62 @@ class tzinfo:
     __slots__ = ()
 
     def tzname(self, dt):
-        raise NotImplementedError("tzinfo subclass must override tzname()")
+        raise NotImplementedError("a tzinfo subclass must implement tzname()")
 
     def utcoffset(self, dt):
-        raise NotImplementedError("tzinfo subclass must override utcoffset()")
+        raise NotImplementedError("a tzinfo subclass must implement utcoffset()")
 
     def dst(self, dt):
-        raise NotImplementedError("tzinfo subclass must override dst()")
+        raise NotImplementedError("a tzinfo subclass must implement dst()")
 
     def fromutc(self, dt):
-        return dt + dt.utcoffset()
+        if not isinstance(dt, datetime):
+            raise TypeError("fromutc: argument must be a datetime")
+        if dt.tzinfo is not self:
+            raise ValueError("fromutc: dt.tzinfo is not self")
+        offset, dst = dt.utcoffset(), dt.dst()
+        if offset is None or dst is None:
+            raise ValueError(f"fromutc: non-None {'utcoffset' if offset is None else 'dst'}() result required")
+        standard = offset - dst
+        if standard:
+            # Whether it is summer is asked at the standard time of the zone.
+            dt += standard
+            dst = dt.dst()
+            if dst is None:
+                raise ValueError("fromutc: tz.dst gave inconsistent results; cannot convert")
+        return dt + dst
+
+
+_NO_NAME = object()
 
 
 class timezone(tzinfo):
     __slots__ = ("_offset", "_name")
 
-    def __init__(self, offset, name=None):
+    def __new__(cls, *args, **names):
+        # There is one of no offset and no name.
+        only = (*args, *names.values()) if names.keys() <= {"offset"} else ()
+        utc = getattr(cls, "utc", None)
+        return utc if utc and len(only) == 1 and only[0] == timedelta(0) else object.__new__(cls)
+
+    def __init__(self, offset, name=_NO_NAME):
         if not isinstance(offset, timedelta):
-            raise TypeError("timezone() argument 1 must be datetime.timedelta, not " + type(offset).__name__)
+            raise TypeError("timezone() argument 1 must be datetime.timedelta, not " + _argument(offset))
+        if name is _NO_NAME:
+            name = None
+        elif not isinstance(name, str):
+            raise TypeError(f"timezone() argument 2 must be str, not {_argument(name)}")
         if not timedelta(-1) < offset < timedelta(1):
             raise ValueError("offset must be a timedelta strictly between -timedelta(hours=24) and "
                              f"timedelta(hours=24), not {offset!r}.")
         self._offset = offset
         self._name = name
+
+    def __getinitargs__(self):
+        return (self._offset,) if self._name is None else (self._offset, self._name)
+
+    def __reduce__(self):
+        return timezone, self.__getinitargs__(), None
 
     def utcoffset(self, dt):
         return self._offset
@@ -294,6 +373,13 @@ class timezone(tzinfo):
         if self._name is not None:
             return self._name
         return "UTC" + (_offset_text(self._offset) if self._offset else "")
+
+    def fromutc(self, dt):
+        if not isinstance(dt, datetime):
+            raise TypeError("fromutc: argument must be a datetime")
+        if dt.tzinfo is not self:
+            raise ValueError("fromutc: dt.tzinfo is not self")
+        return dt + self._offset
 
     def __eq__(self, other):
         return self._offset == other._offset if isinstance(other, timezone) else NotImplemented
@@ -332,6 +418,8 @@ def _strftime(self, format, fields, microsecond=0):
         name = self.tzname() or ""
     if not isinstance(format, str):
         raise TypeError(f"strftime() argument 1 must be str, not {type(format).__name__}")
+    format.encode()  # no half letters
+    format = format.partition("\0")[0]  # C's texts end there
     out, at = "", 0
     while True:
         found = format.find("%", at)
@@ -354,7 +442,7 @@ def _strftime(self, format, fields, microsecond=0):
 
 def _formatted(value, spec):
     if not isinstance(spec, str):
-        raise TypeError(f"__format__() argument 1 must be str, not {'None' if spec is None else type(spec).__name__}")
+        raise TypeError(f"__format__() argument 1 must be str, not {_argument(spec)}")
     return value.strftime(spec) if spec else str(value)
 
 
@@ -362,7 +450,8 @@ class date:
     __slots__ = ("_year", "_month", "_day")
 
     def __init__(self, year, month, day):
-        self._year, self._month, self._day = _check_date(year, month, day)
+        self._year, self._month, self._day = year, month, day = _check_int(year), _check_int(month), _check_int(day)
+        _check_date(year, month, day)
 
     year = property(lambda self: self._year)
     month = property(lambda self: self._month)
@@ -374,7 +463,7 @@ class date:
 
     @classmethod
     def fromtimestamp(cls, timestamp):
-        return cls.fromordinal(_floor(timestamp / 86400) + 719163)
+        return cls(*_from_ordinal(_days_of(_seconds(timestamp)) + 719163))
 
     @classmethod
     def fromordinal(cls, n):
@@ -396,12 +485,18 @@ class date:
 
     @classmethod
     def fromisocalendar(cls, year, week, day):
+        try:
+            year, week, day = _check_int(year), _check_int(week), _check_int(day)
+        except OverflowError:
+            raise ValueError("ISO calendar component out of range") from None
+        if not MINYEAR <= year <= MAXYEAR:
+            raise ValueError(f"Year is out of range: {year}")
         first = _iso_week_one(year)
         weeks = (_iso_week_one(year + 1) - first) // 7
         if not 1 <= week <= weeks:
             raise ValueError(f"Invalid week: {week}")
         if not 1 <= day <= 7:
-            raise ValueError(f"Invalid weekday: {day} (range is [1, 7])")
+            raise ValueError(f"Invalid day: {day} (range is [1, 7])")
         return cls(*_from_ordinal(first + (week - 1) * 7 + day - 1))
 
     def toordinal(self):
@@ -447,9 +542,9 @@ class date:
     def __format__(self, spec):
         return _formatted(self, spec)
 
-    def replace(self, year=None, month=None, day=None):
-        return type(self)(self._year if year is None else year, self._month if month is None else month,
-                          self._day if day is None else day)
+    def replace(self, year=_SAME, month=_SAME, day=_SAME):
+        return type(self)(self._year if year is _SAME else year, self._month if month is _SAME else month,
+                          self._day if day is _SAME else day)
 
     def __add__(self, other):
         if isinstance(other, timedelta) and not isinstance(self, datetime):
@@ -585,10 +680,11 @@ class time:
     __slots__ = ("_hour", "_minute", "_second", "_microsecond", "_tzinfo", "_fold")
 
     def __init__(self, hour=0, minute=0, second=0, microsecond=0, tzinfo=None, *, fold=0):
-        _check_time(hour, minute, second, microsecond, fold)
+        numbers = [_check_int(number) for number in (hour, minute, second, microsecond, fold)]
+        _check_time(*numbers)
         _check_zone(tzinfo)
-        self._hour, self._minute, self._second, self._microsecond = hour, minute, second, microsecond
-        self._tzinfo, self._fold = tzinfo, fold
+        self._hour, self._minute, self._second, self._microsecond, self._fold = numbers
+        self._tzinfo = tzinfo
 
     hour = property(lambda self: self._hour)
     minute = property(lambda self: self._minute)
@@ -616,6 +712,8 @@ class time:
         return None if self._tzinfo is None else self._tzinfo.dst(None)
 
     def isoformat(self, timespec="auto"):
+        if not isinstance(timespec, str):
+            raise TypeError(f"isoformat() argument 1 must be str, not {_argument(timespec)}")
         text = _time_text(self._hour, self._minute, self._second, self._microsecond, timespec)
         offset = self.utcoffset()
         return text if offset is None else text + _offset_text(offset)
@@ -629,6 +727,8 @@ class time:
             text += f", {self._second}"
         if self._microsecond:
             text += f", {self._microsecond}"
+        if self._fold:
+            text += ", fold=1"
         if self._tzinfo is not None:
             text += f", tzinfo={self._tzinfo!r}"
         return text + ")"
@@ -640,11 +740,11 @@ class time:
     def __format__(self, spec):
         return _formatted(self, spec)
 
-    def replace(self, hour=None, minute=None, second=None, microsecond=None, tzinfo=True, *, fold=None):
-        return type(self)(self._hour if hour is None else hour, self._minute if minute is None else minute,
-                          self._second if second is None else second,
-                          self._microsecond if microsecond is None else microsecond,
-                          self._tzinfo if tzinfo is True else tzinfo, fold=self._fold if fold is None else fold)
+    def replace(self, hour=_SAME, minute=_SAME, second=_SAME, microsecond=_SAME, tzinfo=True, *, fold=_SAME):
+        return type(self)(self._hour if hour is _SAME else hour, self._minute if minute is _SAME else minute,
+                          self._second if second is _SAME else second,
+                          self._microsecond if microsecond is _SAME else microsecond,
+                          self._tzinfo if tzinfo is True else tzinfo, fold=self._fold if fold is _SAME else fold)
 
     def _key(self):
         offset = self.utcoffset()
@@ -692,15 +792,20 @@ def _time_text(hour, minute, second, microsecond, timespec):
     return forms[timespec]
 
 
+_date, _time = date, time  # the names of parameters and methods below hide them
+
+
 class datetime(date):
     __slots__ = ("_hour", "_minute", "_second", "_microsecond", "_tzinfo", "_fold")
 
     def __init__(self, year, month, day, hour=0, minute=0, second=0, microsecond=0, tzinfo=None, *, fold=0):
-        super().__init__(year, month, day)
-        _check_time(hour, minute, second, microsecond, fold)
+        # All of them are numbers before any is looked at further.
+        numbers = [_check_int(number) for number in (year, month, day, hour, minute, second, microsecond, fold)]
+        _check_date(*numbers[:3])
+        _check_time(*numbers[3:])
         _check_zone(tzinfo)
-        self._hour, self._minute, self._second, self._microsecond = hour, minute, second, microsecond
-        self._tzinfo, self._fold = tzinfo, fold
+        self._year, self._month, self._day, self._hour, self._minute, self._second, self._microsecond, self._fold = numbers
+        self._tzinfo = tzinfo
 
     hour = property(lambda self: self._hour)
     minute = property(lambda self: self._minute)
@@ -724,6 +829,8 @@ class datetime(date):
     @classmethod
     def fromtimestamp(cls, timestamp, tz=None):
         _check_zone(tz)
+        timestamp = _seconds(timestamp)
+        _days_of(timestamp)
         whole = _floor(timestamp)
         microsecond = round((timestamp - whole) * 1000000)
         made = cls(1970, 1, 1) + _span(whole * 1000000 + microsecond)
@@ -737,6 +844,9 @@ class datetime(date):
 
     @classmethod
     def combine(cls, date, time, tzinfo=True):
+        for place, part, kind in ((1, date, _date), (2, time, _time)):
+            if not isinstance(part, kind):
+                raise TypeError(f"combine() argument {place} must be datetime.{kind.__name__}, not {_argument(part)}")
         return cls(date.year, date.month, date.day, time.hour, time.minute, time.second, time.microsecond,
                    time.tzinfo if tzinfo is True else tzinfo, fold=time.fold)
 
@@ -755,6 +865,9 @@ class datetime(date):
 
     @classmethod
     def strptime(cls, date_string, format):
+        for place, text in ((1, date_string), (2, format)):
+            if not isinstance(text, str):
+                raise TypeError(f"strptime() argument {place} must be str, not {_argument(text)}")
         return _strptime(cls, date_string, format)
 
     def timestamp(self):
@@ -791,13 +904,13 @@ class datetime(date):
         offset = self.utcoffset() or timedelta(0)
         return tz.fromutc((self.replace(tzinfo=None) - offset).replace(tzinfo=tz))
 
-    def replace(self, year=None, month=None, day=None, hour=None, minute=None, second=None, microsecond=None,
-                tzinfo=True, *, fold=None):
-        return type(self)(self._year if year is None else year, self._month if month is None else month,
-                          self._day if day is None else day, self._hour if hour is None else hour,
-                          self._minute if minute is None else minute, self._second if second is None else second,
-                          self._microsecond if microsecond is None else microsecond,
-                          self._tzinfo if tzinfo is True else tzinfo, fold=self._fold if fold is None else fold)
+    def replace(self, year=_SAME, month=_SAME, day=_SAME, hour=_SAME, minute=_SAME, second=_SAME, microsecond=_SAME,
+                tzinfo=True, *, fold=_SAME):
+        return type(self)(self._year if year is _SAME else year, self._month if month is _SAME else month,
+                          self._day if day is _SAME else day, self._hour if hour is _SAME else hour,
+                          self._minute if minute is _SAME else minute, self._second if second is _SAME else second,
+                          self._microsecond if microsecond is _SAME else microsecond,
+                          self._tzinfo if tzinfo is True else tzinfo, fold=self._fold if fold is _SAME else fold)
 
     def _fields(self):
         fields = date._fields(self)
@@ -811,6 +924,10 @@ class datetime(date):
         return self.strftime("%a %b %e %H:%M:%S %Y")
 
     def isoformat(self, sep="T", timespec="auto"):
+        if not isinstance(sep, str) or len(sep) != 1:
+            raise TypeError(f"isoformat() argument 1 must be a unicode character, not {_argument(sep)}")
+        if not isinstance(timespec, str):
+            raise TypeError(f"isoformat() argument 2 must be str, not {_argument(timespec)}")
         text = _time_text(self._hour, self._minute, self._second, self._microsecond, timespec)
         offset = self.utcoffset()
         return date.isoformat(self) + sep + text + ("" if offset is None else _offset_text(offset))
@@ -822,7 +939,8 @@ class datetime(date):
         values = [self._year, self._month, self._day, self._hour, self._minute, self._second, self._microsecond]
         while len(values) > 5 and values[-1] == 0:
             values.pop()
-        zone = "" if self._tzinfo is None else f", tzinfo={self._tzinfo!r}"
+        zone = ", fold=1" if self._fold else ""
+        zone += "" if self._tzinfo is None else f", tzinfo={self._tzinfo!r}"
         return f"{_named(self)}({', '.join(map(str, values))}{zone})"
 
     def strftime(self, format):
@@ -882,86 +1000,143 @@ datetime.max = datetime(9999, 12, 31, 23, 59, 59, 999999)
 datetime.resolution = timedelta.resolution
 _EPOCH = datetime(1970, 1, 1)._microseconds()
 
-_WIDTHS = {"d": 2, "m": 2, "y": 2, "Y": 4, "H": 2, "I": 2, "M": 2, "S": 2, "j": 3, "f": 6, "w": 1, "u": 1}
-_SHORT = {"D": "%m/%d/%y", "T": "%H:%M:%S", "R": "%H:%M", "F": "%Y-%m-%d", "c": "%a %b %d %H:%M:%S %Y",
-          "x": "%m/%d/%y", "X": "%H:%M:%S"}
+#: Numbers in texts: the least, the most, and how many digits they have, or fewer.
+_RANGES = {"d": (1, 31, 2), "m": (1, 12, 2), "H": (0, 23, 2), "I": (1, 12, 2), "M": (0, 59, 2), "S": (0, 61, 2),
+           "j": (1, 366, 3), "U": (0, 53, 2), "W": (0, 53, 2), "V": (1, 53, 2), "u": (1, 7, 1), "w": (0, 6, 1)}
+_NAMES = {"b": _MONTHS, "B": _FULL_MONTHS, "a": _DAYS, "A": _FULL_DAYS, "p": ["AM", "PM"], "Z": ["UTC", "GMT"]}
+_PATTERNS = {"f": "[0-9]{1,6}", "y": r"\d{2}", "Y": r"\d{4}", "G": r"\d{4}", "%": "%",
+             "z": r"[+-]\d\d:?[0-5]\d(?::?[0-5]\d(?:\.\d{1,6})?)?|(?-i:Z)"}
+_AS_PARTS = {"c": "%a %b %d %H:%M:%S %Y", "x": "%m/%d/%y", "X": "%H:%M:%S"}
+
+
+def _pattern_of(code):
+    """What a directive stands for in a text; None if it is none."""
+    pattern = _PATTERNS.get(code)
+    if pattern is None:
+        if code in _NAMES:
+            pattern = "|".join(sorted(_NAMES[code], reverse=True))
+        elif code in _RANGES:
+            least, most, digits = _RANGES[code]
+            # Those with more digits first: of 45 the 4 is a day.
+            pattern = "|".join(f"{number:0{width}}" for width in range(digits, 0, -1)
+                               for number in range(0 if code == "V" and width == 1 else least, most + 1)
+                               if number < 10 ** width)
+            pattern += "| [1-9]" if code == "d" else ""
+        else:
+            return None
+        _PATTERNS[code] = pattern
+    return pattern
+
+
+def _parts_of(text, format):
+    """The texts of the directives of a format, by their letters and in their order."""
+    import re
+    pattern, at, whole = "", 0, format
+    while at < len(format):
+        c = format[at]
+        at += 1
+        if c.isspace():
+            while format[at:at + 1].isspace():
+                at += 1
+            pattern += r"\s+"
+        elif c != "%":
+            pattern += re.escape(c)
+        else:
+            code = format[at:at + 1]
+            at += 1
+            if not code:
+                raise ValueError(f"stray % in format '{whole}'")
+            if code in _AS_PARTS:
+                format = _AS_PARTS[code] + format[at:]
+                at = 0
+                continue
+            directive = _pattern_of(code)
+            if directive is None:
+                raise ValueError(f"'{code}' is a bad directive in format '{whole}'")
+            pattern += directive if code == "%" else f"(?P<{code}>{directive})"
+    match = re.match(pattern, text, re.IGNORECASE)
+    if match is None:
+        raise ValueError(f"time data {text!r} does not match format {whole!r}")
+    if match.end() < len(text):
+        raise ValueError(f"unconverted data remains: {text[match.end():]}")
+    return match.groupdict()
+
+
+def _zone_of(text):
+    """An offset as `%z` reads it."""
+    if text == "Z":
+        return timedelta(0)
+    digits = text[1:]
+    if digits[2] == ":":
+        digits = digits.replace(":", "", 1)
+        if len(digits) > 5 and digits[4] != ":":
+            raise ValueError(f"Inconsistent use of : in {text}")
+        digits = digits.replace(":", "")
+    whole, _, fraction = digits.partition(".")
+    offset = timedelta(hours=int(whole[:2]), minutes=int(whole[2:4]), seconds=int(whole[4:6] or 0),
+                       microseconds=int((fraction + "000000")[:6]))
+    return -offset if text[0] == "-" else offset
+
+
+_ISO_YEAR = "a weekday directive ('%A', '%a', '%w', or '%u')."
 
 
 def _strptime(cls, text, format):
-    found = {}
-    for code, pattern in _SHORT.items():
-        format = format.replace("%" + code, pattern)
-    refusal = ValueError(f"time data {text!r} does not match format {format!r}")
-    at = i = 0
-    while i < len(format):
-        c = format[i]
-        i += 1
-        if c.isspace():
-            while at < len(text) and text[at].isspace():
-                at += 1
-            continue
-        if c != "%":
-            if text[at:at + 1].lower() != c.lower():
-                raise refusal
-            at += 1
-            continue
-        code = format[i:i + 1]
-        i += 1
-        if not code:
-            raise ValueError(f"stray %% in format '{format}'")
-        if code == "%":
-            if text[at:at + 1] != "%":
-                raise refusal
-            at += 1
-        elif code in _WIDTHS:
-            end = at
-            while end < len(text) and end - at < _WIDTHS[code] and text[end].isdigit():
-                end += 1
-            if end == at or code == "Y" and end - at != 4:
-                raise refusal
-            digits = text[at:end]
-            found[code] = int((digits + "000000")[:6]) if code == "f" else int(digits)
-            at = end
-        elif code in "bBaAp":
-            names = {"b": _MONTHS, "B": _FULL_MONTHS, "a": _DAYS, "A": _FULL_DAYS, "p": ["AM", "PM"]}[code]
-            for number, name in enumerate(names):
-                if text[at:at + len(name)].lower() == name.lower():
-                    found["m" if code in "bB" else code] = number + (code in "bB")
-                    at += len(name)
-                    break
-            else:
-                raise refusal
-        elif code == "z":
-            end = at
-            while end < len(text) and text[end] in "+-:.0123456789Z":
-                end += 1
-            fields = _iso_time("00" + text[at:end]) if end > at else None
-            if fields is None:
-                raise refusal
-            found["z"] = fields[4]
-            at = end
-        elif code == "Z":
-            for name in ("UTC", "GMT"):
-                if text[at:at + 3].upper() == name:
-                    at += 3
-                    break
-            else:
-                raise refusal
-        else:
-            raise ValueError(f"'{code}' is a bad directive in format '{format}'")
-    if at < len(text):
-        raise ValueError(f"unconverted data remains: {text[at:]}")
-    year = found.get("Y", 1900)
-    if "y" in found:
-        year = found["y"] + (2000 if found["y"] <= 68 else 1900)
-    hour = found.get("H", 0)
-    if "I" in found:
-        hour = found["I"] % 12 + (12 if found.get("p") == 1 else 0)
-    month, day = found.get("m", 1), found.get("d", 1)
-    for value, least, most in ((month, 1, 12), (day, 1, 31), (hour, 0, 23), (found.get("M", 0), 0, 59),
-                               (found.get("S", 0), 0, 61), (found.get("I", 1), 1, 12)):
-        if not least <= value <= most:
-            raise refusal
-    if "j" in found and "m" not in found:
-        year, month, day = _from_ordinal(_to_ordinal(year, 1, 1) + found["j"] - 1)
-    return cls(year, month, day, hour, found.get("M", 0), min(found.get("S", 0), 59), found.get("f", 0), found.get("z"))
+    parts = _parts_of(text, format)
+    year = iso_year = weekday = None
+    month = day = 1
+    hour = 0
+    for code, part in parts.items():
+        if code == "y":
+            year = int(part)
+            year += 2000 if year <= 68 else 1900
+        elif code == "Y":
+            year = int(part)
+        elif code == "G":
+            iso_year = int(part)
+        elif code in "bB":
+            month = [name.lower() for name in _NAMES[code]].index(part.lower()) + 1
+        elif code == "m":
+            month = int(part)
+        elif code == "d":
+            day = int(part)
+        elif code == "H":
+            hour = int(part)
+        elif code == "I":
+            hour = int(part) % 12 + (12 if parts.get("p", "").lower() == "pm" else 0)
+        elif code in "aA":
+            weekday = [name.lower() for name in _NAMES[code]].index(part.lower())
+        elif code in "wu":
+            weekday = (int(part) - 1) % 7
+    if iso_year is not None:
+        if "j" in parts:
+            raise ValueError("Day of the year directive '%j' is not compatible with ISO year directive '%G'. "
+                             "Use '%Y' instead.")
+        if "V" not in parts or weekday is None:
+            raise ValueError("ISO year directive '%G' must be used with the ISO week directive '%V' and " + _ISO_YEAR)
+    elif "V" in parts:
+        if year is None or weekday is None:
+            raise ValueError("ISO week directive '%V' must be used with the ISO year directive '%G' and " + _ISO_YEAR)
+        raise ValueError("ISO week directive '%V' is incompatible with the year directive '%Y'. "
+                         "Use the ISO year '%G' instead.")
+    year = 1900 if year is None else year
+    ordinal = None
+    if "j" in parts:
+        ordinal = _to_ordinal(year, 1, 1) + int(parts["j"]) - 1
+    elif iso_year is not None:
+        ordinal = _iso_week_one(iso_year) + (int(parts["V"]) - 1) * 7 + weekday
+    elif weekday is not None and ("U" in parts or "W" in parts):
+        # The weeks begin on Sunday or Monday; days before the first such day are in week 0.
+        code = [code for code in parts if code in "UW"][-1]
+        after = 1 if code == "U" else 0
+        new_year = _to_ordinal(year, 1, 1)
+        begins, number = ((new_year + 6) % 7 + after) % 7, int(parts[code])
+        # Where the year begins with such a day, its first week is week 0 as well.
+        weeks = number - 1 if number and begins else max(number - 1, 0)
+        ordinal = new_year + (7 - begins if number and begins else -begins) + weeks * 7 + (weekday + after) % 7
+    if ordinal is not None:
+        year, month, day = _from_ordinal(ordinal)
+    zone = None
+    if "z" in parts:
+        zone = timezone(_zone_of(parts["z"]), *([parts["Z"]] if "Z" in parts else []))
+    return cls(year, month, day, hour, int(parts.get("M", 0)), int(parts.get("S", 0)), int((parts.get("f", "") + "000000")[:6]), zone)

@@ -13,8 +13,15 @@ def nlargest(n, iterable, key=None):
 
 def _first(n, iterable, key, reverse):
     """The first `n` in order; of equal ones those that came first. Few more than those are kept at a time."""
+    if n == 1:
+        n = 1
+    elif hasattr(iterable, "__len__") and n >= len(iterable):
+        return sorted(iterable, key=key, reverse=reverse)[:n]
+    elif not hasattr(n, "__index__"):
+        raise TypeError(f"'{type(n).__name__}' object cannot be interpreted as an integer")
     if n <= 0:
         return []
+    n = min(n, 2 ** 63 - 1)
     kept, number, step = [], 0, -1 if reverse else 1
     source = iter(iterable)
     while True:

@@ -59,10 +59,26 @@ def dump(obj, fp, **kw):
     fp.write(dumps(obj, **kw))
 
 
+def _encoding_of(data):
+    """By its mark, or by where the zeros of its first letters are, which are ASCII in all JSON."""
+    for mark, encoding in ((b"\xff\xfe\0\0", "utf-32"), (b"\0\0\xfe\xff", "utf-32"), (b"\xff\xfe", "utf-16"),
+                           (b"\xfe\xff", "utf-16"), (b"\xef\xbb\xbf", "utf-8-sig")):
+        if data.startswith(mark):
+            return encoding
+    if len(data) < 2 or len(data) == 3:
+        return "utf-8"
+    zeros = [not byte for byte in data[:4]]
+    if zeros[0]:
+        return "utf-32-be" if zeros[1] and len(zeros) == 4 else "utf-16-be"
+    if zeros[1]:
+        return "utf-32-le" if zeros[2:] == [True, True] else "utf-16-le"
+    return "utf-8"
+
+
 def loads(s, *, cls=None, object_hook=None, parse_float=None, parse_int=None, parse_constant=None,
           object_pairs_hook=None, **kw):
     if isinstance(s, (bytes, bytearray)):
-        s = bytes(s).decode("utf-8")
+        s = bytes(s).decode(_encoding_of(s), "surrogatepass")
     elif not isinstance(s, str):
         raise TypeError(f"the JSON object must be str, bytes or bytearray, not {type(s).__name__}")
     elif s.startswith("\ufeff"):

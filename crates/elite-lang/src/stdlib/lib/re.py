@@ -145,7 +145,7 @@ def _template(pattern, source):
         return [source]
     text = bytes(source).decode("latin-1") if is_bytes else source
     if not isinstance(text, str):
-        raise TypeError(f"decoding to str: need a bytes-like object, {type(source).__name__} found")
+        str(source, "latin1")  # raises, in its own words
     parts, plain, at = [], "", 0
 
     def group(index, position):

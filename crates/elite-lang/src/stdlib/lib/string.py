@@ -26,6 +26,8 @@ class Template:
     def _parts(self):
         import re as _re
         text, at = self.template, 0
+        if not isinstance(text, str):
+            _re.match("", text)  # raises, in the words of patterns
         while True:
             found = text.find(self.delimiter, at)
             if found < 0:

@@ -43,6 +43,8 @@ def mktime(t):
 
 
 def strftime(format, t=None):
+    if isinstance(format, str) and "\0" in format:
+        raise ValueError("embedded null character")
     return _format(format, tuple(gmtime() if t is None else t))
 
 

@@ -12,6 +12,7 @@ use super::program::{Assert, Op, Program, Repeat};
 use crate::eval::Evaluator;
 use crate::eval::bulk::{many, pieces};
 use crate::value::Raised;
+use crate::value::surrogate::code_of;
 
 /// Python's flags.
 pub(super) mod flag {
@@ -478,7 +479,7 @@ impl Parser<'_, '_> {
                 return Ok(Item::Repeatable(ONE));
             }
             '\\' => return self.escape(start),
-            other => self.literal(other as u32),
+            other => self.literal(code_of(other)),
         };
         self.emit(op)?;
         Ok(match op {

@@ -6,6 +6,7 @@ use super::receiver;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::bulk::EACH;
+use crate::value::int::Int;
 use crate::value::surrogate::{char_of, code_of};
 use crate::value::{R, Raised, Value};
 
@@ -101,17 +102,22 @@ pub(super) fn translate(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             }
             Err(raised) => return Err(raised),
         };
-        match found {
+        match ev.plain(&found) {
             Value::None => {}
             Value::Str(text) => ev.push_text(&mut out, text.as_str())?,
-            Value::Int(code) => match u32::try_from(code).ok().and_then(char_of) {
-                Some(c) => out.push(c),
-                None => return Err(ev.value_error("character mapping must be in range(0x110000)")),
+            found => match Int::of(&found) {
+                Some(Int::Small(code))
+                    if let Some(c) = u32::try_from(code).ok().and_then(char_of) =>
+                {
+                    out.push(c)
+                }
+                Some(_) => {
+                    return Err(ev.value_error("character mapping must be in range(0x110000)"));
+                }
+                None => {
+                    return Err(ev.type_error("character mapping must return integer, None or str"));
+                }
             },
-            Value::BigInt(_) => {
-                return Err(ev.value_error("character mapping must be in range(0x110000)"));
-            }
-            _ => return Err(ev.type_error("character mapping must return integer, None or str")),
         }
     }
     ev.string(out)
