@@ -55,7 +55,7 @@ LISTS = ["[]", "[1]", "[1, 2, 3]", "[3, 1, 2]", "['a', 'b']", "[1, 'a']", "[[1],
          "[(1, 2), (0, 5)]"]
 TUPLES = ["()", "(1,)", "(1, 2)", "(3, 2, 1)", "('a',)", "(1, 'b')", "((1, 2), 3)", "(1.0, 2)"]
 DICTS = ["{}", "{1: 2}", "{'a': 1, 'b': 2}", "{1: 'x', 2.5: 'y'}", "{'k': [1]}", "{None: 0}", "{(1, 2): 3}"]
-SETS = ["set()", "{1}", "{1, 2, 3}", "frozenset({1, 2})", "frozenset()", "{5, 3}", "{None}"]
+SETS = ["set()", "{1}", "{1, 2, 3}", "frozenset({1, 2})", "frozenset()", "{5, 3}", "{(1,)}"]
 OTHERS = ["None", "range(5)", "range(10, 0, -3)", "range(0)", "slice(1, 3)", "...", "NotImplemented", "int", "str", "len", "object",
           "slice(None, None, -1)", "range(3, 30, 4)"]
 TIMES = ["timedelta(1)", "timedelta(seconds=1.5)", "timedelta(days=-1, microseconds=5)", "date(2024, 2, 29)",

@@ -149,6 +149,7 @@ class timedelta:
             if isinstance(value, int):
                 total = total + value * factor  # `+`, which refuses in its own words
             elif isinstance(value, float):
+                value = float.__pos__(value)  # the number that it is, whatever its class says
                 whole = int(value)
                 total = total + whole * factor
                 rest += (value - whole) * factor
