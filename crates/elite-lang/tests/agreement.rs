@@ -226,8 +226,15 @@ fn is_meant(text: &str, ours_accepts: bool) -> bool {
     // It takes an `else` after `try` that has no `except`, as long as there is a `finally`.
     let bare_else =
         ["else:", "finally:"].iter().all(|word| text.contains(word)) && !text.contains("except");
+    // It does not look for the loop or function that a `break` or `return` belongs to, and assigns to a name in brackets.
+    let outside = our_errors(text)
+        .iter()
+        .any(|error| error.message.contains("outside a"));
+    let bracketed = text.contains(":=") && text.replace(' ', "").contains("):=");
     text.contains('\t')
         || bare_else
+        || outside
+        || bracketed
         || blank_after_conversion
         || coroutine
         || text.split("yield").skip(1).any(odd)

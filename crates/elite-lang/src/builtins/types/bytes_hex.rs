@@ -70,12 +70,7 @@ pub(super) fn from_hex(ev: &Evaluator<'_>, text: &Value) -> R<Vec<u8>> {
         return Err(ev.type_error(format!("fromhex() argument must be str, not {name}")));
     };
     let mut out = Vec::new();
-    let mut chars = text
-        .as_str()
-        .chars()
-        .enumerate()
-        .filter(|(_, c)| !c.is_ascii_whitespace())
-        .peekable();
+    let mut chars = text.as_str().chars().enumerate();
     let error = |at: usize| {
         ev.value_error(format!(
             "non-hexadecimal number found in fromhex() arg at position {at}"
@@ -88,6 +83,10 @@ pub(super) fn from_hex(ev: &Evaluator<'_>, text: &Value) -> R<Vec<u8>> {
     }
     while let Some((at, high)) = chars.next() {
         ev.worked(2 * EACH)?;
+        // Between bytes there may be blanks, within one there may not.
+        if matches!(high, ' ' | '\t'..='\r') {
+            continue;
+        }
         ev.grow(&mut out, 1)?;
         let high = high.to_digit(16).ok_or_else(|| error(at))?;
         let (at, low) = chars.next().ok_or_else(|| error(at + 1))?;

@@ -418,7 +418,7 @@ def _strftime(self, format, fields, microsecond=0):
     if hasattr(self, "tzname"):
         name = self.tzname() or ""
     if not isinstance(format, str):
-        raise TypeError(f"strftime() argument 1 must be str, not {type(format).__name__}")
+        raise TypeError(f"strftime() argument 1 must be str, not {_argument(format)}")
     format.encode()  # no half letters
     format = format.partition("\0")[0]  # C's texts end there
     out, at = "", 0
@@ -789,6 +789,9 @@ def _time_text(hour, minute, second, microsecond, timespec):
         "microseconds": f"{hour:02}:{minute:02}:{second:02}.{microsecond:06}",
     }
     if timespec not in forms:
+        timespec.encode()  # no half letters
+        if "\0" in timespec:
+            raise ValueError("embedded null character")
         raise ValueError("Unknown timespec value")
     return forms[timespec]
 

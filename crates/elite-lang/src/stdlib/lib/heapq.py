@@ -19,11 +19,11 @@ def _first(n, iterable, key, reverse):
         return sorted(iterable, key=key, reverse=reverse)[:n]
     elif not hasattr(n, "__index__"):
         raise TypeError(f"'{type(n).__name__}' object cannot be interpreted as an integer")
+    source = iter(iterable)
     if n <= 0:
         return []
     n = min(n, 2 ** 63 - 1)
     kept, number, step = [], 0, -1 if reverse else 1
-    source = iter(iterable)
     while True:
         some = list(_islice(source, max(n, 1024)))
         if not some:

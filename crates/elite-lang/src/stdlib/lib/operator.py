@@ -28,7 +28,7 @@ def rshift(a, b): return a >> b
 def neg(a): return -a
 def pos(a): return +a
 def inv(a): return ~a
-def concat(a, b): return a + b
+def concat(a, b): return _row(a) + b
 def contains(a, b): return b in a
 def getitem(a, b): return a[b]
 def index(a): return range(a).stop
@@ -112,9 +112,15 @@ def ixor(a, b):
     return a
 
 
+def _row(value):
+    """What can be joined to another."""
+    if hasattr(value, "__getitem__") and not isinstance(value, (dict, range)):
+        return value
+    raise TypeError(f"'{type(value).__name__}' object can't be concatenated")
+
+
 def iconcat(a, b):
-    if not hasattr(a, "__getitem__"):
-        raise TypeError(f"'{type(a).__name__}' object can't be concatenated")
+    a = _row(a)
     a += b
     return a
 
