@@ -15,13 +15,19 @@ import itertools
 import os
 import re
 import resource
+import shutil
 import subprocess
 import sys
 import tempfile
 
 import differential as drawn
 
-VALUES = [value for kind in (*drawn.KINDS, drawn.TIMES) for value in kind]
+#: Values of derived classes: what they do, and what messages call them.
+DERIVED = {"int": "3", "float": "1.5", "complex": "1j", "str": "'a1'", "bytes": "b'a'", "bytearray": "b'ab'", "list": "[1]", "tuple": "(1, 2)",
+           "dict": "a=1", "set": "{1}", "frozenset": "{2}", "object": ""}
+CLASSES = "".join(f"class My{base}({base}): pass\n" for base in DERIVED)
+DERIVED = {base: f"My{base}({content})" for base, content in DERIVED.items()}
+VALUES = [value for kind in (*drawn.KINDS, drawn.TIMES, DERIVED.values()) for value in kind] + ["Myobject", "Myint"]
 #: What a number or a text is repeated by, raised to, shifted by.
 FEW = ["0", "1", "2", "-1", "3", "0.5", "'a'", "None", "1.5", "-3", "True", "1j", "[]", "2.0", "0.0", "-2.5", "64"]
 SECOND = ["0", "1", "-1", "None", "'a'", "b'a'", "10", "'*'", "'big'", "1.5", "True", "[]"]
@@ -71,7 +77,7 @@ def operators():
 def methods():
     yield thunks("T", SECOND)
     for name, pool in RECEIVERS.items():
-        yield thunks("P", pool)
+        yield thunks("P", pool + ([DERIVED[name]] if name in DERIVED else []))
         for method in drawn.METHODS[name]:
             wide = method in ("center", "ljust", "rjust", "zfill", "expandtabs", "to_bytes")
             condition = "short(a())" if wide else "True"
@@ -127,7 +133,11 @@ def output_of(command, path):
 def is_meant(call, expected, actual):
     # Numbers have no identity here (docs/LANGUAGE.md), so that a NaN is found where CPython looks for that very one; methods that are called through a
     # tuple of arguments bear the name of their receiver's type in CPython, `bool.bit_length`.
-    return drawn.is_meant(call, expected, actual) or "nan" in expected or expected.replace("'bool.", "'int.") == actual
+    return drawn.is_meant(call, expected, actual) or "nan" in expected or re.sub(r"(Error [\"'])(?:bool|My(\w+))\.", own_type, expected) == actual
+
+
+def own_type(match):
+    return match[1] + (match[2] or "int") + "."
 
 
 def main():
@@ -135,12 +145,14 @@ def main():
     parser.add_argument("runner")
     parser.add_argument("--only", choices=["operators", "methods", "builtins", "texts", "modules"])
     options = parser.parse_args()
+    if not shutil.which(options.runner):
+        parser.error(f"{options.runner} is no program: build it first")
     total, failed = 0, False
     for kind in (operators, methods, builtins, texts, modules):
         if options.only not in (None, kind.__name__):
             continue
         with tempfile.NamedTemporaryFile("w", suffix=".py") as file:
-            file.write(drawn.PRELUDE + SHORT + thunks("V", VALUES) + thunks("F", FEW) + "".join(kind()))
+            file.write(drawn.PRELUDE + CLASSES + SHORT + thunks("V", VALUES) + thunks("F", FEW) + "".join(kind()))
             file.flush()
             expected, actual = (output_of(command, file.name) for command in ([sys.executable, "-W", "ignore"], [options.runner]))
         found = collections.defaultdict(list)

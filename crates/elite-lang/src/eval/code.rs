@@ -7,12 +7,14 @@ use std::sync::Arc;
 
 use super::expr::enter::Entries;
 use super::steps::Step;
-use super::{Evaluator, Executes, Expr, Flow, Frame, attempt};
+use super::stmt::handle::Guard;
+use super::words::Words;
+use super::{Evaluator, Executes, Expr, Flow, Frame, Statement};
 use crate::source::{SourceFile, Span};
 use crate::value::by_symbol::SymbolSet;
 use crate::value::module::Namespace;
 use crate::value::trash::{self, Nodes};
-use crate::value::{CellVar, Dict, Held, R, Symbol, Value};
+use crate::value::{CellVar, Dict, Held, R, Raised, Symbol, Value};
 
 /// How calling a function with this code goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -293,10 +295,13 @@ const LONG: usize = 256;
 /// What one of them counts.
 const STATEMENT: usize = 128;
 
-/// Statements one after the other, with their lines.
+/// Statements one after the other, with their lines. Those of a `try` stand among the others, its clauses beside them: to
+/// enter and to leave it takes nothing.
 #[derive(Default)]
 pub struct Block {
     statements: Nodes<Line>,
+    /// Inner ones before those around them.
+    guards: Nodes<Guard>,
 }
 
 /// A statement and its line.
@@ -315,13 +320,14 @@ impl Line {
 }
 
 impl Block {
-    /// A block of these statements, each with its line.
-    pub fn new(statements: Vec<(u32, Box<dyn Executes>)>) -> Self {
+    /// A block of these statements, each with its line, and of what protects some of them, inner ones first.
+    pub fn new(statements: Vec<(u32, Box<dyn Executes>)>, guards: Vec<Guard>) -> Self {
         let lines = statements
             .into_iter()
             .map(|(number, statement)| Line { number, statement });
         Block {
             statements: lines.collect(),
+            guards: guards.into(),
         }
     }
 
@@ -330,41 +336,92 @@ impl Block {
         self.statements.is_empty()
     }
 
-    /// The only statement in it.
-    #[inline(always)]
-    pub fn single(&self) -> Option<&Line> {
-        match &*self.statements {
-            [line] => Some(line),
-            _ => None,
-        }
-    }
-
-    #[cold]
-    #[inline(never)]
-    fn exec_long(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
-        for line in &self.statements {
-            ev.core.line.set(line.number);
-            attempt!(ev.worked(STATEMENT));
-            match line.statement.exec(ev, f) {
-                Flow::Next => {}
-                other => return other,
-            }
-        }
-        Flow::Next
-    }
-
     /// Executes the statements up to one that leaves the block.
     #[inline]
     pub fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         if self.statements.len() > LONG {
-            return self.exec_long(ev, f);
+            return self.exec_from(0, ev, f);
         }
-        for line in &*self.statements {
+        let mut lines = self.statements.iter();
+        while let Some(line) = lines.next() {
             match line.exec(ev, f) {
                 Flow::Next => {}
-                other => return other,
+                flow if self.guards.is_empty() => return flow,
+                flow => {
+                    let at = self.statements.len() - lines.len() - 1;
+                    return self.exec_after(at, Words::of(flow), ev, f).whole();
+                }
             }
         }
         Flow::Next
+    }
+
+    /// What follows the end of statement `at`, which is not to go on with the next one.
+    #[inline(never)]
+    fn exec_after(
+        &self,
+        at: usize,
+        flow: Words<Flow>,
+        ev: &Evaluator<'_>,
+        f: &mut Frame<'_>,
+    ) -> Words<Flow> {
+        Words::of(match self.handle(at, flow.whole(), ev, f) {
+            Ok(next) => self.exec_from(next, ev, f),
+            Err(flow) => flow,
+        })
+    }
+
+    #[inline(never)]
+    fn exec_from(&self, mut at: usize, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        let is_long = self.statements.len() > LONG;
+        while let Some(line) = self.statements.get(at) {
+            let worked = match is_long {
+                true => ev.worked(STATEMENT),
+                false => Ok(()),
+            };
+            let flow = match worked {
+                Ok(()) => line.exec(ev, f),
+                Err(raised) => Flow::Raise(raised),
+            };
+            at = match flow {
+                Flow::Next => at + 1,
+                flow => match self.handle(at, flow, ev, f) {
+                    Ok(next) => next,
+                    Err(flow) => return flow,
+                },
+            };
+        }
+        Flow::Next
+    }
+
+    /// Where the block goes on if what statement `at` raised is handled in it; else how the block ends.
+    fn handle(
+        &self,
+        at: usize,
+        mut flow: Flow,
+        ev: &Evaluator<'_>,
+        f: &mut Frame<'_>,
+    ) -> Result<usize, Flow> {
+        for guard in &self.guards {
+            if !guard.body.contains(&at) {
+                continue;
+            }
+            let Flow::Raise(Raised::Exception(exception)) = flow else {
+                break;
+            };
+            flow = match guard.handle(exception, ev, f) {
+                Flow::Next => return Ok(guard.after),
+                other => other,
+            };
+        }
+        Err(flow)
+    }
+}
+
+/// A block as a statement.
+impl Statement for Block {
+    #[inline(always)]
+    fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        Block::exec(self, ev, f)
     }
 }

@@ -4,6 +4,7 @@
 mod define;
 mod expr;
 mod generator;
+mod guard;
 mod stmt;
 mod target;
 mod watch;
@@ -13,10 +14,11 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::sync::Arc;
 
+use self::guard::Lines;
 use crate::ast::{self, Constant, NodeMark, NodePlace, ScopeId};
 use crate::debug::{Debugger, Site};
 use crate::eval::Core;
-use crate::eval::code::{Block, Body, Code, CodeKind, Params, Refers, TextNames};
+use crate::eval::code::{Body, Code, CodeKind, Params, Refers, TextNames};
 use crate::eval::coroutine::{LEVEL, RESERVE};
 use crate::eval::count::{Counters, Mark, MarkThen};
 use crate::eval::expr::enter::Entries;
@@ -165,10 +167,11 @@ impl<'l> Lower<'l> {
     fn whole_module(mut self, module: &ast::Module) -> Rc<Code> {
         self.passes = passes(self.core, &module.nodes, self.budget);
         let body = self.deeper(|lower| {
-            let mut lines = lower.lines(&module.body);
-            let line = lines.last().map_or(1, |(line, _)| *line);
-            lower.pass(NodePlace::AtEnd, line, &mut lines);
-            Block::new(lines)
+            let mut lines = Lines::default();
+            lower.add_lines(&module.body, &mut lines);
+            let line = lines.statements.last().map_or(1, |(line, _)| *line);
+            lower.pass(NodePlace::AtEnd, line, &mut lines.statements);
+            lines.into()
         });
         self.budget.drop_each(std::mem::take(&mut self.passes));
         self.module_code(Body::Block(body), module.span)
@@ -308,28 +311,24 @@ impl<'l> Lower<'l> {
             .collect()
     }
 
-    fn block(&mut self, body: &[ast::Stmt]) -> Block {
-        self.deeper(|lower| Block::new(lower.lines(body)))
-    }
-
-    /// The statements of a block that do something, and the directives between them.
-    fn lines(&mut self, body: &[ast::Stmt]) -> Vec<Line> {
-        let mut lines = Vec::with_capacity(body.len());
+    /// Adds the statements of a block that do something, and the directives between them.
+    fn add_lines(&mut self, body: &[ast::Stmt], lines: &mut Lines) {
         for statement in body {
             if self.is_given_up_after(NODE) {
                 break;
             }
             let (line, start) = (self.line(statement.span), statement.span.start);
-            self.pass(NodePlace::Before(start), line, &mut lines);
+            self.pass(NodePlace::Before(start), line, &mut lines.statements);
             if let Some(mark) = self.mark(statement, line) {
-                lines.push((line, Box::new(mark)));
+                lines.statements.push((line, Box::new(mark)));
             }
-            if let Some(node) = self.watched(statement) {
-                lines.push((line, node));
+            if !self.add_guarded(statement, lines)
+                && let Some(node) = self.watched(statement)
+            {
+                lines.statements.push((line, node));
             }
-            self.pass(NodePlace::After(start), line, &mut lines);
+            self.pass(NodePlace::After(start), line, &mut lines.statements);
         }
-        lines
     }
 
     /// The mark of a statement whose executions are counted; declarations are not executed.

@@ -14,8 +14,6 @@ use crate::eval::stmt::assign::{
 };
 use crate::eval::stmt::class_body::Annotate;
 use crate::eval::stmt::control::{Break, Continue, If, ReturnNone, return_value};
-use crate::eval::stmt::handle::{Finally, Handler, Try};
-use crate::eval::stmt::handle_star::TryStar;
 use crate::eval::stmt::import::{Import, ImportFrom, ImportStar};
 use crate::eval::stmt::loops::{For, Turns, While};
 use crate::eval::stmt::simple::{Delete, ExprStatement, Print, Raise};
@@ -150,7 +148,7 @@ impl Lower<'_> {
                 handlers,
                 orelse,
                 finally,
-            } => self.try_statement(statement, body, handlers, orelse, finally),
+            } => self.try_statement(self.line(statement.span), body, handlers, orelse, finally),
             // All others are handled by `statement`.
             _ => Box::new(crate::eval::stmt::control::Pass),
         }
@@ -293,7 +291,7 @@ impl Lower<'_> {
                     lower.block(body)
                 } else {
                     let line = lower.line(span);
-                    Block::new(vec![(line, lower.with(rest, body, span))])
+                    Block::new(vec![(line, lower.with(rest, body, span))], Vec::new())
                 };
                 Box::new(With {
                     context,
@@ -303,69 +301,6 @@ impl Lower<'_> {
                 })
             }
         })
-    }
-
-    fn try_statement(
-        &mut self,
-        statement: &Stmt,
-        body: &[Stmt],
-        handlers: &[ast::Handler],
-        orelse: &[Stmt],
-        finally: &[Stmt],
-    ) -> Node {
-        let line = self.line(statement.span);
-        let body = self.block(body);
-        let protected = if handlers.is_empty() {
-            body
-        } else {
-            let star = handlers.iter().any(|handler| handler.star);
-            let handlers = handlers
-                .iter()
-                .map(|handler| self.handler(handler))
-                .collect();
-            let orelse = self.block(orelse);
-            let node: Node = if star {
-                Box::new(TryStar {
-                    body,
-                    handlers,
-                    orelse,
-                })
-            } else {
-                Box::new(Try {
-                    body,
-                    handlers,
-                    orelse,
-                })
-            };
-            if finally.is_empty() {
-                return node;
-            }
-            Block::new(vec![(line, node)])
-        };
-        self.deeper(|lower| {
-            Box::new(Finally {
-                body: protected,
-                finally: lower.block(finally),
-            })
-        })
-    }
-
-    fn handler(&mut self, handler: &ast::Handler) -> Handler {
-        Handler {
-            span: handler
-                .exception
-                .as_ref()
-                .map_or(handler.span, |exception| exception.span),
-            exception: handler
-                .exception
-                .as_ref()
-                .map(|exception| self.expr(exception)),
-            name: handler
-                .name
-                .as_ref()
-                .map(|name| self.name_target(&name.name, name.span)),
-            body: self.block(&handler.body),
-        }
     }
 
     fn import(&mut self, names: &[ast::ImportAlias], span: Span) -> Node {
@@ -389,11 +324,8 @@ impl Lower<'_> {
             return node;
         }
         let line = self.line(span);
-        let block = Block::new(nodes.into_iter().map(|node| (line, node)).collect());
-        Box::new(If {
-            branches: Default::default(),
-            orelse: block,
-        })
+        let lines = nodes.into_iter().map(|node| (line, node)).collect();
+        Box::new(Block::new(lines, Vec::new()))
     }
 
     fn import_from(

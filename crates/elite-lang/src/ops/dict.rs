@@ -4,6 +4,7 @@ use std::rc::Rc;
 
 use super::hash::{QUICK_MAX, TupleHash, address_hash, quick_hash};
 use crate::ast::CompareOp;
+use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::bulk::STRIDE;
 use crate::eval::pace::VALUE;
@@ -447,14 +448,59 @@ impl Evaluator<'_> {
         Ok(())
     }
 
+    /// An iterator over what the method of a mapping has answered.
+    pub fn iter_answered(&self, mapping: &Value, method: &str, answer: &Value) -> R {
+        self.iter(answer).map_err(|raised| {
+            if !self.is_kind(&raised, ExceptionKind::TypeError) {
+                return raised;
+            }
+            let types = &self.core.types;
+            let (class, found) = (types.name_of(mapping), types.name_of(answer));
+            self.type_error(format!(
+                "{class}.{method}() returned a non-iterable (type {found})"
+            ))
+        })
+    }
+
+    /// Whether the class of a value leaves iteration to the builtin type that it extends.
+    fn iterates_as_builtin(&self, value: &Value) -> bool {
+        let Value::Instance(instance) = value else {
+            return true;
+        };
+        let method = instance.class.lookup(known::ITER);
+        matches!(method, Some(Value::Builtin(_)))
+    }
+
+    /// A copy of a dictionary, as `dict.copy` makes it: a derived class may tell what is in it.
+    pub fn dict_copied(&self, value: &Value, own: &Dict) -> R<Dict> {
+        if own.is_empty() || self.iterates_as_builtin(value) {
+            return self.copied_dict(own);
+        }
+        let copy = Dict::new();
+        self.dict_update_from(&copy, value)?;
+        Ok(copy)
+    }
+
+    /// `a | b`, if both are dictionaries.
+    pub fn dict_union(&self, a: &Value, b: &Value) -> R<Option<Value>> {
+        let (Value::Dict(own), Value::Dict(_)) = (self.plain(a), self.plain(b)) else {
+            return Ok(None);
+        };
+        let union = self.dict_copied(a, &own)?;
+        self.dict_update_from(&union, b)?;
+        Ok(Some(Value::Dict(Rc::new(union))))
+    }
+
     /// `dict.update(other)`: a mapping, or an iterable of pairs.
     pub fn dict_update_from(&self, dict: &Dict, other: &Value) -> R<()> {
-        if let Value::Dict(other) = self.plain(other) {
+        if self.iterates_as_builtin(other)
+            && let Value::Dict(other) = self.plain(other)
+        {
             return self.dict_update(dict, &other);
         }
         if let Some(keys) = self.attribute_or_none(other, known::KEYS)? {
             let keys = self.call(&keys, &mut [], &[])?;
-            let iterator = self.iter(&keys)?;
+            let iterator = self.iter_answered(other, "keys", &keys)?;
             while let Some(key) = self.step(&iterator)? {
                 let value = self.item(other, &key)?;
                 self.dict_set(dict, key, value)?;
@@ -465,7 +511,7 @@ impl Evaluator<'_> {
         let mut index = 0;
         while let Some(pair) = self.step(&iterator)? {
             let items = self.collect(&pair).map_err(|raised| {
-                if self.is_kind(&raised, crate::errors::ExceptionKind::TypeError) {
+                if self.is_kind(&raised, ExceptionKind::TypeError) {
                     let message = format!(
                         "cannot convert dictionary update sequence element #{index} to a sequence"
                     );

@@ -176,10 +176,8 @@ impl Evaluator<'_> {
     }
 
     fn algebra(&self, op: BinaryOp, a: &Value, b: &Value) -> R<Option<Value>> {
-        if let (BinaryOp::BitOr, Value::Dict(a), Value::Dict(b)) = (op, a, b) {
-            let union = Rc::new(self.copied_dict(a)?);
-            self.dict_update(&union, b)?;
-            return Ok(Some(Value::Dict(union)));
+        if let (BinaryOp::BitOr, Value::Dict(_), Value::Dict(_)) = (op, a, b) {
+            return self.dict_union(a, b);
         }
         // Views of keys and items take any iterable on the other side.
         let is_view = |value: &Value| matches!(value, Value::DictView(view) if view.kind != crate::value::dict::ViewKind::Values);

@@ -409,12 +409,16 @@ impl Parser<'_> {
 
     fn slice_item(&mut self) -> Parse<Expr> {
         let start = self.token().span;
-        let lower = if self.kind() == T::Colon {
-            None
-        } else {
-            Some(self.star_or_named()?)
+        if self.eat(T::Star).is_some() {
+            let inner = Box::new(self.expression()?);
+            return Ok(Expr::new(ExprKind::Starred(inner), self.span_from(start)));
+        }
+        let binds_name = self.kind() == T::Name && self.kind_ahead(1) == T::ColonEqual;
+        let lower = match self.kind() {
+            T::Colon => None,
+            _ => Some(self.named_expression()?),
         };
-        if self.kind() != T::Colon {
+        if self.kind() != T::Colon || binds_name {
             // `lower` is only missing before a colon.
             return lower.map_or_else(|| self.unexpected("an index"), Ok);
         }

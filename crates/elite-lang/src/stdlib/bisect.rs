@@ -5,7 +5,8 @@
 
 use super::define::Builder;
 use crate::eval::Evaluator;
-use crate::value::{R, Value};
+use crate::value::symbol::known;
+use crate::value::{R, Raised, Value};
 
 /// On which side of equal items.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -68,17 +69,48 @@ fn key(args: &[Value]) -> Option<&Value> {
 fn bounds(ev: &Evaluator<'_>, args: &[Value]) -> R<(i64, i64)> {
     let low = args[2].given().map_or(Ok(0), |low| ev.index(low))?;
     let high = match args[3].given() {
-        Some(high) if !high.is_none() => Some(ev.index(high)?),
-        _ => None,
+        Some(high) if high.is_none() => None,
+        Some(high) if !ev.has_index(high) => {
+            let name = ev.core.types.name_of(high);
+            let text = format!("argument should be integer or None, not '{name}'");
+            return Err(ev.type_error(text));
+        }
+        Some(high) => Some(ev.index(high)?),
+        None => None,
     };
     if low < 0 {
         return Err(ev.value_error("lo must be non-negative"));
     }
-    match high {
-        Some(high) => Ok((low, high)),
-        None if matches!(args[0], Value::Dict(_)) => Err(ev.type_error("dict is not a sequence")),
-        None => Ok((low, ev.len(&args[0])? as i64)),
+    let high = match high {
+        Some(high) => high,
+        None if let Some(name) = mapping(ev, &args[0]) => return Err(not_a_sequence(ev, &name)),
+        None => ev.len(&args[0])? as i64,
+    };
+    if low < high {
+        check_indexing(ev, &args[0])?;
     }
+    Ok((low, high))
+}
+
+/// The full name of a type of mappings that CPython has in C: these have items by key, but none by place.
+fn mapping(ev: &Evaluator<'_>, value: &Value) -> Option<String> {
+    let class = ev.core.types.of(value);
+    let name = ev.full_name_of(class);
+    let is_mapping = ["dict", "collections.OrderedDict", "collections.defaultdict"];
+    is_mapping.contains(&name.as_str()).then_some(name)
+}
+
+fn not_a_sequence(ev: &Evaluator<'_>, name: &str) -> Raised {
+    ev.type_error(format!("{name} is not a sequence"))
+}
+
+fn check_indexing(ev: &Evaluator<'_>, value: &Value) -> R<()> {
+    let class = ev.core.types.of(value);
+    if class.lookup(known::GETITEM).is_none() {
+        let name = class.name();
+        return Err(ev.type_error(format!("'{name}' object does not support indexing")));
+    }
+    mapping(ev, value).map_or(Ok(()), |name| Err(not_a_sequence(ev, &name)))
 }
 
 /// Where `sought` belongs between places `low` and `high` of a sorted sequence.

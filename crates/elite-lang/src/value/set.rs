@@ -38,6 +38,11 @@ impl Part for Slot {
     }
 
     #[inline(always)]
+    fn is_plain(&self) -> bool {
+        self.key.is_plain()
+    }
+
+    #[inline(always)]
     fn go(self) {
         self.key.discard();
     }

@@ -116,13 +116,30 @@ struct Parts<T>(Vec<T>);
 impl<T: Part> Rest for Parts<T> {
     fn drop_some(&mut self) -> bool {
         let taken = memory::taken();
-        while let Some(part) = self.0.pop() {
-            // Each may be a container of many, which has counted those.
+        let mut others = 0_usize;
+        loop {
+            // Those that consist of nothing else go together.
+            let among = self.0.len().saturating_sub(FEW);
+            let last = self.0[among..].iter().rev();
+            let plain = last.take_while(|part| part.is_plain()).count();
+            let first = self.0.len() - plain;
+            self.0.drain(first..).for_each(Part::go);
+            if count(plain) >= PORTION {
+                break;
+            }
+            if plain > 0 {
+                continue;
+            }
+            let Some(part) = self.0.pop() else {
+                break;
+            };
+            // It may be a container of many, which has counted those.
             part.go();
             if count(1) >= PORTION {
                 break;
             }
-            if self.0.len().is_multiple_of(FEW) && taken - memory::taken() >= PORTION_BYTES {
+            others += 1;
+            if others.is_multiple_of(FEW) && taken - memory::taken() >= PORTION_BYTES {
                 count(PORTION);
                 break;
             }

@@ -12,6 +12,9 @@ pub trait Part: Sized + 'static {
     /// Whether dropping it may run code of the script.
     fn tells(&self) -> bool;
 
+    /// Whether nothing goes with it.
+    fn is_plain(&self) -> bool;
+
     /// Drops it.
     #[inline(always)]
     fn go(self) {
@@ -31,6 +34,11 @@ impl Part for Value {
     }
 
     #[inline(always)]
+    fn is_plain(&self) -> bool {
+        self.counted().is_none()
+    }
+
+    #[inline(always)]
     fn go(self) {
         self.discard();
     }
@@ -45,11 +53,19 @@ impl Part for u64 {
     fn tells(&self) -> bool {
         false
     }
+
+    fn is_plain(&self) -> bool {
+        true
+    }
 }
 
 impl Part for Symbol {
     fn tells(&self) -> bool {
         false
+    }
+
+    fn is_plain(&self) -> bool {
+        true
     }
 }
 
@@ -57,11 +73,19 @@ impl<A: Part, B: Part> Part for (A, B) {
     fn tells(&self) -> bool {
         self.0.tells() || self.1.tells()
     }
+
+    fn is_plain(&self) -> bool {
+        self.0.is_plain() && self.1.is_plain()
+    }
 }
 
 impl<A: Part, B: Part, C: Part> Part for (A, B, C) {
     fn tells(&self) -> bool {
         self.0.tells() || self.1.tells() || self.2.tells()
+    }
+
+    fn is_plain(&self) -> bool {
+        self.0.is_plain() && self.1.is_plain() && self.2.is_plain()
     }
 }
 

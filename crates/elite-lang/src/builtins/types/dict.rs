@@ -36,7 +36,7 @@ pub(super) fn install(core: &Rc<Core>) {
             }),
             ("copy", "", |ev, args| {
                 let dict = receiver(ev, &args[0])?;
-                Ok(Value::Dict(Rc::new(ev.copied_dict(&dict)?)))
+                Ok(Value::Dict(Rc::new(ev.dict_copied(&args[0], &dict)?)))
             }),
             ("keys", "", |ev, args| view(ev, &args[0], ViewKind::Keys)),
             ("values", "", |ev, args| {

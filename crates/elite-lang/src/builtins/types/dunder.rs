@@ -40,6 +40,11 @@ fn rank(value: &Value) -> u8 {
 }
 
 fn binary(ev: &Evaluator<'_>, op: BinaryOp, a: &Value, b: &Value) -> R {
+    if op == BinaryOp::BitOr
+        && let Some(union) = ev.dict_union(a, b)?
+    {
+        return Ok(union);
+    }
     let (a, b) = (ev.plain(a), ev.plain(b));
     if let Some(value) = ev.number_binary(op, &a, &b)? {
         return Ok(value);

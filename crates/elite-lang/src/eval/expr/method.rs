@@ -76,29 +76,38 @@ impl Expression for CallMethod {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         if let Operand::Local(local) = &self.receiver {
-            let Value::Instance(instance) = local.peek(f) else {
-                return self.call_of_builtin(local, ev, f).whole();
+            return match local.peek(f) {
+                Value::Instance(_) => self.call_of_instance(local, ev, f).whole(),
+                _ => self.call_of_builtin(local, ev, f).whole(),
             };
-            if !instance.in_dict.get() {
-                let version = instance.class.version();
-                if let Some(function) = self.methods.of(version) {
-                    let receiver = Some(Value::Instance(instance.clone()));
-                    return call_script(&function, receiver, &self.site, ev, f);
-                }
-                if let Some((kind, quick)) = self.quick.get()
-                    && kind == kind_of_class(version)
-                    && let receiver = Some(local.peek(f))
-                    && let Some(answer) = answer(quick, receiver, &self.site, ev, f)
-                {
-                    return Ok(answer);
-                }
-            }
         }
         self.call(ev, f).whole()
     }
 }
 
 impl CallMethod {
+    /// A call with an instance in a local variable.
+    #[inline(never)]
+    fn call_of_instance(&self, local: &Local, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Words<R> {
+        if let Value::Instance(instance) = local.peek(f)
+            && !instance.in_dict.get()
+        {
+            let version = instance.class.version();
+            if let Some(function) = self.methods.of(version) {
+                let receiver = Some(Value::Instance(instance.clone()));
+                return Words::of(call_script(&function, receiver, &self.site, ev, f));
+            }
+            if let Some((kind, quick)) = self.quick.get()
+                && kind == kind_of_class(version)
+                && let receiver = Some(local.peek(f))
+                && let Some(answer) = answer(quick, receiver, &self.site, ev, f)
+            {
+                return Words::of(Ok(answer));
+            }
+        }
+        self.call(ev, f)
+    }
+
     /// A call with a value of a builtin type in a local variable.
     #[inline(never)]
     fn call_of_builtin(&self, local: &Local, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Words<R> {

@@ -1,12 +1,12 @@
-//! `try`.
+//! `try`: what its clauses do. The statements they protect stand in the block around it (`code`).
 
+use std::ops::Range;
 use std::rc::Rc;
 
 use super::target::Target;
 use crate::errors::ExceptionKind;
 use crate::eval::code::Block;
 use crate::eval::coroutine::Stopping;
-use crate::eval::words::Words;
 use crate::eval::{Evaluator, Expr, Flow, Frame, Located, Statement};
 use crate::source::Span;
 use crate::value::trash::Nodes;
@@ -24,47 +24,19 @@ pub struct Handler {
     pub span: Span,
 }
 
-/// `try: … except: … else: …`
-pub struct Try {
-    /// What may raise.
-    pub body: Block,
+/// Statements of a block that `except` clauses protect.
+pub struct Guard {
+    /// Which ones.
+    pub body: Range<usize>,
+    /// The statement that follows a clause: the first one behind the `else` clause.
+    pub after: usize,
     /// The clauses in order.
     pub handlers: Nodes<Handler>,
-    /// What runs if nothing was raised.
-    pub orelse: Block,
 }
 
-impl Statement for Try {
-    #[inline(always)]
-    fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
-        // Most protect one statement; that takes no loop, and less to be saved for it.
-        match self.body.single() {
-            Some(only) => match only.exec(ev, f) {
-                Flow::Next if self.orelse.is_empty() => Flow::Next,
-                flow => self.after(Words::of(flow), ev, f).whole(),
-            },
-            None => self.exec_all(ev, f).whole(),
-        }
-    }
-}
-
-impl Try {
-    #[inline(never)]
-    fn exec_all(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Words<Flow> {
-        self.after(Words::of(self.body.exec(ev, f)), ev, f)
-    }
-
-    /// What follows the body.
-    #[inline(never)]
-    fn after(&self, flow: Words<Flow>, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Words<Flow> {
-        Words::of(match flow.whole() {
-            Flow::Next => self.orelse.exec(ev, f),
-            Flow::Raise(Raised::Exception(exception)) => self.handle(exception, ev, f),
-            other => other,
-        })
-    }
-
-    fn handle(&self, exception: Rc<Instance>, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+impl Guard {
+    /// Runs the clause that takes an exception; without one it goes on.
+    pub fn handle(&self, exception: Rc<Instance>, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let outer = ev.set_handled_exception(Some(exception.clone()));
         if let Some(outer) = &outer {
             ev.chain(&Raised::Exception(exception.clone()), outer);

@@ -256,16 +256,11 @@ impl Writer<'_, '_> {
         let ev = self.ev;
         let method = ev.attribute(value, ev.core.symbols.intern("items"))?;
         let items = ev.call(&method, &mut [], &[])?;
-        let iterator = match ev.iter(&items) {
-            Err(raised) if !self.asks && self.is_type_error(&raised) => {
-                let (class, found) = (ev.core.types.of(value), ev.core.types.name_of(&items));
-                let class = class.name();
-                let text = format!("{class}.items() returned a non-iterable (type {found})");
-                return Err(ev.type_error(text));
-            }
-            iterator => iterator?,
+        let iterator = match self.asks {
+            true => ev.iter(&items),
+            false => ev.iter_answered(value, "items", &items),
         };
-        ev.drain(&iterator)
+        ev.drain(&iterator?)
     }
 
     /// The key and the value of an item.

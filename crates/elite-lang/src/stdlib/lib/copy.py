@@ -131,10 +131,8 @@ def _rebuilt(x, each, memo=None):
     if isinstance(x, BaseException):
         made = cls.__new__(cls, *x.args)
         made.args = each(x.args)
-    elif isinstance(x, tuple):
-        made = tuple.__new__(cls, [each(item) for item in x])
-    elif isinstance(x, (int, float, complex, str, bytes)):
-        made = cls.__new__(cls, *x.__getnewargs__())
+    elif isinstance(x, (tuple, int, float, complex, str, bytes)):
+        made = cls.__new__(cls, *[each(arg) for arg in x.__getnewargs__()])
     elif isinstance(x, frozenset):
         made = cls.__new__(cls, x)
     elif isinstance(x, (list, set, dict, bytearray)) or hasattr(cls, "__iter__") and hasattr(cls, "maxlen"):

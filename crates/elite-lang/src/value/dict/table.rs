@@ -54,6 +54,11 @@ impl Part for Entry {
     }
 
     #[inline(always)]
+    fn is_plain(&self) -> bool {
+        self.key.is_plain() && self.value.is_plain()
+    }
+
+    #[inline(always)]
     fn go(self) {
         self.key.discard();
         self.value.discard();

@@ -76,8 +76,8 @@ fn join_many(ev: &Evaluator<'_>, sequence: &Value, separator: &Str) -> R {
         let Some(item) = item else { return Ok(None) };
         match ev.plain(&item) {
             Value::Str(text) => Ok(Some(text)),
-            other => {
-                let name = ev.core.types.name_of(&other);
+            _ => {
+                let name = ev.core.types.name_of(&item);
                 let text = format!("sequence item {index}: expected str instance, {name} found");
                 Err(ev.type_error(text))
             }
