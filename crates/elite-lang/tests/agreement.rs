@@ -215,7 +215,10 @@ fn mutated(piece: &str, numbers: &mut Numbers) -> String {
 /// Disagreements that stay, each with its reason.
 fn is_meant(text: &str, ours_accepts: bool) -> bool {
     // ruff takes `yield , 1`, `yield / 1` and `yield != 1`; CPython does not. It also lets tabs and blanks mix, and refuses `raise;`.
-    let odd_yield = |rest: &str| rest.trim_start().starts_with(|c| ",/=<@.&|^%>!".contains(c));
+    let odd_yield = |rest: &str| {
+        rest.trim_start()
+            .starts_with(|c| ",/=<@.&|^%>!".contains(c))
+    };
     let odd_word = |rest: &str| {
         ["if ", "and ", "or ", "is ", "in "]
             .iter()

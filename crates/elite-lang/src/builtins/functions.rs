@@ -174,8 +174,8 @@ fn callable(_: &Evaluator<'_>, args: &mut [Value]) -> R {
 fn attribute_name<'e>(ev: &'e Evaluator<'_>, name: &Value) -> R<Passing<'e>> {
     match ev.plain(name) {
         Value::Str(text) => ev.ask_name(text.as_str()),
-        other => {
-            let type_name = ev.core.types.name_of(&other);
+        _ => {
+            let type_name = ev.core.types.name_of(name);
             let text = format!("attribute name must be string, not '{type_name}'");
             Err(ev.type_error(text))
         }
@@ -213,11 +213,13 @@ fn delattr(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 fn format(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let spec = match args[1].given() {
         None => String::new(),
-        Some(Value::Str(text)) => ev.copied_text(text.as_str())?,
-        Some(other) => {
-            let name = ev.core.types.name_of_argument(other);
-            return Err(ev.type_error(format!("format() argument 2 must be str, not {name}")));
-        }
+        Some(given) => match ev.plain(given) {
+            Value::Str(text) => ev.copied_text(text.as_str())?,
+            _ => {
+                let name = ev.core.types.name_of_argument(given);
+                return Err(ev.type_error(format!("format() argument 2 must be str, not {name}")));
+            }
+        },
     };
     ev.format_value(&args[0], &spec)
 }
@@ -423,7 +425,7 @@ fn sorted(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 fn sum(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let iterator = ev.iter(&args[0])?;
     let mut total = args[1].given().cloned().unwrap_or(Value::Int(0));
-    let wrong = match &total {
+    let wrong = match ev.plain(&total) {
         Value::Str(_) => Some("sum() can't sum strings [use ''.join(seq) instead]"),
         Value::Bytes(_) => Some("sum() can't sum bytes [use b''.join(seq) instead]"),
         Value::ByteArray(_) => Some("sum() can't sum bytearray [use b''.join(seq) instead]"),

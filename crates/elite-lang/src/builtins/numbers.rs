@@ -83,7 +83,7 @@ fn ord(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             Some(data) if data.len() == 1 => return Ok(Value::Int(i64::from(data[0]))),
             Some(data) => data.len(),
             None => {
-                let name = ev.core.types.name_of(&other);
+                let name = ev.core.types.name_of(&args[0]);
                 return Err(ev.type_error(format!(
                     "ord() expected string of length 1, but {name} found"
                 )));

@@ -81,6 +81,9 @@ fn bounds(ev: &Evaluator<'_>, args: &[Value]) -> R<(i64, i64)> {
     if low < 0 {
         return Err(ev.value_error("lo must be non-negative"));
     }
+    if let (Value::List(list), None) = (&args[0], high) {
+        return Ok((low, list.len() as i64));
+    }
     let high = match high {
         Some(high) => high,
         None if let Some(name) = mapping(ev, &args[0]) => return Err(not_a_sequence(ev, &name)),

@@ -406,15 +406,24 @@ fn norm(ev: &Evaluator<'_>, sides: &[f64]) -> R<f64> {
         let scaled = libm::ldexp(*side, -exponent);
         let square = scaled * scaled;
         add_exactly(&mut partials, square);
-        add_exactly(&mut partials, scaled.mul_add(scaled, -square));
+        add_exactly(&mut partials, rest_of_square(scaled, square));
     }
     let root = partials.iter().rev().sum::<f64>().sqrt();
     // What is left of the sum says how far the root is from its own: one step of Newton's.
     let square = root * root;
     add_exactly(&mut partials, -square);
-    add_exactly(&mut partials, -root.mul_add(root, -square));
+    add_exactly(&mut partials, -rest_of_square(root, square));
     let rest = partials.iter().rev().sum::<f64>();
     Ok(libm::ldexp(root + rest / (2.0 * root), exponent))
+}
+
+/// What rounding has taken from the square of `x`, which is neither huge nor tiny (Dekker, "A floating-point technique for extending
+/// the available precision", 1971).
+fn rest_of_square(x: f64, square: f64) -> f64 {
+    let spread = 134_217_729.0 * x;
+    let high = spread - (spread - x);
+    let low = x - high;
+    ((high * high - square) + 2.0 * high * low) + low * low
 }
 
 /// Adds `x` to a sum kept as non-overlapping parts (Shewchuk, "Adaptive Precision Floating-Point Arithmetic", 1997).

@@ -45,6 +45,7 @@ const METHOD: &str = "methodcaller";
 
 pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
     module.functions(&[
+        ("_row", "value /", row),
         ("length_hint", "obj default? /", length_hint),
         ("countOf", "a b /", count_of),
         ("indexOf", "a b /", index_of),
@@ -93,6 +94,20 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
         });
     }
     Ok(())
+}
+
+/// What can be joined to another: the value itself.
+fn row(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let types = &ev.core.types;
+    let is_joined = match ev.plain(&args[0]) {
+        Value::Dict(_) | Value::Range(_) | Value::LongRange(_) => false,
+        _ => types.of(&args[0]).lookup(known::GETITEM).is_some(),
+    };
+    if !is_joined {
+        let name = types.name_of(&args[0]);
+        return Err(ev.type_error(format!("'{name}' object can't be concatenated")));
+    }
+    Ok(args[0].clone())
 }
 
 fn length_hint(ev: &Evaluator<'_>, args: &mut [Value]) -> R {

@@ -1,12 +1,13 @@
 //! `bytes` and `bytearray`.
 //!
-//! Most methods are those of `str` on the same bytes read as Latin-1 (`bytes_by_text`); what depends on the alphabet or on white
-//! space is ASCII only and written out here. Searching and hexadecimal digits are in files of their own.
+//! What depends on the alphabet or on white space is ASCII only. Searching, taking apart, columns and hexadecimal digits are in
+//! files of their own.
 
 use std::rc::Rc;
 
-use super::bytes_by_text::{by_text, split, strip};
 use super::bytes_hex::{from_hex, hex};
+use super::bytes_layout::{self, Stands};
+use super::bytes_parts;
 use super::bytes_search::{self, Side};
 use super::string::Title;
 use super::{BoundFn, class_method, constructor, methods, wrong_receiver};
@@ -18,8 +19,8 @@ use crate::value::function::Wrapped;
 use crate::value::symbol::known;
 use crate::value::{ByteArray, Bytes, Class, R, Value, Values};
 
-/// White space of bytes, as an argument for `strip`.
-pub(super) const SPACES: &str = " \t\n\r\x0b\x0c";
+/// White space of bytes.
+pub(super) const SPACES: &[u8] = b" \t\n\r\x0b\x0c";
 
 pub(super) fn install(core: &Rc<Core>) {
     let types = &core.types;
@@ -65,7 +66,7 @@ pub(super) fn install(core: &Rc<Core>) {
     install_mutable(core, &types.bytearray);
 }
 
-fn bytearray(data: Vec<u8>) -> Value {
+pub(super) fn bytearray(data: Vec<u8>) -> Value {
     Value::ByteArray(Rc::new(ByteArray::new(data)))
 }
 
@@ -161,21 +162,21 @@ fn byte_word(type_name: &str) -> &'static str {
 
 /// Methods of both types. The result is of the receiver's type.
 fn install_shared(core: &Rc<Core>, class: &Class) {
-    const BY_TEXT: &[(&str, &str, BoundFn)] = &[
+    const METHODS: &[(&str, &str, BoundFn)] = &[
         ("replace", "old new count? /", |ev, args| {
-            by_text(ev, args, "replace")
+            bytes_parts::replace(ev, args)
         }),
         ("split", "sep? maxsplit?", |ev, args| {
-            split(ev, args, "split")
+            bytes_parts::split(ev, args, Side::Left)
         }),
         ("rsplit", "sep? maxsplit?", |ev, args| {
-            split(ev, args, "rsplit")
+            bytes_parts::split(ev, args, Side::Right)
         }),
         ("partition", "sep /", |ev, args| {
-            by_text(ev, args, "partition")
+            bytes_parts::partition(ev, args, Side::Left)
         }),
         ("rpartition", "sep /", |ev, args| {
-            by_text(ev, args, "rpartition")
+            bytes_parts::partition(ev, args, Side::Right)
         }),
         ("find", "sub start? end? /", |ev, args| {
             bytes_search::find(ev, args, Side::Left, false)
@@ -199,31 +200,37 @@ fn install_shared(core: &Rc<Core>, class: &Class) {
             bytes_search::affix(ev, args, Side::Right)
         }),
         ("removeprefix", "prefix /", |ev, args| {
-            by_text(ev, args, "removeprefix")
+            bytes_parts::without_affix(ev, args, Side::Left)
         }),
         ("removesuffix", "suffix /", |ev, args| {
-            by_text(ev, args, "removesuffix")
+            bytes_parts::without_affix(ev, args, Side::Right)
+        }),
+        ("strip", "chars? /", |ev, args| {
+            bytes_parts::strip(ev, args, None)
+        }),
+        ("lstrip", "chars? /", |ev, args| {
+            bytes_parts::strip(ev, args, Some(Side::Left))
+        }),
+        ("rstrip", "chars? /", |ev, args| {
+            bytes_parts::strip(ev, args, Some(Side::Right))
         }),
         ("center", "width fillchar? /", |ev, args| {
-            by_text(ev, args, "center")
+            bytes_layout::pad(ev, args, "center", Stands::Centre)
         }),
         ("ljust", "width fillchar? /", |ev, args| {
-            by_text(ev, args, "ljust")
+            bytes_layout::pad(ev, args, "ljust", Stands::Left)
         }),
         ("rjust", "width fillchar? /", |ev, args| {
-            by_text(ev, args, "rjust")
+            bytes_layout::pad(ev, args, "rjust", Stands::Right)
         }),
-        ("zfill", "width /", |ev, args| by_text(ev, args, "zfill")),
+        ("zfill", "width /", |ev, args| bytes_layout::zfill(ev, args)),
         ("expandtabs", "tabsize?", |ev, args| {
-            by_text(ev, args, "expandtabs")
+            bytes_layout::expandtabs(ev, args)
         }),
-        ("strip", "chars? /", |ev, args| strip(ev, args, "strip")),
-        ("lstrip", "chars? /", |ev, args| strip(ev, args, "lstrip")),
-        ("rstrip", "chars? /", |ev, args| strip(ev, args, "rstrip")),
         ("join", "iterable /", join),
         ("splitlines", "keepends?", splitlines),
     ];
-    methods(core, class, BY_TEXT);
+    methods(core, class, METHODS);
     methods(
         core,
         class,
@@ -261,7 +268,7 @@ fn install_shared(core: &Rc<Core>, class: &Class) {
                 all(ev, args, |byte| byte.is_ascii_alphanumeric())
             }),
             ("isspace", "", |ev, args| {
-                all(ev, args, |byte| SPACES.as_bytes().contains(&byte))
+                all(ev, args, |byte| SPACES.contains(&byte))
             }),
             ("isascii", "", |ev, args| {
                 let data = receiver(ev, &args[0])?;
@@ -478,7 +485,7 @@ fn translate(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     Ok(like(ev, &args[0], out))
 }
 
-fn not_bytes_like(ev: &Evaluator<'_>, value: &Value) -> crate::value::Raised {
+pub(super) fn not_bytes_like(ev: &Evaluator<'_>, value: &Value) -> crate::value::Raised {
     let name = ev.core.types.name_of(value);
     ev.type_error(format!("a bytes-like object is required, not '{name}'"))
 }

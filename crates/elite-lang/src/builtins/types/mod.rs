@@ -2,8 +2,9 @@
 
 mod bounds;
 pub mod bytes;
-mod bytes_by_text;
 mod bytes_hex;
+mod bytes_layout;
+mod bytes_parts;
 mod bytes_search;
 mod codec;
 pub mod descriptor;

@@ -420,16 +420,16 @@ fn complex(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     if args[1].given().and_then(text_of).is_some() {
         return Err(ev.type_error("complex() second arg can't be a string"));
     }
-    let part = |value: &Value, wanted: &str| -> R<(f64, f64)> {
+    let part = |value: &Value, wanted: &str| -> R<(f64, Option<f64>)> {
         let is_second = wanted.starts_with("second");
         match value {
-            Value::Unbound => Ok((0.0, 0.0)),
-            Value::Complex(complex) => Ok(**complex),
+            Value::Unbound => Ok((0.0, None)),
+            Value::Complex(complex) => Ok((complex.0, Some(complex.1))),
             // Only the first one is asked to become a complex number.
             Value::Instance(instance)
                 if is_second && let Some(Value::Complex(complex)) = instance.extended() =>
             {
-                Ok(*complex)
+                Ok((complex.0, Some(complex.1)))
             }
             Value::Instance(instance)
                 if !is_second && instance.class.lookup(known::COMPLEX).is_some() =>
@@ -438,7 +438,7 @@ fn complex(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
                     .special(value, known::COMPLEX, &mut [])?
                     .unwrap_or_default();
                 match ev.plain(&made) {
-                    Value::Complex(complex) => Ok(*complex),
+                    Value::Complex(complex) => Ok((complex.0, Some(complex.1))),
                     _ => {
                         let name = ev.core.types.name_of(&made);
                         Err(ev
@@ -448,7 +448,7 @@ fn complex(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             }
             other => ev
                 .converted_f64(other)
-                .map(|re| (re, 0.0))
+                .map(|re| (re, None))
                 .map_err(|raised| {
                     if ev.is_kind(&raised, ExceptionKind::TypeError) && !gives_number(other) {
                         let name = ev.core.types.name_of(other);
@@ -461,9 +461,8 @@ fn complex(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let a = part(&args[0], "first argument must be a string or a number")?;
     let b = part(&args[1], "second argument must be a number")?;
     // Parts that are no complex numbers are taken as they are: adding a zero would lose the sign of another.
-    let is_complex = |value: &Value| matches!(value, Value::Complex(_) | Value::Instance(_));
-    let real = if is_complex(&args[1]) { a.0 - b.1 } else { a.0 };
-    let imaginary = if is_complex(&args[0]) { a.1 + b.0 } else { b.0 };
+    let real = b.1.map_or(a.0, |imaginary| a.0 - imaginary);
+    let imaginary = a.1.map_or(b.0, |imaginary| imaginary + b.0);
     Ok(Value::complex(real, imaginary))
 }
 

@@ -302,44 +302,41 @@ fn meet(ev: &Evaluator<'_>, args: &[Value], how: Meeting) -> R {
 }
 
 /// Keys with their counts, the highest first; equal ones as they came.
-fn most_common(ev: &Evaluator<'_>, own: &Own<'_>) -> R<Values> {
+/// All that was counted, what came most often first.
+fn by_count(ev: &Evaluator<'_>, own: &Own<'_>) -> R<Values> {
     let mut pairs = Values::from(ev.room_for(own.dict.len())?);
     for (_, key, count) in ev.entries(&own.dict)? {
         pairs.push(Value::pair(key, count));
         ev.worked(4 * VALUE)?;
     }
-    let count = Builtin::raw("count", |ev, args| match args.positional {
+    ev.sort(&mut pairs, Some(&second()), true)?;
+    Ok(pairs)
+}
+
+/// The function that gives the count of a pair.
+fn second() -> Value {
+    Builtin::raw("count", |ev, args| match args.positional {
         [pair] => ev.item(pair, &Value::Int(1)),
         _ => Ok(Value::None),
-    });
-    ev.sort(&mut pairs, Some(&count), true)?;
-    Ok(pairs)
+    })
+}
+
+/// `most_common`: some of them as `heapq.nlargest` has them.
+fn most_common(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+    let Some(n) = args[1].given().filter(|n| !n.is_none()) else {
+        return Ok(by_count(ev, &Own::of(ev, &args[0])?)?.into_list());
+    };
+    let name = |name| ev.core.symbols.intern(name);
+    let nlargest = ev.attribute(&ev.import("heapq")?, name("nlargest"))?;
+    let items = ev.attribute(&args[0], name("items"))?;
+    let items = ev.call(&items, &mut [], &[])?;
+    let key = [(name("key"), second())];
+    ev.call(&nlargest, &mut [n.clone(), items], &key)
 }
 
 const METHODS: &[Entry] = &[
     ("__missing__", "key /", |_, _| Ok(Value::Int(0))),
-    ("most_common", "n?", |ev, args| {
-        let mut pairs = most_common(ev, &Own::of(ev, &args[0])?)?;
-        if let Some(n) = args[1].given().filter(|n| !n.is_none()) {
-            let all = Value::Int(pairs.len() as i64);
-            // As for `heapq.nlargest`: one is any number that is 1, and what is at least all of them cuts the whole list.
-            let kept = if ev.compare_truth(CompareOp::Eq, n, &Value::Int(1))? {
-                1
-            } else if ev.compare_truth(CompareOp::Ge, n, &all)? {
-                if !ev.has_index(n) {
-                    let text = "slice indices must be integers or None or have an __index__ method";
-                    return Err(ev.type_error(text));
-                }
-                pairs.len()
-            } else {
-                usize::try_from(ev.clamped_index(n)?).unwrap_or(0)
-            };
-            // The rest of them goes bit by bit.
-            let kept = kept.min(pairs.len());
-            drop(Values::from(pairs.split_off(kept)));
-        }
-        Ok(pairs.into_list())
-    }),
+    ("most_common", "n?", most_common),
     ("elements", "", |ev, args| {
         let module = ev.import("itertools")?;
         let of = |name| ev.attribute(&module, ev.core.symbols.intern(name));
@@ -370,7 +367,7 @@ const METHODS: &[Entry] = &[
         if own.dict.is_empty() {
             return Ok(Value::str(format!("{name}()")));
         }
-        let shown = match most_common(ev, &own) {
+        let shown = match by_count(ev, &own) {
             Ok(pairs) => {
                 let shown = Dict::new();
                 ev.dict_update_from(&shown, &pairs.into_list())?;

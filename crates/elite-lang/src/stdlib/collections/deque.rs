@@ -201,7 +201,7 @@ fn init(ev: &Evaluator<'_>, receiver: &Value, iterable: &Value, maxlen: &Value) 
     let most = match maxlen.given() {
         None | Some(Value::None) => None,
         Some(value) => {
-            let Some(most) = Int::of(value) else {
+            let Some(most) = Int::of(&ev.plain(value)) else {
                 return Err(ev.type_error("an integer is required"));
             };
             match usize::try_from(ev.index(&most.into_value())?) {

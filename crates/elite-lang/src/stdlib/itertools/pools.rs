@@ -56,7 +56,7 @@ pub(super) const CLASSES: &[Entry] = &[
         let r = match args[1].given() {
             None | Some(Value::None) => pool.len(),
             Some(r) => {
-                if crate::value::int::Int::of(r).is_none() {
+                if crate::value::int::Int::of(&ev.plain(r)).is_none() {
                     return Err(ev.type_error("Expected int as r"));
                 }
                 let r = usize::try_from(ev.index(r)?);

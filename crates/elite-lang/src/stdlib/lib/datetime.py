@@ -1032,8 +1032,27 @@ def _pattern_of(code):
     return pattern
 
 
+#: The patterns of the formats that were used last.
+_FORMATS = {}
+
+
 def _parts_of(text, format):
     """The texts of the directives of a format, by their letters and in their order."""
+    pattern = _FORMATS.get(format)
+    if pattern is None:
+        pattern = _pattern_of_format(format)
+        if len(_FORMATS) >= 16:
+            _FORMATS.clear()
+        _FORMATS[format] = pattern
+    match = pattern.match(text)
+    if match is None:
+        raise ValueError(f"time data {text!r} does not match format {format!r}")
+    if match.end() < len(text):
+        raise ValueError(f"unconverted data remains: {text[match.end():]}")
+    return match.groupdict()
+
+
+def _pattern_of_format(format):
     import re
     pattern, at, whole = "", 0, format
     while at < len(format):
@@ -1058,12 +1077,7 @@ def _parts_of(text, format):
             if directive is None:
                 raise ValueError(f"'{code}' is a bad directive in format '{whole}'")
             pattern += directive if code == "%" else f"(?P<{code}>{directive})"
-    match = re.match(pattern, text, re.IGNORECASE)
-    if match is None:
-        raise ValueError(f"time data {text!r} does not match format {whole!r}")
-    if match.end() < len(text):
-        raise ValueError(f"unconverted data remains: {text[match.end():]}")
-    return match.groupdict()
+    return re.compile(pattern, re.IGNORECASE)
 
 
 def _zone_of(text):

@@ -14,25 +14,28 @@ def nlargest(n, iterable, key=None):
 def _first(n, iterable, key, reverse):
     """The first `n` in order; of equal ones those that came first. Few more than those are kept at a time."""
     if n == 1:
-        n = 1
-    elif hasattr(iterable, "__len__") and n >= len(iterable):
+        nothing = object()
+        found = (max if reverse else min)(iter(iterable), default=nothing, key=key)
+        return [] if found is nothing else [found]
+    if hasattr(iterable, "__len__") and n >= len(iterable):
         return sorted(iterable, key=key, reverse=reverse)[:n]
-    elif not hasattr(n, "__index__"):
-        raise TypeError(f"'{type(n).__name__}' object cannot be interpreted as an integer")
     source = iter(iterable)
+    # What is no number is refused in the words of these.
+    n = min(-range(0, -n, -1).stop if reverse else range(n).stop, 2 ** 63 - 1)
     if n <= 0:
         return []
-    n = min(n, 2 ** 63 - 1)
+    most = max(n, 1024)
+    some = list(_islice(source, most))
+    if len(some) < most:
+        return sorted(some, key=key, reverse=reverse)[:n]
     kept, number, step = [], 0, -1 if reverse else 1
-    while True:
-        some = list(_islice(source, max(n, 1024)))
-        if not some:
-            break
+    while some:
         if key is not None:
             # The number decides among equal ones, so that the items themselves are never compared.
             some = list(zip(map(key, some), _count(number, step), some))
             number += step * len(some)
         kept = sorted(kept + some, reverse=reverse)[:n]
+        some = list(_islice(source, most))
     return kept if key is None else [row[2] for row in kept]
 
 

@@ -1,5 +1,5 @@
 """Operators as functions."""
-from _operator import attrgetter, countOf, indexOf, itemgetter, length_hint, methodcaller
+from _operator import _row, attrgetter, countOf, indexOf, itemgetter, length_hint, methodcaller
 
 
 def lt(a, b): return a < b
@@ -28,15 +28,13 @@ def rshift(a, b): return a >> b
 def neg(a): return -a
 def pos(a): return +a
 def inv(a): return ~a
+def invert(a): return ~a
 def concat(a, b): return _row(a) + b
 def contains(a, b): return b in a
 def getitem(a, b): return a[b]
 def index(a): return range(a).stop
 _abs = abs
 def abs(a): return _abs(a)
-
-
-invert = inv
 
 
 def setitem(a, b, c):
@@ -110,13 +108,6 @@ def itruediv(a, b):
 def ixor(a, b):
     a ^= b
     return a
-
-
-def _row(value):
-    """What can be joined to another."""
-    if hasattr(value, "__getitem__") and not isinstance(value, (dict, range)):
-        return value
-    raise TypeError(f"'{type(value).__name__}' object can't be concatenated")
 
 
 def iconcat(a, b):

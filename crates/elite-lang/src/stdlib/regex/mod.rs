@@ -192,11 +192,11 @@ impl Text {
             (Value::Str(_), true) => {
                 Err(ev.type_error("cannot use a bytes pattern on a string-like object"))
             }
-            (other, is_bytes) => match ev.bytes_like(&other) {
+            (_, is_bytes) => match ev.bytes_like(value) {
                 Some(data) if is_bytes => Ok(Text::Bytes(data, value.clone())),
                 Some(_) => Err(ev.type_error("cannot use a string pattern on a bytes-like object")),
                 None => {
-                    let name = ev.core.types.name_of(&other);
+                    let name = ev.core.types.name_of(value);
                     Err(ev.type_error(format!(
                         "expected string or bytes-like object, got '{name}'"
                     )))

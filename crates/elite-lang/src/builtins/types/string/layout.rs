@@ -10,15 +10,13 @@ pub(super) fn pad(ev: &Evaluator<'_>, args: &[Value], align: char) -> R {
     let width = usize::try_from(ev.index(&args[1])?).unwrap_or(0);
     let fill = match args[2].given() {
         None => ' ',
-        Some(value) => match (ev.plain(value), ()) {
-            (Value::Str(text), ()) if text.len() == 1 => {
-                text.as_str().chars().next().unwrap_or(' ')
-            }
-            (Value::Str(_), ()) => {
+        Some(value) => match ev.plain(value) {
+            Value::Str(text) if text.len() == 1 => text.as_str().chars().next().unwrap_or(' '),
+            Value::Str(_) => {
                 return Err(ev.type_error("The fill character must be exactly one character long"));
             }
-            (other, ()) => {
-                let name = ev.core.types.name_of(&other);
+            _ => {
+                let name = ev.core.types.name_of(value);
                 return Err(ev.type_error(format!(
                     "The fill character must be a unicode character, not {name}"
                 )));

@@ -1,0 +1,288 @@
+//! What takes `bytes` and `bytearray` apart: `strip`, `split` and its kin, `partition`, `replace`. They work on the bytes where they
+//! lie; what runs code of the script (numbers) is asked before.
+
+use std::rc::Rc;
+
+use super::bytes::{SPACES, bytearray, not_bytes_like, receiver};
+use super::bytes_search::Side;
+use crate::eval::Evaluator;
+use crate::eval::bulk::{EACH, PIECE};
+use crate::ops::search::Occurrences;
+use crate::value::bytes::Data;
+use crate::value::{Bytes, R, Value, Values};
+
+/// `strip`; with one side, `lstrip` or `rstrip`.
+pub(super) fn strip(ev: &Evaluator<'_>, args: &[Value], only: Option<Side>) -> R {
+    let whole = receiver(ev, &args[0])?;
+    let given = args[1].given().filter(|chars| !chars.is_none());
+    let mut is_cut = [false; 256];
+    match given {
+        None => mark(ev, &mut is_cut, SPACES)?,
+        Some(chars) => mark(ev, &mut is_cut, &bytes_argument(ev, chars)?)?,
+    }
+    let cut = |byte: u8| is_cut[usize::from(byte)];
+    let mut part = &whole[..];
+    if only != Some(Side::Right) {
+        part = &part[edge(ev, part, Side::Left, cut)?..];
+    }
+    if only != Some(Side::Left) {
+        part = &part[..part.len() - edge(ev, part, Side::Right, cut)?];
+    }
+    of_receiver(ev, &args[0], &whole, part)
+}
+
+fn mark(ev: &Evaluator<'_>, marks: &mut [bool; 256], bytes: &[u8]) -> R<()> {
+    for piece in bytes.chunks(PIECE) {
+        piece
+            .iter()
+            .for_each(|byte| marks[usize::from(*byte)] = true);
+        ev.worked(piece.len() * EACH)?;
+    }
+    Ok(())
+}
+
+/// How many bytes at one end pass a test.
+fn edge(ev: &Evaluator<'_>, data: &[u8], side: Side, test: impl Fn(u8) -> bool) -> R<usize> {
+    let mut passed = 0;
+    loop {
+        let met = match side {
+            Side::Left => {
+                let rest = data[passed..].iter();
+                rest.take(PIECE).take_while(|byte| test(**byte)).count()
+            }
+            Side::Right => {
+                let rest = data[..data.len() - passed].iter().rev();
+                rest.take(PIECE).take_while(|byte| test(**byte)).count()
+            }
+        };
+        passed += met;
+        ev.worked(met * EACH)?;
+        if met < PIECE {
+            return Ok(passed);
+        }
+    }
+}
+
+/// `split` and `rsplit`
+pub(super) fn split(ev: &Evaluator<'_>, args: &[Value], side: Side) -> R {
+    let most = match args[2].given() {
+        Some(value) => usize::try_from(ev.index(value)?).unwrap_or(usize::MAX),
+        None => usize::MAX,
+    };
+    let separator = match args[1].given() {
+        None | Some(Value::None) => None,
+        Some(separator) => Some(bytes_argument(ev, separator)?),
+    };
+    let whole = receiver(ev, &args[0])?;
+    let mut parts = Parts::new(ev, &args[0], &whole);
+    match separator {
+        None => parts.between_blanks(most, side)?,
+        Some(separator) if separator.is_empty() => return Err(ev.value_error("empty separator")),
+        Some(separator) if side == Side::Left => parts.between(&separator, most)?,
+        Some(separator) => parts.back_between(&separator, most)?,
+    }
+    if side == Side::Right {
+        ev.reverse(&mut parts.list)?;
+    }
+    Ok(parts.list.into_list())
+}
+
+/// The parts of some bytes, as they are found.
+struct Parts<'p, 'y> {
+    ev: &'p Evaluator<'y>,
+    receiver: &'p Value,
+    whole: &'p Data,
+    list: Values,
+}
+
+impl<'p, 'y> Parts<'p, 'y> {
+    fn new(ev: &'p Evaluator<'y>, receiver: &'p Value, whole: &'p Data) -> Self {
+        let list = Values::default();
+        Parts {
+            ev,
+            receiver,
+            whole,
+            list,
+        }
+    }
+
+    fn push(&mut self, part: &[u8]) -> R<()> {
+        self.ev.grow(&mut *self.list, 1)?;
+        let part = of_receiver(self.ev, self.receiver, self.whole, part)?;
+        self.list.push(part);
+        self.ev.worked(EACH)?;
+        // So that what is taken apart never goes far beyond the limit.
+        match self.list.len().is_multiple_of(1024) {
+            true => self.ev.check_memory(),
+            false => Ok(()),
+        }
+    }
+
+    fn between(&mut self, separator: &[u8], most: usize) -> R<()> {
+        let whole = self.whole;
+        let mut found = Occurrences::new(whole, separator);
+        let mut start = 0;
+        while self.list.len() < most
+            && let Some(at) = found.next(self.ev)?
+        {
+            self.push(&whole[start..at])?;
+            start = at + separator.len();
+        }
+        self.push(&whole[start..])
+    }
+
+    fn back_between(&mut self, separator: &[u8], most: usize) -> R<()> {
+        let whole = self.whole;
+        let mut found = Occurrences::from_end(whole, separator);
+        let mut end = whole.len();
+        while self.list.len() < most
+            && let Some(at) = found.next_back(self.ev)?
+        {
+            self.push(&whole[at + separator.len()..end])?;
+            end = at;
+        }
+        self.push(&whole[..end])
+    }
+
+    /// Splits at runs of blanks, at most `most` times; the rest keeps its inner blanks, and those at its far end.
+    fn between_blanks(&mut self, most: usize, side: Side) -> R<()> {
+        let (ev, whole) = (self.ev, self.whole);
+        let is_blank = |byte: u8| SPACES.contains(&byte);
+        // What is cut off on one side, and what is left of it on the other.
+        let cut = |rest: &'p [u8], length: usize| match side {
+            Side::Left => rest.split_at(length),
+            Side::Right => {
+                let (rest, own) = rest.split_at(rest.len() - length);
+                (own, rest)
+            }
+        };
+        let mut rest = &whole[..];
+        loop {
+            (_, rest) = cut(rest, edge(ev, rest, side, is_blank)?);
+            if rest.is_empty() {
+                return Ok(());
+            }
+            if self.list.len() == most {
+                return self.push(rest);
+            }
+            let word;
+            (word, rest) = cut(rest, edge(ev, rest, side, |byte| !is_blank(byte))?);
+            self.push(word)?;
+        }
+    }
+}
+
+/// `partition` and `rpartition`
+pub(super) fn partition(ev: &Evaluator<'_>, args: &[Value], side: Side) -> R {
+    let separator = bytes_argument(ev, &args[1])?;
+    let whole = receiver(ev, &args[0])?;
+    if separator.is_empty() {
+        return Err(ev.value_error("empty separator"));
+    }
+    let is_mutable = matches!(ev.plain(&args[0]), Value::ByteArray(_));
+    let part = |part: &[u8]| -> R { Ok(made(is_mutable, ev.copied_bytes(part)?)) };
+    let found = match side {
+        Side::Left => ev.find_bytes(&whole, &separator)?,
+        Side::Right => ev.rfind_bytes(&whole, &separator)?,
+    };
+    Ok(Value::triple(match found {
+        Some(at) => [
+            part(&whole[..at])?,
+            // The very object, if nobody can change it through the result.
+            match is_mutable {
+                true => part(&separator)?,
+                false => args[1].clone(),
+            },
+            part(&whole[at + separator.len()..])?,
+        ],
+        None => {
+            let all = match is_mutable {
+                true => part(&whole)?,
+                false => args[0].clone(),
+            };
+            match side {
+                Side::Left => [all, part(b"")?, part(b"")?],
+                Side::Right => [part(b"")?, part(b"")?, all],
+            }
+        }
+    }))
+}
+
+/// `removeprefix` and `removesuffix`
+pub(super) fn without_affix(ev: &Evaluator<'_>, args: &[Value], side: Side) -> R {
+    let affix = bytes_argument(ev, &args[1])?;
+    let whole = receiver(ev, &args[0])?;
+    let rest = whole.len().checked_sub(affix.len());
+    let part = match (rest, side) {
+        (Some(_), Side::Left) if ev.equal_bytes(&whole[..affix.len()], &affix)? => {
+            &whole[affix.len()..]
+        }
+        (Some(rest), Side::Right) if ev.equal_bytes(&whole[rest..], &affix)? => &whole[..rest],
+        _ => &whole[..],
+    };
+    of_receiver(ev, &args[0], &whole, part)
+}
+
+/// `replace`
+pub(super) fn replace(ev: &Evaluator<'_>, args: &[Value]) -> R {
+    let (old, new) = (bytes_argument(ev, &args[1])?, bytes_argument(ev, &args[2])?);
+    let most = match args[3].given() {
+        Some(value) => usize::try_from(ev.index(value)?).unwrap_or(usize::MAX),
+        None => usize::MAX,
+    };
+    let whole = receiver(ev, &args[0])?;
+    let mut out = Vec::new();
+    let mut from = 0;
+    if old.is_empty() {
+        // Before each byte, and at the end.
+        while from < whole.len().min(most) {
+            ev.push_bytes(&mut out, &new)?;
+            ev.push_bytes(&mut out, &whole[from..=from])?;
+            ev.worked(EACH)?;
+            from += 1;
+        }
+        if from == whole.len() && from < most {
+            ev.push_bytes(&mut out, &new)?;
+        }
+    } else {
+        let mut found = Occurrences::new(&whole, &old);
+        let mut left = most;
+        while left > 0
+            && let Some(at) = found.next(ev)?
+        {
+            ev.push_bytes(&mut out, &whole[from..at])?;
+            ev.push_bytes(&mut out, &new)?;
+            from = at + old.len();
+            left -= 1;
+        }
+        if from == 0 {
+            return of_receiver(ev, &args[0], &whole, &whole);
+        }
+    }
+    ev.push_bytes(&mut out, &whole[from..])?;
+    Ok(made(matches!(ev.plain(&args[0]), Value::ByteArray(_)), out))
+}
+
+/// The bytes of an argument.
+fn bytes_argument(ev: &Evaluator<'_>, value: &Value) -> R<Data> {
+    ev.bytes_like(value)
+        .ok_or_else(|| not_bytes_like(ev, value))
+}
+
+/// A part of a receiver, of its type: `bytes` themselves if that is all of them.
+pub(super) fn of_receiver(ev: &Evaluator<'_>, receiver: &Value, whole: &[u8], part: &[u8]) -> R {
+    if let Value::Bytes(_) = receiver
+        && part.len() == whole.len()
+    {
+        return Ok(receiver.clone());
+    }
+    let is_mutable = matches!(ev.plain(receiver), Value::ByteArray(_));
+    Ok(made(is_mutable, ev.copied_bytes(part)?))
+}
+
+fn made(is_mutable: bool, data: Vec<u8>) -> Value {
+    match is_mutable {
+        true => bytearray(data),
+        false => Value::Bytes(Rc::new(Bytes::new(data))),
+    }
+}
