@@ -41,6 +41,30 @@ DUNDERS = [
     "@staticmethod\n        def s(*x): return x", "x = {value}", "y: int = {value}", "__slots__ = ('x1', 'y1')",
 ]
 
+#: Special methods and what they may give, and who asks objects that have them.
+KEPT = {"__str__": ["'t'", "S('s')"], "__repr__": ["'r'", "S('ré')"], "__format__": ["'f'", "S('f')"], "__bytes__": ["b'b'", "Y(b'y')"], "__int__": ["5", "I(6)", "True"],
+        "__index__": ["2", "I(1)", "True", "-1"], "__float__": ["1.5", "F(2.5)"], "__complex__": ["1j", "C(2)"], "__bool__": ["True", "False"], "__len__": ["2", "-1", "I(3)", "2**70"],
+        "__hash__": ["7", "I(8)", "2**70"], "__iter__": ["iter([1, 2])", "iter('ab')", "self"], "__next__": ["1"], "__contains__": ["1", "[]"], "__length_hint__": ["3", "-2", "'x'"],
+        "__getitem__": ["'i'", "[][k]"], "__reversed__": ["[2, 1]"], "__round__": ["4"], "__trunc__": ["3", "I(4)", "'x'"], "__floor__": ["2"], "__ceil__": ["9"], "__abs__": ["1"],
+        "__dir__": ["['b', 'a']", "'zy'"], "__call__": ["x"], "__eq__": ["'eq'", "[]"], "__lt__": ["'lt'", "0"], "__divmod__": ["(1, 2)"], "__pow__": ["'pow'"], "__neg__": ["-1"],
+        "__missing__": ["'missing'"], "__getattr__": ["5", "[][5]"], "__delattr__": ["0"], "__enter__": ["1"], "__exit__": ["[]", "1"], "__instancecheck__": ["1"], "__fspath__": ["'p'"],
+        "__set_name__": ["0"], "__get__": ["'got'"], "__matmul__": ["'@'"], "__iadd__": ["'+='"], "__radd__": ["'r+'"], "__rmod__": ["'r%'"], "__mul__": ["'*'"], "__rmul__": ["'r*'"]}
+# Not here (docs/LANGUAGE.md): special names in `dir()`, which in CPython are those of slots of C.
+ASKS = ["str(o)", "repr(o)", "f'{o}'", "f'{o!r}'", "f'{o!s:>4}'", "format(o, '>5')", "'%s' % (o,) + ''", "'%r|%s' % (o, o)", "'%d' % o", "'%x' % o", "'%.2f' % o", "'%c' % o", "'%*d' % (o, 3)",
+        "'{}|{!r}'.format(o, o)", "'{:d}'.format(o)", "'{0[1]}'.format(o)", "'{0.n}'.format(o)", "ascii(o)", "bytes(o)", "bytearray(o)", "b'%s' % o", "b'%d' % o", "b'%c' % o", "int(o)", "float(o)",
+        "complex(o)", "bool(o)", "not o", "1 if o else 2", "len(o)", "hash(o) == hash(o)", "{o: 1}[o]", "o in {1, 2}", "list(o)", "tuple(o)", "set(o)", "dict(o)", "sorted(o)", "[*o]", "{*o}", "{**o}",
+        "(lambda *x: x)(*o)", "a1, *b1 = o; x = a1, b1", "x, y = o; x = x, y", "iter(o)", "next(o)", "list(reversed(o))", "list(zip(o, o))[:3]", "list(map(str, o))", "list(enumerate(o))", "sum(o)", "max(o)", "min(o, 1)",
+        "any(o)", "all(o)", "1 in o", "o[0]", "o['k']", "o[:2]", "[1, 2, 3][o]", "[1, 2, 3][o:]", "'abc'[o]", "(1, 2)[o]", "range(o)", "range(5)[o]", "'a' * o", "[1] * o", "o * 2", "o + 1", "1 + o", "o += 1; x = o",
+        "o == 1", "o != 1", "o < 1", "o <= 1", "1 > o", "o @ 1", "divmod(o, 2)", "pow(o, 2)", "pow(2, o)", "-o", "abs(o)", "round(o)", "round(1.5, o)", "math.floor(o)", "math.ceil(o)", "math.trunc(o)", "math.sqrt(o)",
+        "math.gcd(o, 4)", "math.factorial(o)", "math.isqrt(o)", "math.hypot(o, 1)", "math.comb(5, o)", "math.ldexp(1.0, o)", "chr(o)", "hex(o)", "bin(o)", "[x for x in dir(o) if x[0] != '_']", "o()", "o(1)", "o.n", "getattr(o, 'q', 5)",
+        "hasattr(o, 'q')", "isinstance(1, o)", "operator.index(o)", "operator.length_hint(o)", "operator.methodcaller(o)(1)", "operator.itemgetter(o)([1, 2, 3])", "operator.attrgetter('n')(o)", "type(o).__reduce_ex__(o, 2)[1][1:]", "','.join(o)", "b''.join(o)", "'abc'.replace('a', o)", "'a,b'.split(',', o)", "'abc'.find('c', o)", "'ab'.center(o)",
+        "'ab'.startswith(o)", "'%s' % o", "[].extend(o)", "[0].__iadd__(o)", "[3].insert(o, 1)", "[1, 2].pop(o)", "[1].index(1, o)", "{}.update(o)", "{1}.union(o)", "{1} | o", "dict.fromkeys(o)", "struct.pack('i', o)",
+        "struct.pack('d', o)", "struct.pack('?', o)", "collections.Counter(o)", "collections.deque(o, 2)", "functools.reduce(max, o)", "list(itertools.islice(o, 2))", "list(itertools.chain(o, o))[:4]",
+        "list(itertools.islice('abc', o))", "list(itertools.repeat(1, o))", "list(itertools.permutations(o, 1))[:2]", "json.dumps(o)", "json.dumps([o])", "copy.copy(o) == o", "int('7', o)", "int.from_bytes(o, 'big')",
+        "(5).to_bytes(o, 'big')", "slice(o).indices(4)", "sorted([2, 1], key=o)", "sorted([1, 2], reverse=o)", "statistics.mean(o)", "timedelta(o)", "date(2024, 1, o)", "round(timedelta(1) / 3, o)", "timedelta(1) * o",
+        "print(o, end='') or 1", "type(str(o)).__name__, type(f'{o}').__name__", "type(int(o)).__name__, type(float(o)).__name__", "type(repr(o)).__name__", "string.Template('$a').substitute(a=o)", "re.sub('a', o, 'ab')", "string.Formatter().format('{0} {0!r:>5}', o)", "string.Formatter().vformat('{a[0]}', (), {'a': o})", "object.__repr__(o)[:5]", "object.__str__(o)[:5]", "bool.__and__(True, o)", "OSError.__str__(o)", "pow(2, o, 5)",
+        "float.fromhex(o)", "o.__len__()", "o.__str__()", "o.__iter__()", "super(K, o).__repr__()[:2]", "zip(o)"]
+
 
 class Programs:
     """Makes programs with the numbers of one generator."""
@@ -209,37 +233,15 @@ class Programs:
         """An object whose special methods give what they should, something derived from it, or something else, and who asks for it."""
         r = self.r
         gives = lambda *more: r.choice([*more, *more, self.value(), self.of(SMALL), "NotImplemented", "KeyError('k')"])
-        kept = {"__str__": ["'t'", "S('s')"], "__repr__": ["'r'", "S('ré')"], "__format__": ["'f'", "S('f')"], "__bytes__": ["b'b'", "Y(b'y')"], "__int__": ["5", "I(6)", "True"],
-                "__index__": ["2", "I(1)", "True", "-1"], "__float__": ["1.5", "F(2.5)"], "__complex__": ["1j", "C(2)"], "__bool__": ["True", "False"], "__len__": ["2", "-1", "I(3)", "2**70"],
-                "__hash__": ["7", "I(8)", "2**70"], "__iter__": ["iter([1, 2])", "iter('ab')", "self"], "__next__": ["1"], "__contains__": ["1", "[]"], "__length_hint__": ["3", "-2", "'x'"],
-                "__getitem__": ["'i'", "[][k]"], "__reversed__": ["[2, 1]"], "__round__": ["4"], "__trunc__": ["3", "I(4)", "'x'"], "__floor__": ["2"], "__ceil__": ["9"], "__abs__": ["1"],
-                "__dir__": ["['b', 'a']", "'zy'"], "__call__": ["x"], "__eq__": ["'eq'", "[]"], "__lt__": ["'lt'", "0"], "__divmod__": ["(1, 2)"], "__pow__": ["'pow'"], "__neg__": ["-1"],
-                "__missing__": ["'missing'"], "__getattr__": ["5", "[][5]"], "__delattr__": ["0"], "__enter__": ["1"], "__exit__": ["[]", "1"], "__instancecheck__": ["1"], "__fspath__": ["'p'"],
-                "__set_name__": ["0"], "__get__": ["'got'"], "__matmul__": ["'@'"], "__iadd__": ["'+='"], "__radd__": ["'r+'"], "__rmod__": ["'r%'"], "__mul__": ["'*'"], "__rmul__": ["'r*'"]}
-        names = r.sample(list(kept), r.choice([1, 2, 3]))
+        names = r.sample(list(KEPT), r.choice([1, 2, 3]))
         lines = ["class S(str): pass", "class Y(bytes): pass", "class I(int): pass", "class F(float): pass", "class C(complex): pass",
                  f"class K{r.choice(['', '', '', '(list)', '(dict)', '(str)', '(int)', '(float)', '(tuple)', '(set)', '(bytes)'])}:"]
         for name in names:
-            body = r.choice([f"return {gives(*kept[name])}"] * 7 + [f"raise {r.choice(['ValueError(1)', 'TypeError', 'KeyError(2)', 'StopIteration', 'AttributeError', 'IndexError'])}"])
+            body = r.choice([f"return {gives(*KEPT[name])}"] * 7 + [f"raise {r.choice(['ValueError(1)', 'TypeError', 'KeyError(2)', 'StopIteration', 'AttributeError', 'IndexError'])}"])
             lines += [f"    def {name}(self, *x, k=0): {body}"]
         value = r.choice(["K()", "K()", "K()", "K([1, 2])", "K('12')"])
         lines += ["r = []", "try:", f"    o = {value}", "except Exception as e:", "    o, r = 5, [str(e)]"]
-        # Not here (docs/LANGUAGE.md): special names in `dir()`, which in CPython are those of slots of C.
-        asks = ["str(o)", "repr(o)", "f'{o}'", "f'{o!r}'", "f'{o!s:>4}'", "format(o, '>5')", "'%s' % (o,) + ''", "'%r|%s' % (o, o)", "'%d' % o", "'%x' % o", "'%.2f' % o", "'%c' % o", "'%*d' % (o, 3)",
-                "'{}|{!r}'.format(o, o)", "'{:d}'.format(o)", "'{0[1]}'.format(o)", "'{0.n}'.format(o)", "ascii(o)", "bytes(o)", "bytearray(o)", "b'%s' % o", "b'%d' % o", "b'%c' % o", "int(o)", "float(o)",
-                "complex(o)", "bool(o)", "not o", "1 if o else 2", "len(o)", "hash(o) == hash(o)", "{o: 1}[o]", "o in {1, 2}", "list(o)", "tuple(o)", "set(o)", "dict(o)", "sorted(o)", "[*o]", "{*o}", "{**o}",
-                "(lambda *x: x)(*o)", "a1, *b1 = o; x = a1, b1", "x, y = o; x = x, y", "iter(o)", "next(o)", "list(reversed(o))", "list(zip(o, o))[:3]", "list(map(str, o))", "list(enumerate(o))", "sum(o)", "max(o)", "min(o, 1)",
-                "any(o)", "all(o)", "1 in o", "o[0]", "o['k']", "o[:2]", "[1, 2, 3][o]", "[1, 2, 3][o:]", "'abc'[o]", "(1, 2)[o]", "range(o)", "range(5)[o]", "'a' * o", "[1] * o", "o * 2", "o + 1", "1 + o", "o += 1; x = o",
-                "o == 1", "o != 1", "o < 1", "o <= 1", "1 > o", "o @ 1", "divmod(o, 2)", "pow(o, 2)", "pow(2, o)", "-o", "abs(o)", "round(o)", "round(1.5, o)", "math.floor(o)", "math.ceil(o)", "math.trunc(o)", "math.sqrt(o)",
-                "math.gcd(o, 4)", "math.factorial(o)", "math.isqrt(o)", "math.hypot(o, 1)", "math.comb(5, o)", "math.ldexp(1.0, o)", "chr(o)", "hex(o)", "bin(o)", "[x for x in dir(o) if x[0] != '_']", "o()", "o(1)", "o.n", "getattr(o, 'q', 5)",
-                "hasattr(o, 'q')", "isinstance(1, o)", "operator.index(o)", "operator.length_hint(o)", "operator.methodcaller(o)(1)", "operator.itemgetter(o)([1, 2, 3])", "operator.attrgetter('n')(o)", "type(o).__reduce_ex__(o, 2)[1][1:]", "','.join(o)", "b''.join(o)", "'abc'.replace('a', o)", "'a,b'.split(',', o)", "'abc'.find('c', o)", "'ab'.center(o)",
-                "'ab'.startswith(o)", "'%s' % o", "[].extend(o)", "[0].__iadd__(o)", "[3].insert(o, 1)", "[1, 2].pop(o)", "[1].index(1, o)", "{}.update(o)", "{1}.union(o)", "{1} | o", "dict.fromkeys(o)", "struct.pack('i', o)",
-                "struct.pack('d', o)", "struct.pack('?', o)", "collections.Counter(o)", "collections.deque(o, 2)", "functools.reduce(max, o)", "list(itertools.islice(o, 2))", "list(itertools.chain(o, o))[:4]",
-                "list(itertools.islice('abc', o))", "list(itertools.repeat(1, o))", "list(itertools.permutations(o, 1))[:2]", "json.dumps(o)", "json.dumps([o])", "copy.copy(o) == o", "int('7', o)", "int.from_bytes(o, 'big')",
-                "(5).to_bytes(o, 'big')", "slice(o).indices(4)", "sorted([2, 1], key=o)", "sorted([1, 2], reverse=o)", "statistics.mean(o)", "timedelta(o)", "date(2024, 1, o)", "round(timedelta(1) / 3, o)", "timedelta(1) * o",
-                "print(o, end='') or 1", "type(str(o)).__name__, type(f'{o}').__name__", "type(int(o)).__name__, type(float(o)).__name__", "type(repr(o)).__name__", "string.Template('$a').substitute(a=o)", "re.sub('a', o, 'ab')", "string.Formatter().format('{0} {0!r:>5}', o)", "string.Formatter().vformat('{a[0]}', (), {'a': o})", "object.__repr__(o)[:5]", "object.__str__(o)[:5]", "bool.__and__(True, o)", "OSError.__str__(o)", "pow(2, o, 5)",
-                "float.fromhex(o)", "o.__len__()", "o.__str__()", "o.__iter__()", "super(K, o).__repr__()[:2]", "zip(o)"]
-        for ask in r.sample(asks, 5):
+        for ask in r.sample(ASKS, 5):
             lines += ["try:"] + ["    " + line for line in (ask.split("; ") if "; " in ask else [f"x = {ask}"])] + ["    r.append(x)", "except Exception as e:", "    r.append((type(e).__name__, str(e)))"]
         return lines + [f"{r.choice(NAMES)} = [show(x) for x in r] if '<' not in repr(r) else len(r)"]
 

@@ -2,6 +2,7 @@
 
 use std::rc::Rc;
 
+use super::attribute::Attribute;
 use super::names::Peek;
 use super::operand::Operand;
 use crate::eval::words::Words;
@@ -31,7 +32,10 @@ impl Expression for Item {
                 None => self.evaluate(ev, f).whole(),
             };
         }
-        self.find(ev, f).whole()
+        match &self.value {
+            Operand::Attribute(attribute) => self.find_in_attribute(attribute, ev, f).whole(),
+            _ => self.find(ev, f).whole(),
+        }
     }
 }
 
@@ -94,6 +98,29 @@ impl Item {
             }
             _ => {}
         });
+    }
+
+    /// The item, if the container is an attribute: of a list or tuple without a call.
+    #[inline(never)]
+    fn find_in_attribute(
+        &self,
+        attribute: &Attribute,
+        ev: &Evaluator<'_>,
+        f: &mut Frame<'_>,
+    ) -> Words<R> {
+        if let Some(Value::Int(at)) = self.index.peek(f) {
+            // SAFETY: the item is copied, and nothing else happens before.
+            #[allow(unsafe_code)]
+            let items = match unsafe { attribute.reach(f) } {
+                Some(Value::List(list)) => unsafe { list.glimpse() },
+                Some(Value::Tuple(tuple)) => tuple.items(),
+                _ => &[],
+            };
+            if let Some(item) = place_of(*at, items.len()).and_then(|place| items.get(place)) {
+                return Words::of(Ok(item.clone()));
+            }
+        }
+        self.find(ev, f)
     }
 
     /// The item, wherever container and index come from.

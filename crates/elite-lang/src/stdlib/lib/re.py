@@ -135,7 +135,10 @@ _escapes = {"a": "\a", "b": "\b", "f": "\f", "n": "\n", "r": "\r", "t": "\t", "v
 
 def _is_literal(template):
     """Whether a replacement is a text in which nothing has to be put in place."""
-    return isinstance(template, (str, bytes, bytearray)) and ("\\" if isinstance(template, str) else b"\\") not in template
+    for kind in (str, bytes, bytearray):
+        if isinstance(template, kind):
+            return kind.find(template, "\\" if kind is str else b"\\") < 0
+    return False
 
 
 def _template(pattern, source):
