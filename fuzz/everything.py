@@ -13,6 +13,7 @@ import argparse
 import collections
 import itertools
 import os
+import random
 import re
 import resource
 import shutil
@@ -28,8 +29,8 @@ DERIVED = {"int": "3", "float": "1.5", "complex": "1j", "str": "'a1'", "bytes": 
            "dict": "a=1", "set": "{1}", "frozenset": "{2}", "object": ""}
 CLASSES = "".join(f"class My{base}({base}): pass\n" for base in DERIVED)
 DERIVED = {base: f"My{base}({content})" for base, content in DERIVED.items()}
-BASES = [("list", "[1, 2]"), ("dict", "[(1, 2)]"), ("str", "'12'"), ("int", "12"), ("float", "12"), ("tuple", "[1, 2]"), ("set", "[1]"), ("bytes", "b'12'")]
-ANSWERS = ["0", "None", "'a'", "[1]", "NotImplemented", "raise KeyError('k')", "raise AttributeError", "raise StopIteration", "raise TypeError"]
+BASES = [("", ""), ("list", "[1, 2]"), ("dict", "[(1, 2)]"), ("str", "'12'"), ("int", "12"), ("float", "12"), ("tuple", "[1, 2]"), ("set", "[1]"), ("bytes", "b'12'")]
+ANSWERS = ["2**70", "-2**70", "0", "None", "'a'", "[1]", "1e400", "(1,)", "object()", "self", "I(3)", "S('s')", "F(2.5)", "NotImplemented", "raise KeyError('k')", "raise AttributeError", "raise StopIteration", "raise TypeError"]
 VALUES = [value for kind in (*drawn.KINDS, drawn.TIMES, DERIVED.values()) for value in kind] + ["Myobject", "Myint"]
 #: What a number or a text is repeated by, raised to, shifted by.
 FEW = ["0", "1", "2", "-1", "3", "0.5", "'a'", "None", "1.5", "-3", "True", "1j", "[]", "2.0", "0.0", "-2.5", "64"]
@@ -120,23 +121,47 @@ def modules():
         yield with_two(call, call)
 
 
-def specials():
-    """Each special method in a class derived from each builtin type, with each answer it may give, and everybody who may ask for it."""
+def asked_by_all():
+    """What asks objects, as functions."""
     yield "class S(str): pass\nclass Y(bytes): pass\nclass I(int): pass\nclass F(float): pass\nclass C(complex): pass\nASKS = []\n"
     for ask in programs.ASKS:
         *before, last = ask.split("; ")
         last = last.removeprefix("x = ")
         yield "def ask(o, K):\n" + "".join(f"    {line}\n" for line in [*before, f"return {last}"]) + f"ASKS.append(({ask!r}, ask))\n"
+
+
+def asking(base, content, answers):
+    """A class with these answers of its special methods, and everybody asking an object of it."""
+    text = f"class K({base}):\n"
+    for name, answer in answers:
+        body = answer if answer.startswith("raise") else f"return {answer}"
+        # Or who asks for one item after the other never ends.
+        if name == "__getitem__":
+            body = f"\n        if x[0] == 4: raise IndexError\n        {body}"
+        if name == "__next__":
+            body = f"\n        k.append(0)\n        if len(k) % 4 == 0: raise StopIteration\n        {body}"
+        text += f"    def {name}(self, *x, k={[] if name == '__next__' else 0}): {body}\n"
+    names, where = " ".join(name for name, _ in answers), f" where {base or 'object'} gives {' and '.join(answer for _, answer in answers)}"
+    return (f"{text}try: K({content})\nexcept Exception: t({names + where!r}, lambda: K({content}))\n"
+            f"else:\n    for text, ask in ASKS: t({names!r} + ' ' + text + {where!r}, lambda: ask(K({content}), K))\n")
+
+
+def specials():
+    """Each special method in a class derived from each builtin type, with each answer it may give, and everybody who may ask for it."""
+    yield from asked_by_all()
     for name, kept in programs.KEPT.items():
-        for answer in [*dict.fromkeys([*kept, *ANSWERS])]:
-            body = answer if answer.startswith("raise") else f"return {answer}"
-            if name == "__getitem__":
-                # Or who asks for one item after the other never ends.
-                body = f"\n        if x[0] == 4: raise IndexError\n        {body}"
-            for base, content in [("", ""), *BASES]:
-                where = f" where {base or 'object'} gives {answer}"
-                yield (f"class K({base}):\n    def {name}(self, *x, k=0): {body}\ntry: K({content})\nexcept Exception: t({name + where!r}, lambda: K({content}))\n"
-                       f"else:\n    for text, ask in ASKS: t({name!r} + ' ' + text + {where!r}, lambda: ask(K({content}), K))\n")
+        for answer in dict.fromkeys([*kept, *ANSWERS]):
+            for base, content in BASES:
+                yield asking(base, content, [(name, answer)])
+
+
+def some():
+    """Some of them together, drawn at random."""
+    yield from asked_by_all()
+    r = random.Random(options.seed)
+    for _ in range(3000):
+        names = r.sample(list(programs.KEPT), r.choice([2, 2, 3, 4]))
+        yield asking(*r.choice(BASES), [(name, r.choice([*programs.KEPT[name], *ANSWERS])) for name in names])
 
 
 def output_of(command, path):
@@ -165,12 +190,14 @@ def own_type(match):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("runner")
-    parser.add_argument("--only", choices=["operators", "methods", "builtins", "texts", "modules", "specials"])
+    parser.add_argument("--only", choices=["operators", "methods", "builtins", "texts", "modules", "specials", "some"])
+    parser.add_argument("--seed", type=int, default=1, help="of what is drawn at random")
+    global options
     options = parser.parse_args()
     if not shutil.which(options.runner):
         parser.error(f"{options.runner} is no program: build it first")
     total, failed = 0, False
-    for kind in (operators, methods, builtins, texts, modules, specials):
+    for kind in (operators, methods, builtins, texts, modules, specials, some):
         if options.only not in (None, kind.__name__):
             continue
         with tempfile.NamedTemporaryFile("w", suffix=".py") as file:

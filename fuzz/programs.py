@@ -187,7 +187,7 @@ class Programs:
             use = r.choice([f"K()", "K({0})".format(self.of(*POOLS[1:4])), "K" if base in ("", "(int)", "(str)") else "K()"])
             return text + ["a = " + use, r.choice([f"b = {self.expression()}", "b = len(a)", "b = list(a)", "b = a + 1", "b = a[0]", "b = str(a)[:9]", "b = bool(a)", "b = a.p",
                                                    "b = a.q", "b = a.k()", "b = a.x", "b = 2 * a", "b = {a: 1}", "b = a == 1, a != 1", "b = f'{a:>5}'", "b = a.zz", "a.n = 3; b = a.n",
-                                                   "b = int(a), float(a)", "b = 3 in a", "b = sorted([a, a])", "a += 1; b = a.n", "b = round(a)", "b = vars(a)", "del a[0]", "a[1] = 2",
+                                                   "b = int(a), float(a)", "b = 3 in a", "b = sorted([a, a])", "a += 1; b = a.n", "b = round(a)", "b = 0 if isinstance(a, type) else vars(a)", "del a[0]", "a[1] = 2",
                                                    "b = [x for x in a][:4]", "b = a()", "b = a < 1", "b = hash(a) == hash(a)", "b = isinstance(a, K), K.__mro__[1].__name__"]),
                            "a = type(a).__name__"]
         if pick == 16:

@@ -220,9 +220,9 @@ fn is_meant(text: &str, ours_accepts: bool) -> bool {
             .starts_with(|c| ",/=<@.&|^%>!".contains(c))
     };
     let odd_word = |rest: &str| {
-        ["if ", "and ", "or ", "is ", "in "]
-            .iter()
-            .any(|word| rest.trim_start().starts_with(word))
+        let word = rest.trim_start().split(|c: char| !c.is_alphanumeric());
+        let word = word.into_iter().next().unwrap_or_default();
+        ["if", "and", "or", "is", "in"].contains(&word)
     };
     let odd = |rest: &str| odd_yield(rest) || odd_word(rest);
     if ours_accepts {

@@ -300,7 +300,7 @@ const STATEMENT: usize = 128;
 #[derive(Default)]
 pub struct Block {
     statements: Nodes<Line>,
-    /// Inner ones before those around them.
+    /// By the end of what they protect, inner ones before those around them.
     guards: Nodes<Guard>,
 }
 
@@ -320,7 +320,7 @@ impl Line {
 }
 
 impl Block {
-    /// A block of these statements, each with its line, and of what protects some of them, inner ones first.
+    /// A block of these statements, each with its line, and of what protects some of them, by where that ends, inner ones first.
     pub fn new(statements: Vec<(u32, Box<dyn Executes>)>, guards: Vec<Guard>) -> Self {
         let lines = statements
             .into_iter()
@@ -402,7 +402,8 @@ impl Block {
         ev: &Evaluator<'_>,
         f: &mut Frame<'_>,
     ) -> Result<usize, Flow> {
-        for guard in &self.guards {
+        let first = self.guards.partition_point(|guard| guard.body.end <= at);
+        for guard in &self.guards[first..] {
             if !guard.body.contains(&at) {
                 continue;
             }

@@ -13,7 +13,7 @@ use crate::value::trash::Nodes;
 pub(super) struct Lines {
     /// Its statements.
     pub statements: Vec<Line>,
-    /// What protects some of them, inner ones first.
+    /// What protects some of them, by where that ends, inner ones first.
     pub guards: Vec<Guard>,
 }
 
@@ -59,14 +59,14 @@ impl Lower<'_> {
             let start = lines.statements.len();
             lower.add_lines(body, lines);
             let body = start..lines.statements.len();
-            let handlers = lower.handlers(handlers);
-            lower.add_lines(orelse, lines);
-            let after = lines.statements.len();
+            let (guard, after) = (lines.guards.len(), body.end);
             lines.guards.push(Guard {
                 body,
                 after,
-                handlers,
+                handlers: lower.handlers(handlers),
             });
+            lower.add_lines(orelse, lines);
+            lines.guards[guard].after = lines.statements.len();
         });
     }
 

@@ -54,6 +54,18 @@ impl Evaluator<'_> {
         }
     }
 
+    /// Like `index`, for the place or the number of items: what is too large for that is an error of `kind`.
+    pub fn sized_index(&self, value: &Value, kind: ExceptionKind) -> R<i64> {
+        match self.to_int(value)? {
+            Int::Small(small) => Ok(small),
+            Int::Big(_) => {
+                let name = self.core.types.name_of(value);
+                let text = format!("cannot fit '{name}' into an index-sized integer");
+                Err(self.raise(kind, text))
+            }
+        }
+    }
+
     /// Like `index`, within the 32 bits of an `int` of C.
     pub fn c_int(&self, value: &Value) -> R<i32> {
         let small = match self.to_int(value)? {

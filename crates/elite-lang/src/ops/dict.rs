@@ -463,7 +463,7 @@ impl Evaluator<'_> {
     }
 
     /// Whether the class of a value leaves iteration to the builtin type that it extends.
-    fn iterates_as_builtin(&self, value: &Value) -> bool {
+    pub fn iterates_as_builtin(&self, value: &Value) -> bool {
         let Value::Instance(instance) = value else {
             return true;
         };

@@ -9,7 +9,6 @@ use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::bulk::STRIDE;
 use crate::value::bytes::Data;
-use crate::value::int::Int;
 use crate::value::{ByteArray, Bytes, R, Set, Str, Value, Values};
 
 impl Evaluator<'_> {
@@ -108,39 +107,34 @@ impl Evaluator<'_> {
             (false, false) => return Ok(None),
         };
         match self.count_of(count)? {
-            Some(Int::Small(1))
-                if matches!(sequence, Value::Str(_) | Value::Tuple(_) | Value::Bytes(_)) =>
-            {
+            Some(1) if matches!(sequence, Value::Str(_) | Value::Tuple(_) | Value::Bytes(_)) => {
                 Ok(Some(sequence.clone()))
             }
-            Some(count) => self.repeat(sequence, &count),
+            Some(count) => self.repeat(sequence, count),
             None => Ok(None),
         }
     }
 
     /// How often something is to be repeated: an integer, or an object that stands for one as an index.
-    fn count_of(&self, value: &Value) -> R<Option<Int>> {
-        match value {
-            Value::Instance(_) if self.has_index(value) => self.to_int(value).map(Some),
-            other => Ok(Int::of(other)),
+    fn count_of(&self, value: &Value) -> R<Option<i64>> {
+        if let Value::Int(count) = value {
+            return Ok(Some(*count));
+        }
+        match self.has_index(value) {
+            true => { self.sized_index(value, ExceptionKind::OverflowError) }.map(Some),
+            false => Ok(None),
         }
     }
 
     /// How often to repeat something of `bytes` bytes; refused if the result would be too big.
-    fn repetitions(&self, count: &Int, bytes: usize) -> R<usize> {
-        let count = match count {
-            Int::Small(count) => usize::try_from(*count).unwrap_or(0),
-            Int::Big(_) => {
-                let text = "cannot fit 'int' into an index-sized integer";
-                return Err(self.raise(ExceptionKind::OverflowError, text));
-            }
-        };
+    fn repetitions(&self, count: i64, bytes: usize) -> R<usize> {
+        let count = usize::try_from(count).unwrap_or(0);
         self.check_allocation(bytes.saturating_mul(count))?;
         // Nothing, however often, is nothing.
         Ok(if bytes == 0 { 0 } else { count })
     }
 
-    fn repeat(&self, sequence: &Value, count: &Int) -> R<Option<Value>> {
+    fn repeat(&self, sequence: &Value, count: i64) -> R<Option<Value>> {
         Ok(Some(match sequence {
             Value::Str(text) => {
                 let count = self.repetitions(count, text.as_str().len())?;
@@ -237,7 +231,7 @@ impl Evaluator<'_> {
                 let Some(count) = self.count_of(b)? else {
                     return Ok(None);
                 };
-                let count = self.repetitions(&count, list.len() * size_of::<Value>())?;
+                let count = self.repetitions(count, list.len() * size_of::<Value>())?;
                 let mut items = Values::default();
                 self.copy_list(list, &mut items)?;
                 let items = self.repeated(items, count)?;
@@ -248,7 +242,7 @@ impl Evaluator<'_> {
                     return Ok(None);
                 };
                 let data = bytes.snapshot();
-                let count = self.repetitions(&count, data.len())?;
+                let count = self.repetitions(count, data.len())?;
                 bytes.put(self.repeated_bytes(&data, count)?);
             }
             (BinaryOp::Add, Value::ByteArray(bytes)) => {

@@ -1,5 +1,6 @@
 //! Truth and length.
 
+use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::words::Truth;
 use crate::value::symbol::known;
@@ -66,19 +67,17 @@ impl Evaluator<'_> {
                 Ok(length) if i64::try_from(length).is_ok() => length,
                 _ => {
                     let text = "Python int too large to convert to C ssize_t";
-                    return Err(self.raise(crate::errors::ExceptionKind::OverflowError, text));
+                    return Err(self.raise(ExceptionKind::OverflowError, text));
                 }
             },
             value if super::binary::has_methods(value) => {
                 let Some(length) = self.special(value, known::LEN, &mut [])? else {
                     return Err(self.no_len(value));
                 };
-                let crate::value::int::Int::Small(length) = self.to_int(&length)? else {
-                    let text = "cannot fit 'int' into an index-sized integer";
-                    return Err(self.raise(crate::errors::ExceptionKind::OverflowError, text));
-                };
-                let error = || self.value_error("__len__() should return >= 0");
-                return usize::try_from(length).map_err(|_| error());
+                if self.clamped_index(&length)? < 0 {
+                    return Err(self.value_error("__len__() should return >= 0"));
+                }
+                self.sized_index(&length, ExceptionKind::OverflowError)? as usize
             }
             _ => return Err(self.no_len(value)),
         })

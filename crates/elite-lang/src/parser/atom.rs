@@ -11,6 +11,15 @@ use crate::findings::quoted;
 use crate::lexer::TokenKind as T;
 use crate::source::Span;
 
+/// What arguments belong to.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Brackets {
+    /// The only one may be a generator expression without brackets of its own.
+    OfCall,
+    /// The bases of a class, and what its metaclass gets.
+    OfClass,
+}
+
 /// What the arguments before one say about it.
 #[derive(Default)]
 struct Earlier {
@@ -42,7 +51,7 @@ impl Parser<'_> {
             let kind = match self.kind() {
                 T::LeftParen => {
                     self.bump();
-                    let args = self.arguments();
+                    let args = self.arguments(Brackets::OfCall);
                     let (function, args) = self.behind(expr, args)?;
                     ExprKind::Call {
                         function: Box::new(function),
@@ -306,11 +315,11 @@ impl Parser<'_> {
     }
 
     /// Arguments up to and including the closing parenthesis; the opening one is taken already.
-    pub(super) fn arguments(&mut self) -> Parse<Vec<Arg>> {
+    pub(super) fn arguments(&mut self, brackets: Brackets) -> Parse<Vec<Arg>> {
         let mut args: Vec<Arg> = Vec::new();
         let mut earlier = Earlier::default();
         while self.kind() != T::RightParen {
-            let arg = self.argument(&earlier);
+            let arg = self.argument(&earlier, brackets);
             args = self.listed(args, arg)?;
             if let Some(arg) = args.last() {
                 earlier.note(arg);
@@ -323,7 +332,7 @@ impl Parser<'_> {
         self.behind(args, closed).map(|(args, ())| args)
     }
 
-    fn argument(&mut self, earlier: &Earlier) -> Parse<Arg> {
+    fn argument(&mut self, earlier: &Earlier, brackets: Brackets) -> Parse<Arg> {
         let start = self.token().span;
         if self.eat(T::Star).is_some() {
             let value = self.expression()?;
@@ -349,7 +358,7 @@ impl Parser<'_> {
             return Ok(Arg::Keyword(name, value));
         }
         let value = self.named_expression()?;
-        if matches!(self.kind(), T::For | T::Async) {
+        if brackets == Brackets::OfCall && matches!(self.kind(), T::For | T::Async) {
             return self.bare_generator(value, !earlier.any, start);
         }
         self.check_argument_order(earlier, value.span)?;
@@ -367,7 +376,7 @@ impl Parser<'_> {
     fn bare_generator(&mut self, element: Expr, first: bool, start: Span) -> Parse<Arg> {
         let kind = self.comprehension(ComprehensionKind::Generator(element))?;
         let span = self.span_from(start);
-        if !first || self.kind() == T::Comma && self.kind_ahead(1) != T::RightParen {
+        if !first || self.kind() == T::Comma {
             return self.fail(
                 span,
                 "a generator expression needs parentheses unless it is the only argument",

@@ -1,5 +1,6 @@
 //! Statements with blocks: `if`, `while`, `for`, `try`, `with`, `def`, `sec`, `class`, decorators.
 
+use super::atom::Brackets;
 use super::{Context, Failed, Parse, Parser};
 use crate::ast::{
     ClassDef, Constant, Expr, ExprKind, FunctionDef, Handler, NodePlace, Stmt, StmtKind, WithItem,
@@ -389,7 +390,9 @@ impl Parser<'_> {
                     format!("more than {WITH_ITEMS_MAX} items in one 'with'"),
                 );
             }
-            if self.eat(T::Comma).is_none() || self.kind() == closer {
+            // A comma may stand at the end between brackets only.
+            let is_last = self.eat(T::Comma).is_none();
+            if is_last || closer == T::RightParen && self.kind() == closer {
                 return Ok(items);
             }
         }
@@ -449,7 +452,7 @@ impl Parser<'_> {
         let name = self.ident()?;
         let scope = self.new_scope();
         let args = if self.eat(T::LeftParen).is_some() {
-            self.arguments()?
+            self.arguments(Brackets::OfClass)?
         } else {
             Vec::new()
         };

@@ -563,7 +563,9 @@ fn factorial(ev: &Evaluator<'_>, value: &Value) -> R {
         return Err(ev.value_error("factorial() not defined for negative values"));
     }
     if n > FACTORIAL_MAX {
-        let text = format!("factorial() argument should not exceed {FACTORIAL_MAX}");
+        // What does not fit is an error in CPython, too.
+        let most = if n == i64::MAX { n } else { FACTORIAL_MAX };
+        let text = format!("factorial() argument should not exceed {most}");
         return Err(ev.raise(ExceptionKind::OverflowError, text));
     }
     Ok(Value::bigint(product(ev, 2, n)?))

@@ -95,7 +95,7 @@ fn data(ev: &Evaluator<'_>, args: &[Value], type_name: &str) -> R<Vec<u8>> {
     if has_bytes || !ev.has_index(source) {
         return of_object(ev, source, type_name);
     }
-    let count = match ev.index(source) {
+    let count = match ev.sized_index(source, ExceptionKind::OverflowError) {
         // An object whose `__index__` refuses may still have items.
         Err(raised) if ev.is_kind(&raised, ExceptionKind::TypeError) => {
             return of_object(ev, source, type_name);
@@ -430,8 +430,7 @@ fn join(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let mut out = Vec::new();
     let message = || "can only join an iterable".to_owned();
     let items = match &args[1] {
-        // An object of a script is asked for its iterator, but not for its length.
-        object @ Value::Instance(_) => ev.drain(&ev.iter_or(object, message)?)?,
+        object @ Value::Instance(_) => ev.listed(&ev.iter_or(object, message)?)?,
         other => ev.collect_or(other, message)?,
     };
     for (index, item) in items.iter().enumerate() {

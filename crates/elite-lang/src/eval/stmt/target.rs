@@ -483,7 +483,7 @@ impl Unpack {
             }
         }
         // Many of them stay where they are collected.
-        let mut middle = ev.drain(&iterator)?;
+        let mut middle = ev.listed(&iterator)?;
         let Some(last) = (star + middle.len() + 1).checked_sub(wanted) else {
             return Err(self.too_few(ev, star + middle.len()));
         };

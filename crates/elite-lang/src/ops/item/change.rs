@@ -5,7 +5,6 @@ use crate::builtins::types::bytes;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::ops::hash::quick_hash;
-use crate::value::int::Int;
 use crate::value::symbol::known;
 use crate::value::{ByteArray, List, R, Raised, Slice, Value};
 
@@ -174,16 +173,8 @@ impl Evaluator<'_> {
                     | Value::DictView(_)
             );
         let is_by_number = is_sequence && self.has_index(index);
-        if is_by_number {
-            match self.to_int(index) {
-                Ok(Int::Small(_)) => {}
-                Ok(Int::Big(_)) => {
-                    let index = self.core.types.name_of(index);
-                    let text = format!("cannot fit '{index}' into an index-sized integer");
-                    return self.raise(ExceptionKind::IndexError, text);
-                }
-                Err(raised) => return raised,
-            }
+        if is_by_number && let Err(raised) = self.sized_index(index, ExceptionKind::IndexError) {
+            return raised;
         }
         self.type_error(match (is_deletion, is_by_number) {
             (false, _) => format!("'{name}' object does not support item assignment"),
@@ -196,13 +187,17 @@ impl Evaluator<'_> {
         // As in CPython: the indices, the length, the new items; then what is left of the old ones.
         let indices = self.slice_indices(slice)?;
         let before = indices.within(list.len());
-        let new = self.collect_or(item, || {
+        let refusal = || {
             match slice.step {
                 Value::None | Value::Int(1) => "can only assign an iterable",
                 _ => "must assign iterable to extended slice",
             }
             .to_owned()
-        })?;
+        };
+        let new = match item {
+            Value::Instance(_) => self.listed(&self.iter_or(item, refusal)?)?,
+            _ => self.collect_or(item, refusal)?,
+        };
         if self.long_slice_is_set(list, indices, before, &new)? {
             return Ok(());
         }

@@ -98,14 +98,7 @@ impl Evaluator<'_> {
         {
             return Err(self.index_type_error(what, index));
         }
-        match self.to_int(index)? {
-            Int::Small(small) => Ok(small),
-            Int::Big(_) => {
-                let name = self.core.types.name_of(index);
-                let text = format!("cannot fit '{name}' into an index-sized integer");
-                Err(self.raise(ExceptionKind::IndexError, text))
-            }
-        }
+        self.sized_index(index, ExceptionKind::IndexError)
     }
 
     /// The place that an index of a range means, however far.

@@ -418,10 +418,21 @@ impl Evaluator<'_> {
 
     /// Asks an object of the script how many items it has, as CPython does before it collects them.
     pub fn ask_length(&self, iterable: &Value) -> R<()> {
-        match iterable {
-            Value::Instance(_) => self.length_hint(iterable).map(|_| ()),
-            _ => Ok(()),
+        let is_of_script = match iterable {
+            Value::Instance(_) => true,
+            Value::Iter(iter) => matches!(&**iter, Iter::Sequence { .. }),
+            _ => false,
+        };
+        if is_of_script {
+            self.length_hint(iterable)?;
         }
+        Ok(())
+    }
+
+    /// What an iterator has left, as natives of CPython make a list of it: that is asked for its length, not what it is from.
+    pub fn listed(&self, iterator: &Value) -> R<Values> {
+        self.ask_length(iterator)?;
+        self.drain(iterator)
     }
 
     /// How many items something says that it has or may have; None if it does not say. Errors of type say nothing.

@@ -125,7 +125,9 @@ fn add_direct(ev: &Evaluator<'_>, own: &Own<'_>, op: BinaryOp, key: Value, count
 
 /// The entries of an object that says it is a mapping.
 fn mapping(ev: &Evaluator<'_>, source: &Value) -> R<Option<Rc<Dict>>> {
-    if let Value::Dict(dict) = ev.plain(source) {
+    if ev.iterates_as_builtin(source)
+        && let Value::Dict(dict) = ev.plain(source)
+    {
         return Ok(Some(dict));
     }
     if !matches!(source, Value::Instance(_)) {

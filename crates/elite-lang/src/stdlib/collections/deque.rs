@@ -238,15 +238,12 @@ fn extend(ev: &Evaluator<'_>, deque: &Deque, iterable: &Value, left: bool) -> R<
 }
 
 fn position(ev: &Evaluator<'_>, deque: &Deque, index: &Value) -> R<usize> {
-    let name = || ev.core.types.name_of(index);
     if !ev.has_index(index) {
-        let text = format!("sequence index must be integer, not '{}'", name());
+        let name = ev.core.types.name_of(index);
+        let text = format!("sequence index must be integer, not '{name}'");
         return Err(ev.type_error(text));
     }
-    let Int::Small(index) = ev.to_int(index)? else {
-        let text = format!("cannot fit '{}' into an index-sized integer", name());
-        return Err(ev.raise(ExceptionKind::IndexError, text));
-    };
+    let index = ev.sized_index(index, ExceptionKind::IndexError)?;
     ev.place(index, deque.len())
         .ok_or_else(|| ev.raise(ExceptionKind::IndexError, "deque index out of range"))
 }
@@ -608,11 +605,7 @@ const METHODS: &[Entry] = &[
 
 /// The items of a deque so many times over.
 fn repeated(ev: &Evaluator<'_>, args: &[Value]) -> R<Values> {
-    let Int::Small(times) = ev.to_int(&args[1])? else {
-        let name = ev.core.types.name_of(&args[1]);
-        let text = format!("cannot fit '{name}' into an index-sized integer");
-        return Err(ev.raise(ExceptionKind::OverflowError, text));
-    };
+    let times = ev.sized_index(&args[1], ExceptionKind::OverflowError)?;
     let times = usize::try_from(times).unwrap_or(0);
     let items = data(ev, &args[0])?.to_vec(ev)?;
     let count = items.len().saturating_mul(times);

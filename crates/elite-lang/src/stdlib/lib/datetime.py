@@ -162,6 +162,8 @@ class timedelta:
 
     def _set(self, total):
         days, rest = divmod(total, 86400000000)
+        if isinstance(rest, float):
+            raise TypeError("'float' object cannot be interpreted as an integer")
         if abs(days) > 999999999:
             if abs(days) > 2147483647:
                 raise OverflowError("Python int too large to convert to C int")

@@ -124,7 +124,7 @@ def _data(data, name, least=1):
 
 
 def mean(data):
-    data = list(iter(data))
+    data = [x for x in data]  # which asks for no length
     kind, total = _exact(data)
     return _number(kind, total, len(_data(data, "mean")))
 
@@ -177,7 +177,7 @@ def mode(data):
 
 
 def _spread(data, centre, name, least):
-    data = list(iter(data))
+    data = [x for x in data]  # which asks for no length
     kind, squares = _squares(data, centre)
     return kind, squares, len(_data(data, name, least)) - least + 1
 

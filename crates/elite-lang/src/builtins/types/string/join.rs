@@ -58,7 +58,7 @@ pub(super) fn join(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         iterable => {
             let message = || "can only join an iterable".to_owned();
             let iterator = ev.iter_or(iterable, message)?;
-            ev.drain(&iterator)?.into_tuple()
+            ev.listed(&iterator)?.into_tuple()
         }
     };
     join_many(ev, &collected, &separator)
