@@ -15,6 +15,7 @@ import os
 import random
 import re
 import resource
+import signal
 import subprocess
 import sys
 import tempfile
@@ -326,6 +327,8 @@ def limited():
 
 
 def main():
+    # Whoever ends this ends the programs it has started, too.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("program", help="what runs EliteScript files")
     parser.add_argument("--seconds", type=float, default=60)
