@@ -1,9 +1,10 @@
 """Writes the public names of CPython's modules that EliteScript has, too, to cpython_names.txt (run with Python 3.11)."""
 import importlib
+import keyword
 import pathlib
 import types
 
-MODULES = ("math time random struct json re string datetime threading queue collections itertools functools copy sys os "
+MODULES = ("builtins math time random struct json re string datetime threading queue collections itertools functools copy sys os "
            "os.path signal subprocess socket abc bisect collections.abc contextlib dataclasses enum heapq io operator statistics "
            "typing").split()
 
@@ -14,7 +15,7 @@ def names(module):
     if not listed or module in ("os", "socket", "signal"):
         listed |= {name for name in dir(found) if not name.startswith("_")
                    and not isinstance(getattr(found, name), types.ModuleType)}
-    return sorted(listed)
+    return sorted(listed - set(keyword.kwlist))
 
 
 lines = [f"{module}: {' '.join(names(module))}" for module in sorted(MODULES)]

@@ -66,11 +66,12 @@ fn tables() -> String {
         code(&functions),
         code(&types)
     );
-    out.push_str("| type | methods | special methods |\n|---|---|---|\n");
+    out.push_str("| type | methods | special methods, beside those of `object` |\n|---|---|---|\n");
     for name in TYPES {
         let listed = run(&format!(
-            "print(' '.join(n for n in dir({name}) if not n.startswith('_')))\n\
-             print(' '.join(n for n in dir({name}) if n.startswith('__')))"
+            "names = [n for n in dir({name}) if {name} is object or n not in dir(object)]\n\
+             print(' '.join(n for n in names if not n.startswith('_')))\n\
+             print(' '.join(n for n in names if n.startswith('__')))"
         ));
         let mut lines = listed.lines();
         let mut cell = || {
@@ -104,6 +105,11 @@ fn tables() -> String {
 
 /// Why modules do without names of CPython's.
 const ABSENT: &[(&str, &str)] = &[
+    (
+        "builtins",
+        "`async`, a prompt and a debugger are not the program's (`eliteserver debug` is one); bytes are copied, \
+         not looked into; warnings are not sorted by encoding",
+    ),
     (
         "contextlib",
         "coroutines of `async`, which the language has not",

@@ -8,6 +8,7 @@ use crate::errors::ExceptionKind;
 use crate::eval::code::Code;
 use crate::eval::pace::VALUE;
 use crate::eval::run::with_slots;
+use crate::eval::stmt::layout;
 use crate::eval::{Core, Evaluator, Frame};
 use crate::ops::dict::NAME;
 use crate::ops::hash::{Equal, quick_equal};
@@ -358,7 +359,7 @@ fn dir(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
 }
 
 /// The names of an object's own attributes and those of its class, in no order, some of them twice.
-fn attribute_names(ev: &Evaluator<'_>, object: &Value) -> R<Values> {
+pub fn attribute_names(ev: &Evaluator<'_>, object: &Value) -> R<Values> {
     let symbols = &ev.core.symbols;
     let mut names = Values::default();
     match object {
@@ -404,10 +405,19 @@ fn attribute_names(ev: &Evaluator<'_>, object: &Value) -> R<Values> {
     };
     for class in class.line() {
         names.extend(hidden_names(&class).map(Value::str));
-        for name in class.own_slots() {
-            ev.grow(&mut *names, 1)?;
-            names.push(symbols.value(name));
-            ev.worked(NAME)?;
+        if !class.is_script && layout::has_dict(&class) {
+            names.push(symbols.value(known::DICT));
+        }
+        if class.is_script {
+            let added = ev.added_parts(&class)?;
+            ev.grow(&mut *names, added.len())?;
+            names.extend(added.iter().map(|(name, _)| symbols.value(*name)));
+        }
+        if std::ptr::eq(&*class, &*ev.core.types.object) {
+            let natural = ev.core.types.natural.own_attrs();
+            let natural = natural.names().iter().copied();
+            let all = natural.chain([known::CLASS, known::DOC]);
+            names.extend(all.map(|name| symbols.value(name)));
         }
         let (mut from, mut more) = (0, true);
         while more {

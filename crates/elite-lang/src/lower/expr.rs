@@ -5,8 +5,7 @@ use std::rc::Rc;
 
 use super::{Lower, NODE, WHOLE};
 use crate::ast::{
-    self, Arg, BinaryOp, ComprehensionKind, Constant, Conversion, DictItem, ExprKind, FStringPart,
-    UnaryOp,
+    self, Arg, ComprehensionKind, Constant, Conversion, DictItem, ExprKind, FStringPart, UnaryOp,
 };
 use crate::eval::Expr;
 use crate::eval::expr::arguments::{CallArg, CallWith};
@@ -30,7 +29,6 @@ use crate::eval::expr::names::{
     ClassName, Const, Free, Global, Local, LocalCell, MappedName, Named,
 };
 use crate::eval::expr::operand::Operand;
-use crate::eval::expr::percent::PercentFormat;
 use crate::eval::expr::whole::Whole;
 use crate::eval::expr::yields::{Yield, YieldFrom};
 use crate::resolve::Place;
@@ -259,35 +257,6 @@ impl Lower<'_> {
 
     fn operands(&mut self, exprs: &[ast::Expr]) -> Nodes<Operand> {
         exprs.iter().map(|expr| self.operand(expr)).collect()
-    }
-
-    /// A constant text with a tuple after `%`.
-    fn percent_format(
-        &mut self,
-        op: BinaryOp,
-        left: &ast::Expr,
-        right: &ast::Expr,
-        span: Span,
-    ) -> Option<Expr> {
-        let (BinaryOp::Mod, ExprKind::Tuple(items)) = (op, &right.kind) else {
-            return None;
-        };
-        let ExprKind::Constant(text @ Constant::Str(_)) = &left.kind else {
-            return None;
-        };
-        let is_starred = |item: &ast::Expr| matches!(item.kind, ExprKind::Starred(_));
-        let Value::Str(format) = self.constant(text) else {
-            return None;
-        };
-        if items.iter().any(is_starred) {
-            return None;
-        }
-        let items = items.iter().map(|item| self.operand(item)).collect();
-        Some(Box::new(PercentFormat {
-            format,
-            items,
-            span,
-        }))
     }
 
     fn unary(&mut self, op: UnaryOp, operand: &ast::Expr, span: Span) -> Expr {

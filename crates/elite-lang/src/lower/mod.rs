@@ -5,6 +5,7 @@ mod define;
 mod expr;
 mod generator;
 mod guard;
+mod percent;
 mod stmt;
 mod target;
 mod watch;

@@ -202,7 +202,7 @@ impl Evaluator<'_> {
     pub fn allocate(&self, class: &Rc<Class>, args: &[Value], keywords: &[(Symbol, Value)]) -> R {
         let payload = match class.base {
             Base::Object => Payload::None,
-            Base::Type => return self.new_class(class, args, keywords),
+            Base::Type => return self.new_class(class, args, keywords, None),
             // `__init__` makes its attributes.
             Base::Module => Payload::None,
             // `__init__` says what they wrap, and where a `super` looks.

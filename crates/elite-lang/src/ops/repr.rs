@@ -338,10 +338,7 @@ impl Evaluator<'_> {
 
     /// `__qualname__` of a class.
     pub fn qualname_of(&self, class: &crate::value::Class) -> String {
-        match class.own_attrs().get(known::QUALNAME) {
-            Some(Value::Str(text)) => text.as_str().to_owned(),
-            _ => class.name().to_string(),
-        }
+        class.qualname().to_string()
     }
 
     /// `repr` of an instance of a subclass of a builtin type as the builtin has it: sets carry the name of the class.

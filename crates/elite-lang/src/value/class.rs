@@ -101,9 +101,14 @@ impl Layout {
     }
 }
 
+/// Attributes under their names.
+type Parts = Box<[(Symbol, Value)]>;
+
 /// A class.
 pub struct Class {
     name: RefCell<Rc<str>>,
+    /// `__qualname__`, if it is another one.
+    qualname: RefCell<Option<Rc<str>>>,
     /// CPython has this class in C, so messages name it with its module.
     pub in_c: Cell<bool>,
     /// The builtin type its instances extend.
@@ -112,6 +117,10 @@ pub struct Class {
     /// The method resolution order without the class itself.
     ancestors: Held<Rc<[Rc<Class>]>>,
     attrs: Held<AttrMap>,
+    /// How many attributes were there when it was made, those that are not written aside.
+    own: Cell<usize>,
+    /// What it shows of the parts that it adds to its instances, once that has been asked for.
+    pub added: Held<Option<Parts>>,
     version: Cell<u32>,
     subclasses: WeakList<Class>,
     layout: RefCell<Layout>,
@@ -184,11 +193,14 @@ impl Class {
         let slotted = ancestors.iter().any(|class| class.slotted.get());
         let class = Rc::new(Class {
             name: RefCell::new(name.into()),
+            qualname: RefCell::default(),
             in_c: Cell::new(false),
             base,
             bases: Held::new(bases.into()),
             ancestors: Held::new(ancestors.into()),
             attrs: Held::default(),
+            own: Cell::new(0),
+            added: Held::default(),
             version: Cell::new(UNKNOWN),
             subclasses: WeakList::default(),
             old: Cell::new(false),
@@ -234,9 +246,33 @@ impl Class {
         is_it(self) || self.ancestors.borrow().iter().any(|class| is_it(class))
     }
 
-    /// Changes `__name__`.
+    /// Changes `__name__`, not `__qualname__`.
     pub fn set_name(&self, name: &str) {
-        *self.name.borrow_mut() = name.into();
+        let before = self.name.replace(name.into());
+        self.qualname.borrow_mut().get_or_insert(before);
+    }
+
+    /// `__qualname__`
+    pub fn qualname(&self) -> Rc<str> {
+        self.qualname
+            .borrow()
+            .clone()
+            .unwrap_or_else(|| self.name())
+    }
+
+    /// Changes `__qualname__`.
+    pub fn set_qualname(&self, name: &str) {
+        *self.qualname.borrow_mut() = (*name != *self.name()).then(|| name.into());
+    }
+
+    /// Notes that its own attributes are there; those that every class has follow.
+    pub fn note_own(&self) {
+        self.own.set(self.attrs.borrow().width());
+    }
+
+    /// How many attributes were there then.
+    pub fn own_width(&self) -> usize {
+        self.own.get()
     }
 
     /// Its own class, if that is not `type`.
@@ -544,6 +580,12 @@ impl Class {
         slots.as_ref().is_some_and(|slots| !slots.sorted.is_empty())
     }
 
+    /// Whether this class makes room for any attribute, as those without `__slots__` do.
+    pub fn is_open(&self) -> bool {
+        let slots = self.slots.borrow();
+        slots.as_ref().is_none_or(|slots| slots.open)
+    }
+
     /// Whether this class makes room for weak references, as those without `__slots__` do.
     pub fn is_referable(&self) -> bool {
         let slots = self.slots.borrow();
@@ -560,10 +602,9 @@ impl Class {
 
     /// Whether instances have a `__dict__`: exceptions do, others unless the class and all its ancestors have `__slots__`.
     pub fn has_dict(&self) -> bool {
-        let is_open = |class: &Class| class.slots.borrow().as_ref().is_none_or(|slots| slots.open);
-        let is_open_script = |class: &Rc<Class>| class.is_script && is_open(class);
+        let is_open_script = |class: &Rc<Class>| class.is_script && class.is_open();
         let ancestors = self.ancestors.borrow();
-        self.base == Base::Exception || is_open(self) || ancestors.iter().any(is_open_script)
+        self.base == Base::Exception || self.is_open() || ancestors.iter().any(is_open_script)
     }
 
     /// Whether instances may have an attribute of this name.
@@ -627,6 +668,11 @@ impl Class {
         if let Some(attrs) = self.attrs.try_borrow() {
             attrs.iter().for_each(|(_, value)| each(value));
         }
+        if let Some(added) = self.added.try_borrow()
+            && let Some(added) = &*added
+        {
+            added.iter().for_each(|(_, value)| each(value));
+        }
         if let Some(constructor) = self.constructor.try_borrow() {
             each(&constructor);
         }
@@ -636,6 +682,7 @@ impl Class {
     pub fn dismantle(&self) {
         let values = self.attrs.change(AttrMap::take_values);
         self.changed();
+        drop(self.added.take());
         drop(values);
     }
 }

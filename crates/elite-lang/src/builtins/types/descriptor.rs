@@ -54,6 +54,7 @@ pub(super) fn install(core: &Rc<Core>) {
                     }
                     descriptor.check(ev, &args[1])?;
                     match &args[1] {
+                        _ if descriptor.name == known::WEAKREF => Ok(Value::None),
                         Value::Instance(instance) if descriptor.is_slot => {
                             let held = instance.get(descriptor.name, &ev.core.symbols);
                             held.ok_or_else(|| ev.attribute_error(&args[1], descriptor.name))
@@ -72,7 +73,9 @@ pub(super) fn install(core: &Rc<Core>) {
                             }
                             Ok(Value::None)
                         }
-                        Value::Instance(instance) if instance.exception().is_some() => {
+                        Value::Instance(instance)
+                            if instance.exception().is_some() || descriptor.name == known::DICT =>
+                        {
                             let new = args[2].clone();
                             ev.set_attribute(&args[1], descriptor.name, new)?;
                             Ok(Value::None)
@@ -125,6 +128,7 @@ const PARTS: &[(&str, bool, &[&str])] = &[
     ("range", true, &["start", "stop", "step"]),
     ("slice", true, &["start", "stop", "step"]),
     ("property", true, &["fget", "fset", "fdel"]),
+    ("property", false, &["__isabstractmethod__"]),
     (
         "BaseException",
         false,
@@ -220,13 +224,18 @@ impl Evaluator<'_> {
         let text = self.core.symbols.name(name);
         let (owner, is_member) = class.line().into_iter().find_map(|owner| {
             let is_member = match owner.is_script {
+                true if name == known::WEAKREF => {
+                    self.added_part(&owner, name).is_some().then_some(true)
+                }
                 true => owner.has_own_slot(name).then_some(true),
                 false => of_builtin(&owner, &text),
             };
             Some((owner, is_member?))
         })?;
-        let is_slot = owner.is_script;
-        Some(self.make_descriptor(owner, name, is_member, is_slot))
+        match owner.is_script {
+            true => self.added_part(&owner, name),
+            false => Some(self.make_descriptor(owner, name, is_member, false)),
+        }
     }
 
     /// What a class shows of a property of one of the library that CPython has in C; None for other properties.
@@ -283,7 +292,8 @@ impl Evaluator<'_> {
         self.raise(ExceptionKind::AttributeError, text)
     }
 
-    fn make_descriptor(
+    /// What a class shows of an attribute of its instances.
+    pub fn make_descriptor(
         &self,
         owner: Rc<Class>,
         name: Symbol,

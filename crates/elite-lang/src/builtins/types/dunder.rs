@@ -172,7 +172,12 @@ const FORMAT: List = &[("__format__", "spec /", |ev, args| {
 
 const NUMBERS: List = number_methods! {
     "__add__" = Add, "__radd__"; "__sub__" = Sub, "__rsub__"; "__mul__" = Mul, "__rmul__";
-    "__truediv__" = Div, "__rtruediv__"; "__floordiv__" = FloorDiv, "__rfloordiv__"; "__mod__" = Mod, "__rmod__";
+    "__truediv__" = Div, "__rtruediv__";
+};
+
+/// Of numbers that have an order.
+const REMAINDERS: List = number_methods! {
+    "__floordiv__" = FloorDiv, "__rfloordiv__"; "__mod__" = Mod, "__rmod__";
 };
 
 const POWERS: List = &[
@@ -452,6 +457,7 @@ pub(super) fn install(core: &Rc<Core>) {
             REPR,
             FORMAT,
             NUMBERS,
+            REMAINDERS,
             POWERS,
             DIVMOD,
             INTEGER_BITS,
@@ -469,6 +475,7 @@ pub(super) fn install(core: &Rc<Core>) {
             REPR,
             FORMAT,
             NUMBERS,
+            REMAINDERS,
             POWERS,
             DIVMOD,
             CONVERSIONS,
@@ -567,7 +574,19 @@ pub(super) fn install(core: &Rc<Core>) {
         &types.frozenset,
         &[COMPARISONS, HASH, REPR, CONTAINER, ALGEBRA],
     );
-    give(&types.range, &[COMPARISONS, HASH, CONTAINER, GETITEM]);
+    give(
+        &types.range,
+        &[
+            COMPARISONS,
+            HASH,
+            CONTAINER,
+            GETITEM,
+            &[("__reversed__", "", super::iterators::reversed)],
+        ],
+    );
+    for class in [&types.range, &types.none, &types.not_implemented] {
+        give(class, &[&CONVERSIONS[3..4]]);
+    }
     methods(
         core,
         &types.str,

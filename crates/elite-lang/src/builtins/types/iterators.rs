@@ -169,7 +169,8 @@ fn zip(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
     Ok(Value::Iter(Rc::new(Iter::Zip { sources, strict })))
 }
 
-fn reversed(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
+/// `reversed(value)`
+pub(super) fn reversed(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let value = &args[0];
     let iter = match value {
         Value::List(list) => Iter::ListReversed {

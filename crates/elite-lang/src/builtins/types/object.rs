@@ -6,12 +6,12 @@ use super::{methods, raw_constructor, raw_method, wrong_receiver};
 use crate::ast::CompareOp;
 use crate::builtins::Args;
 use crate::errors::ExceptionKind;
-use crate::eval::{Core, Evaluator, Frame};
+use crate::eval::{Core, Evaluator};
 use crate::ops::hash::address_hash;
 use crate::value::function::Wrapped;
 use crate::value::instance::Payload;
 use crate::value::symbol::{Passing, known};
-use crate::value::{Class, Instance, R, Value, Values};
+use crate::value::{Instance, R, Value, Values};
 
 pub(super) fn install(core: &Rc<Core>) {
     let types = &core.types;
@@ -128,6 +128,9 @@ fn install_natural(core: &Rc<Core>) {
         let text = format!("{name}.__init_subclass__() takes no keyword arguments");
         Err(ev.type_error(text))
     });
+    raw_method(core, natural, "__subclasshook__", |_, _| {
+        Ok(Value::NotImplemented)
+    });
     let new = crate::builtins::Builtin::raw("__new__", |ev, args| {
         let object = ev.core.types.object.clone();
         ev.new_by(&object, args.positional, args.keywords)
@@ -210,12 +213,14 @@ fn install_natural(core: &Rc<Core>) {
                     Value::Instance(instance) => ev
                         .plain_delete_attribute(&args[0], instance, *name)
                         .map(|()| Value::None),
-                    Value::Class(class) if class.is_script => match class.remove(*name) {
-                        true => Ok(Value::None),
-                        false => Err(ev.attribute_error(&args[0], *name)),
-                    },
+                    Value::Class(class) if class.is_script => ev
+                        .plain_delete_class_attribute(&args[0], class, *name)
+                        .map(|()| Value::None),
                     other => ev.delete_attribute(other, *name).map(|()| Value::None),
                 }
+            }),
+            ("__dir__", "", |ev, args| {
+                crate::builtins::scope::attribute_names(ev, &args[0]).map(Values::into_list)
             }),
             ("__getstate__", "", |ev, args| ev.state_of(&args[0])),
             ("__sizeof__", "", |_, _| {
@@ -276,24 +281,9 @@ fn type_of(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
     match &*args.positional {
         [value] => Ok(Value::Class(ev.core.types.of(value).clone())),
         [_, _, _] => {
-            let class = ev.new_class(&ev.core.types.type_, args.positional, args.keywords)?;
-            if let (Some(frame), Value::Class(class)) = (&args.caller, &class) {
-                named_as_caller(ev, frame, class);
-            }
-            Ok(class)
+            let (type_, caller) = (&ev.core.types.type_, args.caller.as_ref());
+            ev.new_class(type_, args.positional, args.keywords, caller)
         }
         _ => Err(ev.type_error("type() takes 1 or 3 arguments")),
-    }
-}
-
-/// A class that a text in a dictionary makes by `type(name, bases, dict)` belongs to what is called so there.
-fn named_as_caller(ev: &Evaluator<'_>, frame: &Frame<'_>, class: &Class) {
-    let Some(home) = frame.function.code.refers.home() else {
-        return;
-    };
-    if class.own_attrs().get(known::MODULE).is_none() {
-        let name = home.get_str("__name__");
-        let none = || ev.core.name_of_builtins.value.get();
-        class.set(known::MODULE, name.unwrap_or_else(none));
     }
 }

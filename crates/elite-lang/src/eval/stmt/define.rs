@@ -1,8 +1,8 @@
 //! `def` and `class`.
 
-use std::collections::HashSet;
 use std::rc::Rc;
 
+use super::layout::takes_slots;
 use super::target::Target;
 use crate::errors::ExceptionKind;
 use crate::eval::code::Code;
@@ -136,17 +136,17 @@ impl DefineClass {
             attrs.retain(|(name, _)| !self.code.slot_names[..self.names].contains(name));
             attrs.push((known::MODULE, module));
             attrs.push((known::QUALNAME, Value::str(&*self.code.qualname)));
-            match self.code.doc.as_deref() {
-                Some(doc) => attrs.push((known::DOC, Value::str(doc))),
-                None if metaclass.is_none() => attrs.push((known::DOC, Value::None)),
-                None => {}
+            let of_body = |(name, value): (&Symbol, &Value)| (*name, value.clone());
+            let is_first = |(name, _): &(&Symbol, &Value)| **name == known::ANNOTATIONS;
+            let (first, names): (Vec<_>, Vec<_>) = names
+                .filter(|(_, value)| !value.is_unbound())
+                .partition(is_first);
+            attrs.extend(first.into_iter().map(of_body));
+            if let Some(doc) = self.code.doc.as_deref() {
+                attrs.push((known::DOC, Value::str(doc)));
             }
             // Names the body shares with functions of it cannot be seen there, so none of them is a cell.
-            attrs.extend(
-                names
-                    .filter(|(_, value)| !value.is_unbound())
-                    .map(|(name, value)| (*name, value.clone())),
-            );
+            attrs.extend(names.into_iter().map(of_body));
             if let Some(metaclass) = &metaclass {
                 let cell = self.class_cell.map(|slot| slots[slot as usize].clone());
                 return ev
@@ -208,43 +208,6 @@ impl DefineClass {
             ev.call(metaclass, &mut args, keywords).at(ev, f, self.span)
         })
     }
-}
-
-/// Whether `__slots__` says which attributes the instances have.
-fn takes_slots(base: Base) -> bool {
-    let is_container = matches!(base, Base::List | Base::Dict | Base::Set | Base::FrozenSet);
-    let is_of_library = matches!(base, Base::Native | Base::Iterator);
-    let is_other = matches!(
-        base,
-        Base::Object | Base::Exception | Base::Str | Base::Float | Base::Complex | Base::ByteArray
-    );
-    is_container || is_other || is_of_library || !has_room(base)
-}
-
-/// The nearest class that gives instances of a class more than those of its own ancestors have: slots, or what a builtin type
-/// holds.
-fn widening(class: &Rc<Class>) -> Option<Rc<Class>> {
-    let ancestors = class.ancestors();
-    let mut line = std::iter::once(class).chain(&*ancestors);
-    let widest = line.find(|class| match class.is_script {
-        true => class.has_own_slots(),
-        false => class.base != Base::Object,
-    });
-    widest.cloned()
-}
-
-/// Whether CPython's layout of a class has a place for weak references: sets have one, and classes without `__slots__`.
-fn is_weakly_referable(class: &Rc<Class>) -> bool {
-    let has_place = |class: &Rc<Class>| match class.is_script {
-        true => class.is_referable(),
-        false => matches!(class.base, Base::Set | Base::FrozenSet),
-    };
-    has_place(class) || class.ancestors().iter().any(has_place)
-}
-
-/// Whether CPython's layout of this builtin type has room for slots behind its items.
-fn has_room(base: Base) -> bool {
-    !matches!(base, Base::Int | Base::Tuple | Base::Bytes)
 }
 
 /// Work for an attribute of a new class.
@@ -315,8 +278,13 @@ impl Evaluator<'_> {
         if let Some(slots) = slots {
             class.set_slots(&slots);
         }
-        let (mut has_eq, mut has_hash) = (false, false);
+        let (mut has_eq, mut has_hash, mut has_doc) = (false, false, false);
         for (name, value) in attrs {
+            if name == known::QUALNAME {
+                self.take_qualname(&class, &value)?;
+                continue;
+            }
+            has_doc |= name == known::DOC;
             has_eq |= name == known::EQ;
             has_hash |= name == known::HASH;
             let value = match (&value, name) {
@@ -330,100 +298,14 @@ impl Evaluator<'_> {
             class.set(name, value);
             self.worked(ATTRIBUTE)?;
         }
+        class.note_own();
+        if !has_doc {
+            class.set(known::DOC, Value::None);
+        }
         if has_eq && !has_hash {
             class.set(known::HASH, Value::None);
         }
         Ok(class)
-    }
-
-    /// The names that `__slots__` lists.
-    fn slot_names(
-        &self,
-        listed: &Value,
-        base: Base,
-        parents: &[Rc<Class>],
-        attrs: &[(Symbol, Value)],
-    ) -> R<Vec<Symbol>> {
-        let names = match listed {
-            Value::Str(_) => vec![listed.clone()].into(),
-            other => self.collect(other)?,
-        };
-        if !names.is_empty() && !has_room(base) {
-            let extended = parents.iter().find(|class| class.base == base);
-            let extended = extended.map_or_else(|| "object".into(), |class| class.name());
-            let text = format!("nonempty __slots__ not supported for subtype of '{extended}'");
-            return Err(self.type_error(text));
-        }
-        let has_dict = |class: &Rc<Class>| {
-            class.base == Base::Exception || class.is_script && class.has_dict()
-        };
-        let mut has_dict = parents.iter().any(has_dict);
-        let mut is_referable = parents.iter().all(is_weakly_referable);
-        let mut slots = Vec::new();
-        for slot in &names {
-            let Value::Str(text) = slot else {
-                let name = self.core.types.name_of(slot);
-                let text = format!("__slots__ items must be strings, not '{name}'");
-                return Err(self.type_error(text));
-            };
-            let name = self.take_name(text.as_str())?;
-            if !crate::lexer::names::is_name(text.as_str()) {
-                return Err(self.type_error("__slots__ must be identifiers"));
-            }
-            if name == known::WEAKREF && std::mem::replace(&mut is_referable, true) {
-                let text =
-                    "__weakref__ slot disallowed: either we already got one, or __itemsize__ != 0";
-                return Err(self.type_error(text));
-            }
-            if name == known::DICT && std::mem::replace(&mut has_dict, true) {
-                let text = "__dict__ slot disallowed: we already got one";
-                return Err(self.type_error(text));
-            }
-            slots.push(name);
-            self.worked(ATTRIBUTE)?;
-        }
-        let mut given = HashSet::new();
-        for (name, _) in attrs.iter().filter(|_| !slots.is_empty()) {
-            given.insert(*name);
-            self.worked(ATTRIBUTE)?;
-        }
-        for name in &slots {
-            self.worked(ATTRIBUTE)?;
-            if given.contains(name) {
-                let name = self.repr(&self.core.symbols.value(*name))?;
-                let text = format!("{name} in __slots__ conflicts with class variable");
-                return Err(self.value_error(text));
-            }
-        }
-        Ok(slots)
-    }
-
-    /// The builtin layout that instances of a class with these bases have.
-    pub fn layout_base(&self, parents: &[Rc<Class>]) -> R<crate::value::class::Base> {
-        let conflict = || self.type_error("multiple bases have instance lay-out conflict");
-        let mut base = Base::Object;
-        let mut widest: Option<Rc<Class>> = None;
-        for parent in parents {
-            if parents.len() > 1
-                && let Some(wide) = widening(parent)
-            {
-                let is_wider = |wide: &Rc<Class>, than: &Rc<Class>| {
-                    wide.is_subclass_of(than) || !wide.is_script && wide.base == than.base
-                };
-                widest = Some(match widest {
-                    Some(other) if is_wider(&other, &wide) => other,
-                    Some(other) if !is_wider(&wide, &other) => return Err(conflict()),
-                    _ => wide,
-                });
-            }
-            if parent.base != Base::Object && parent.base != base {
-                if base != Base::Object {
-                    return Err(conflict());
-                }
-                base = parent.base;
-            }
-        }
-        Ok(base)
     }
 
     /// Tells attributes their names and the parent about the new class.

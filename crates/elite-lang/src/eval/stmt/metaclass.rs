@@ -3,7 +3,7 @@
 use std::rc::Rc;
 
 use super::define::ATTRIBUTE;
-use crate::eval::Evaluator;
+use crate::eval::{Evaluator, Frame};
 use crate::value::class::Base;
 use crate::value::symbol::known;
 use crate::value::{Class, Dict, R, Symbol, Value};
@@ -124,12 +124,14 @@ impl Evaluator<'_> {
         self.call(metaclass, &mut args, keywords)
     }
 
-    /// `type.__new__(metaclass, name, bases, dict)`
+    /// `type.__new__(metaclass, name, bases, dict)`; a class whose names do not say from which module it is belongs to that of the
+    /// caller.
     pub fn new_class(
         &self,
         metaclass: &Rc<Class>,
         args: &[Value],
         keywords: &[(Symbol, Value)],
+        caller: Option<&Frame<'_>>,
     ) -> R {
         let [name, bases, dict] = args else {
             return Err(self.type_error(format!(
@@ -163,8 +165,18 @@ impl Evaluator<'_> {
         let mut attrs = self.named(&dict)?;
         let cell = attrs.iter().position(|(name, _)| *name == known::CLASSCELL);
         let cell = cell.map(|index| attrs.remove(index).1);
-        if !attrs.iter().any(|(name, _)| *name == known::DOC) {
-            attrs.push((known::DOC, Value::None));
+        if !attrs.iter().any(|(name, _)| *name == known::MODULE) {
+            let code = caller.map(|frame| &*frame.function.code);
+            let module = match code.map(|code| (code, code.refers.home())) {
+                // What is called so in the dictionary that the caller's names are in, whatever its builtins are called.
+                Some((_, Some(home))) => {
+                    let none = || self.core.name_of_builtins.value.get();
+                    home.get_str("__name__").unwrap_or_else(none)
+                }
+                Some((code, None)) => self.module_of(code),
+                None => self.core.symbols.value(known::MAIN),
+            };
+            attrs.push((known::MODULE, module));
         }
         let class = self.make_class(name.as_str(), bases.items(), attrs)?;
         drop(held);

@@ -8,6 +8,7 @@ pub mod define;
 pub mod handle;
 pub mod handle_star;
 pub mod import;
+pub mod layout;
 pub mod loops;
 pub mod metaclass;
 pub mod simple;

@@ -116,23 +116,27 @@ impl Evaluator<'_> {
         else {
             return Ok(());
         };
-        if name == known::BASES {
-            return self.set_bases(class, &new);
-        }
-        if name == known::MRO {
-            return Err(self.raise(ExceptionKind::AttributeError, "readonly attribute"));
-        }
-        if name == known::NAME
-            && let Value::Str(text) = &new
-        {
-            self.check_name(text.as_str())?;
-            class.set_name(text.as_str());
+        if self.set_part_of_class(class, name, &new)?.is_some() {
             return Ok(());
         }
         self.core.symbols.settle(name);
         class.set(name, new);
         self.sweep_names_if_due()?;
         Ok(())
+    }
+
+    /// Python's `type.__delattr__`.
+    pub fn plain_delete_class_attribute(
+        &self,
+        value: &Value,
+        class: &Class,
+        name: Symbol,
+    ) -> R<()> {
+        self.keep_part_of_class(class, name)?;
+        match class.remove(name) {
+            true => Ok(()),
+            false => Err(self.cannot_delete(value, name)),
+        }
     }
 
     /// Hands a value to what the class has under the name of an attribute, if that takes values: a property, or an
@@ -284,7 +288,9 @@ impl Evaluator<'_> {
                 let name = self.core.symbols.value(name);
                 self.special(value, known::DELATTR, &mut [name]).map(|_| ())
             }
-            Value::Class(class) if class.is_script && class.remove(name) => Ok(()),
+            Value::Class(class) if class.is_script => {
+                self.plain_delete_class_attribute(value, class, name)
+            }
             Value::Module(module) if module.namespace.get(name).is_some() => {
                 module.namespace.set(name, Value::Unbound);
                 Ok(())

@@ -2,11 +2,13 @@
 
 mod bases;
 mod change;
+mod class;
 
 use std::rc::Rc;
 
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
+use crate::eval::stmt::layout;
 use crate::value::class::Base;
 use crate::value::function::Super;
 use crate::value::symbol::known;
@@ -143,11 +145,19 @@ impl Evaluator<'_> {
             known::CLASS => Some(Value::Class(class.clone())),
             known::DOC => Some(Value::None),
             known::DICT => match value {
-                Value::Instance(instance) if instance.class.has_dict() => {
-                    Some(Value::Dict(instance.dict(&self.core.symbols)))
+                Value::Instance(instance) => {
+                    let class = &instance.class;
+                    let has_one = match class.is_script {
+                        true => class.has_dict(),
+                        false => layout::has_dict(class),
+                    };
+                    has_one.then(|| Value::Dict(instance.dict(&self.core.symbols)))
                 }
                 _ => None,
             },
+            known::WEAKREF if class.is_script && layout::is_weakly_referable(class) => {
+                Some(Value::None)
+            }
             known::NEW => Some(self.new_of(class)),
             _ => match self.core.types.natural.lookup(name) {
                 Some(found) => Some(self.bind_attribute(&found, value, class)?),
@@ -338,36 +348,8 @@ impl Evaluator<'_> {
     }
 
     fn class_attribute(&self, value: &Value, class: &Rc<Class>, name: Symbol) -> R<Option<Value>> {
-        match name {
-            known::NAME | known::QUALNAME if class.own_attrs().get(name).is_none() => {
-                return Ok(Some(Value::str(&*class.name())));
-            }
-            known::CLASS => return Ok(Some(Value::Class(self.core.types.of(value).clone()))),
-            known::BASES => {
-                return Ok(Some(Value::tuple(
-                    class.bases().iter().cloned().map(Value::Class).collect(),
-                )));
-            }
-            known::BASE => {
-                return Ok(Some(
-                    class
-                        .bases()
-                        .first()
-                        .cloned()
-                        .map_or(Value::None, Value::Class),
-                ));
-            }
-            known::MRO => {
-                let all = class.line().into_iter();
-                return Ok(Some(Value::tuple(all.map(Value::Class).collect())));
-            }
-            known::DICT => {
-                let dict = self.dict_of_attributes(|from, count, out| {
-                    class.own_attrs().some(from, count, out)
-                })?;
-                return Ok(Some(Value::Dict(Rc::new(dict))));
-            }
-            _ => {}
+        if let Some(part) = self.part_of_class(value, class, name)? {
+            return Ok(Some(part));
         }
         let metaclass = self.core.types.of(value).clone();
         let of_metaclass = class.meta_method(name);

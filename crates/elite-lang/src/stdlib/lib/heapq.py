@@ -17,7 +17,8 @@ def _first(n, iterable, key, reverse):
         nothing = object()
         found = (max if reverse else min)(iter(iterable), default=nothing, key=key)
         return [] if found is nothing else [found]
-    if hasattr(iterable, "__len__") and n >= len(iterable):
+    length = _length_of(iterable)
+    if length is not None and n >= length:
         return sorted(iterable, key=key, reverse=reverse)[:n]
     source = iter(iterable)
     # What is no number is refused in the words of these.
@@ -37,6 +38,14 @@ def _first(n, iterable, key, reverse):
         kept = sorted(kept + some, reverse=reverse)[:n]
         some = list(_islice(source, most))
     return kept if key is None else [row[2] for row in kept]
+
+
+def _length_of(iterable):
+    """How many items there are, None where that is not known."""
+    try:
+        return len(iterable)
+    except (AttributeError, TypeError):
+        return None
 
 
 class _Head:

@@ -37,6 +37,18 @@ def _ratio(x):
         raise TypeError(f"can't convert type '{type(x).__name__}' to numerator/denominator") from None
 
 
+def _taken(data):
+    """The items as a list, which asks for no length; where they are made one by one, none behind one that is no number."""
+    if type(data) in (list, tuple, range):
+        return list(data)
+    items = []
+    for x in data:
+        items.append(x)
+        if not isinstance(x, (int, float)):
+            _ratio(x)
+    return items
+
+
 def _floats(data):
     """The exact sum of floats as a fraction; None if it leaves the range of floats or is not finite."""
     parts = []
@@ -74,10 +86,8 @@ def _exact(data):
     return kind, found
 
 
-def _squares(data, centre=None):
-    """The same of the squares of the distances from the centre, the mean if it is not given."""
-    if centre is not None:
-        return _exact([(x - centre) * (x - centre) for x in data])
+def _squares(data):
+    """The same of the squares of the distances from the mean."""
     kind, (total, below) = _exact(data)
     if below is None:
         return kind, (total, None)
@@ -124,7 +134,7 @@ def _data(data, name, least=1):
 
 
 def mean(data):
-    data = [x for x in data]  # which asks for no length
+    data = _taken(data)
     kind, total = _exact(data)
     return _number(kind, total, len(_data(data, "mean")))
 
@@ -177,8 +187,12 @@ def mode(data):
 
 
 def _spread(data, centre, name, least):
-    data = [x for x in data]  # which asks for no length
-    kind, squares = _squares(data, centre)
+    if centre is None:
+        data = _taken(data)
+        kind, squares = _squares(data)
+    else:
+        data = [(x - centre) * (x - centre) for x in data]
+        kind, squares = _exact(data)
     return kind, squares, len(_data(data, name, least)) - least + 1
 
 

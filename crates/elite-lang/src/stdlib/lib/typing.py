@@ -96,12 +96,14 @@ TYPE_CHECKING = False
 
 
 class Generic:
+    __slots__ = ()
+
     def __class_getitem__(cls, parameters):
         return cls
 
 
 class Protocol(Generic):
-    pass
+    __slots__ = ()
 
 
 def TypeVar(name, *constraints, bound=None, covariant=False, contravariant=False):

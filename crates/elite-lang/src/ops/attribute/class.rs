@@ -1,0 +1,130 @@
+//! What every class has by nature, CPython's `type_getsets` and `type_members`: what they say, and what may be put there.
+
+use std::rc::Rc;
+
+use crate::errors::ExceptionKind;
+use crate::eval::Evaluator;
+use crate::eval::pace::VALUE;
+use crate::eval::stmt::layout::best_base;
+use crate::value::dict::SOME;
+use crate::value::symbol::known;
+use crate::value::{Class, Dict, R, Symbol, Value, Values};
+
+impl Evaluator<'_> {
+    /// A part of a class that hides whatever its attributes have under that name.
+    pub(super) fn part_of_class(
+        &self,
+        value: &Value,
+        class: &Rc<Class>,
+        name: Symbol,
+    ) -> R<Option<Value>> {
+        let all =
+            |classes: Vec<Rc<Class>>| Value::tuple(classes.into_iter().map(Value::Class).collect());
+        Ok(Some(match name {
+            known::NAME => Value::str(&*class.name()),
+            known::QUALNAME => Value::str(&*class.qualname()),
+            known::CLASS => Value::Class(self.core.types.of(value).clone()),
+            known::BASES => all(class.bases().to_vec()),
+            known::BASE => best_base(&class.bases()).map_or(Value::None, Value::Class),
+            known::MRO => all(class.line()),
+            known::DICT => Value::Dict(Rc::new(self.dict_of_class(class)?)),
+            _ => return Ok(None),
+        }))
+    }
+
+    /// `__dict__` of a class: its attributes, and behind those that are written what it adds to its instances.
+    fn dict_of_class(&self, class: &Rc<Class>) -> R<Dict> {
+        let mut added = match class.is_script {
+            true => self.added_parts(class)?,
+            false => Vec::new(),
+        };
+        let dict = Dict::new();
+        let (mut from, mut more) = (0, true);
+        while more || !added.is_empty() {
+            let mut entries = Values::default();
+            let count = match class.own_width() {
+                own if from < own => SOME.min(own - from),
+                _ => SOME,
+            };
+            if from == class.own_width() {
+                std::mem::take(&mut added)
+                    .into_iter()
+                    .for_each(|part| entries.push(part));
+            }
+            more = class.own_attrs().some(from, count, &mut entries);
+            from += count;
+            for (name, value) in entries {
+                self.dict_set(&dict, self.core.symbols.value(name), value)?;
+                self.worked(3 * VALUE)?;
+            }
+        }
+        Ok(dict)
+    }
+
+    /// Puts a value into a part of a class; None if the name is that of an attribute.
+    pub(super) fn set_part_of_class(
+        &self,
+        class: &Rc<Class>,
+        name: Symbol,
+        new: &Value,
+    ) -> R<Option<()>> {
+        match name {
+            known::NAME => {
+                let text = self.name_for(class, "__name__", new)?;
+                class.set_name(&text);
+            }
+            known::QUALNAME => {
+                let text = self.name_for(class, "__qualname__", new)?;
+                class.set_qualname(&text);
+            }
+            known::BASES => self.set_bases(class, new)?,
+            _ => return self.refuse_part_of_class(name).map(|()| None),
+        }
+        Ok(Some(()))
+    }
+
+    /// Refuses to delete what every class has.
+    pub(super) fn keep_part_of_class(&self, class: &Class, name: Symbol) -> R<()> {
+        if let known::NAME | known::QUALNAME | known::MODULE | known::BASES | known::DOC = name {
+            let (name, class) = (self.core.symbols.name(name), class.name());
+            let text = format!("cannot delete '{name}' attribute of immutable type '{class}'");
+            return Err(self.type_error(text));
+        }
+        self.refuse_part_of_class(name)
+    }
+
+    /// Refuses what nothing can be put into.
+    fn refuse_part_of_class(&self, name: Symbol) -> R<()> {
+        let text = match name {
+            known::DICT => "attribute '__dict__' of 'type' objects is not writable",
+            known::BASE | known::MRO => "readonly attribute",
+            _ => return Ok(()),
+        };
+        Err(self.raise(ExceptionKind::AttributeError, text))
+    }
+
+    fn name_for(&self, class: &Class, part: &str, new: &Value) -> R<Rc<str>> {
+        let Value::Str(text) = self.plain(new) else {
+            let (class, found) = (class.name(), self.core.types.name_of(new));
+            let text = format!("can only assign string to {class}.{part}, not '{found}'");
+            return Err(self.type_error(text));
+        };
+        self.check_name(text.as_str())?;
+        if part == "__name__" && text.as_str().contains('\0') {
+            return Err(self.value_error("type name must not contain null characters"));
+        }
+        Ok(text.as_str().into())
+    }
+
+    /// `__qualname__` as the body of a class has it.
+    pub fn take_qualname(&self, class: &Class, found: &Value) -> R<()> {
+        let Value::Str(text) = self.plain(found) else {
+            let found = self.core.types.name_of(found);
+            let text = format!("type __qualname__ must be a str, not {found}");
+            return Err(self.type_error(text));
+        };
+        self.check_name(text.as_str())?;
+        class.set_qualname(text.as_str());
+        Ok(())
+    }
+}
