@@ -4,6 +4,8 @@
 //! Most parts are found by `memchr`'s algorithms, window by window; for very long parts, whose tables alone would take
 //! milliseconds, there is a search of our own that needs none (Crochemore and Perrin 1991, two-way string matching).
 
+use std::ops::Range;
+
 use memchr::{memchr, memmem, memrchr};
 
 use crate::eval::Evaluator;
@@ -135,6 +137,39 @@ impl Evaluator<'_> {
             part if data.len() <= STRIDE => Ok(memmem::find(data, part)),
             part => Occurrences::new(data, part).next(self),
         }
+    }
+
+    /// Hands out what lies between the first `most` occurrences of `separator`, which is not empty, and the rest; with `backwards`
+    /// between the last ones, from the end on.
+    pub fn each_between(
+        &self,
+        data: &[u8],
+        separator: &[u8],
+        most: usize,
+        backwards: bool,
+        mut each: impl FnMut(Range<usize>) -> R<()>,
+    ) -> R<()> {
+        let mut rest = 0..data.len();
+        if backwards {
+            let mut found = Occurrences::from_end(data, separator);
+            for _ in 0..most {
+                let Some(at) = found.next_back(self)? else {
+                    break;
+                };
+                each(at + separator.len()..rest.end)?;
+                rest.end = at;
+            }
+        } else {
+            let mut found = Occurrences::new(data, separator);
+            for _ in 0..most {
+                let Some(at) = found.next(self)? else {
+                    break;
+                };
+                each(rest.start..at)?;
+                rest.start = at + separator.len();
+            }
+        }
+        each(rest)
     }
 
     /// Where `part` occurs last.

@@ -5,6 +5,7 @@
 
 use super::define::Builder;
 use crate::eval::Evaluator;
+use crate::value::class::Base;
 use crate::value::symbol::known;
 use crate::value::{R, Raised, Value};
 
@@ -98,6 +99,9 @@ fn bounds(ev: &Evaluator<'_>, args: &[Value]) -> R<(i64, i64)> {
 /// The full name of a type of mappings that CPython has in C: these have items by key, but none by place.
 fn mapping(ev: &Evaluator<'_>, value: &Value) -> Option<String> {
     let class = ev.core.types.of(value);
+    if class.base != Base::Dict {
+        return None;
+    }
     let name = ev.full_name_of(class);
     let is_mapping = ["dict", "collections.OrderedDict", "collections.defaultdict"];
     is_mapping.contains(&name.as_str()).then_some(name)

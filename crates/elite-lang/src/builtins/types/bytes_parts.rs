@@ -78,8 +78,7 @@ pub(super) fn split(ev: &Evaluator<'_>, args: &[Value], side: Side) -> R {
     match separator {
         None => parts.between_blanks(most, side)?,
         Some(separator) if separator.is_empty() => return Err(ev.value_error("empty separator")),
-        Some(separator) if side == Side::Left => parts.between(&separator, most)?,
-        Some(separator) => parts.back_between(&separator, most)?,
+        Some(separator) => parts.between(&separator, most, side)?,
     }
     if side == Side::Right {
         ev.reverse(&mut parts.list)?;
@@ -118,30 +117,12 @@ impl<'p, 'y> Parts<'p, 'y> {
         }
     }
 
-    fn between(&mut self, separator: &[u8], most: usize) -> R<()> {
-        let whole = self.whole;
-        let mut found = Occurrences::new(whole, separator);
-        let mut start = 0;
-        while self.list.len() < most
-            && let Some(at) = found.next(self.ev)?
-        {
-            self.push(&whole[start..at])?;
-            start = at + separator.len();
-        }
-        self.push(&whole[start..])
-    }
-
-    fn back_between(&mut self, separator: &[u8], most: usize) -> R<()> {
-        let whole = self.whole;
-        let mut found = Occurrences::from_end(whole, separator);
-        let mut end = whole.len();
-        while self.list.len() < most
-            && let Some(at) = found.next_back(self.ev)?
-        {
-            self.push(&whole[at + separator.len()..end])?;
-            end = at;
-        }
-        self.push(&whole[..end])
+    fn between(&mut self, separator: &[u8], most: usize, side: Side) -> R<()> {
+        let (ev, whole) = (self.ev, self.whole);
+        let backwards = side == Side::Right;
+        ev.each_between(whole, separator, most, backwards, |part| {
+            self.push(&whole[part])
+        })
     }
 
     /// Splits at runs of blanks, at most `most` times; the rest keeps its inner blanks, and those at its far end.

@@ -7,7 +7,6 @@ use super::case::is_space;
 use super::{receiver, text_argument};
 use crate::eval::Evaluator;
 use crate::eval::bulk::{EACH, STRIDE, many, pieces};
-use crate::ops::search::Occurrences;
 use crate::value::{R, Str, Value, Values};
 
 pub(super) fn strip(ev: &Evaluator<'_>, args: &[Value], left: bool, right: bool) -> R {
@@ -88,8 +87,7 @@ pub(super) fn split(ev: &Evaluator<'_>, args: &[Value], from_right: bool) -> R {
     match separator {
         None => parts.between_spaces(most, from_right)?,
         Some(separator) if separator.is_empty() => return Err(ev.value_error("empty separator")),
-        Some(separator) if from_right => parts.back_between(separator.as_str(), most)?,
-        Some(separator) => parts.between(separator.as_str(), most)?,
+        Some(separator) => parts.between(separator.as_str(), most, from_right)?,
     }
     if from_right {
         ev.reverse(&mut parts.list)?;
@@ -120,30 +118,12 @@ impl<'p, 'y> Parts<'p, 'y> {
         }
     }
 
-    fn between(&mut self, separator: &str, most: usize) -> R<()> {
-        let text = self.whole.as_str();
-        let mut found = Occurrences::new(text.as_bytes(), separator.as_bytes());
-        let mut start = 0;
-        while self.list.len() < most
-            && let Some(at) = found.next(self.ev)?
-        {
-            self.push(&text[start..at])?;
-            start = at + separator.len();
-        }
-        self.push(&text[start..])
-    }
-
-    fn back_between(&mut self, separator: &str, most: usize) -> R<()> {
-        let text = self.whole.as_str();
-        let mut found = Occurrences::from_end(text.as_bytes(), separator.as_bytes());
-        let mut end = text.len();
-        while self.list.len() < most
-            && let Some(at) = found.next_back(self.ev)?
-        {
-            self.push(&text[at + separator.len()..end])?;
-            end = at;
-        }
-        self.push(&text[..end])
+    fn between(&mut self, separator: &str, most: usize, from_right: bool) -> R<()> {
+        let (ev, text) = (self.ev, self.whole.as_str());
+        let (data, separator) = (text.as_bytes(), separator.as_bytes());
+        ev.each_between(data, separator, most, from_right, |part| {
+            self.push(&text[part])
+        })
     }
 
     /// Splits at runs of white space, at most `most` times; the rest keeps its inner white space.
