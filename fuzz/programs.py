@@ -392,7 +392,7 @@ class Programs:
         for _ in range(4):
             use = r.choice(["o.m()", "o.n", "o.k", "o.c()", "C.c(3)", "o.s()", "o.d", "C.d", "o.zz", "len(o)", "list(o)", "o == 1", "o.__dict__", "C.made", "super(B, o).m()", "A.m(o)", "isinstance(o, A)",
                             "[c.__name__ for c in C.__mro__]", "hasattr(o, 'n')", "getattr(o, 'm', 0) and 1", "str(o)[:1]", "1 in o", "hash(o) == hash(o)", "sorted(vars(o))", "B.n", "bool(o)",
-                            "list(vars(C))", "[k for k, v in vars(A).items() if callable(v)]", "C.__base__.__name__", "C.__qualname__, A.__module__", "[k for k in dir(o) if k[1] != '_']", "hasattr(o, '__weakref__')"])
+                            "list(vars(C))", "[k for k, v in vars(A).items() if callable(v)]", "C.__base__.__name__", "(C.__qualname__, A.__module__)", "[k for k in dir(o) if k[1] != '_']", "hasattr(o, '__weakref__')"])
             change = r.choice(["", "", f"o.n = {v()}; ", f"o.k = {v()}; ", "del o.k; ", "o.m = len; ", "B.m = lambda *x: len(x); ", "del A.m; ", "C.n = 5; ", "del o.n; "])
             lines += ["    try:", f"        {change}r.append({use})", "    except Exception as e:", "        r.append((type(e).__name__, str(e)))"]
         return lines + ["except Exception as e:", "    r.append((type(e).__name__, str(e)))", f"{r.choice(NAMES)} = r if '<' not in repr(r) else len(r)"]

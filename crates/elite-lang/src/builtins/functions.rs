@@ -244,17 +244,12 @@ impl Evaluator<'_> {
         match classes {
             Value::Class(class) => {
                 if !Rc::ptr_eq(self.core.types.of(value), class)
-                    && class
-                        .meta_method(self.core.symbols.intern("__instancecheck__"))
-                        .is_some()
+                    && let Some(check) = class.meta_method(known::INSTANCE_CHECK)
                 {
-                    let name = self.core.symbols.intern("__instancecheck__");
-                    return match self.special(classes, name, &mut [value.clone()])? {
-                        Some(answer) => self.truth(&answer),
-                        None => Ok(false),
-                    };
+                    let answer = self.call_method_value(&check, classes, &mut [value.clone()])?;
+                    return self.truth(&answer);
                 }
-                Ok(self.core.types.of(value).is_subclass_of(class))
+                self.is_plain_instance(value, class)
             }
             Value::Tuple(tuple) => self.recurse(|| {
                 for class in tuple.items() {
@@ -266,7 +261,7 @@ impl Evaluator<'_> {
             }),
             other => match self.union_types(other).or_else(|| self.tuple_of(other)) {
                 Some(types) => self.is_instance(value, &types),
-                None => match self.answer_of(other, "__instancecheck__", value)? {
+                None => match self.answer_of(other, known::INSTANCE_CHECK, value)? {
                     Some(answer) => Ok(answer),
                     None if self.has_bases(other)? => Ok(false),
                     None => Err(self.type_error(
@@ -274,6 +269,24 @@ impl Evaluator<'_> {
                     )),
                 },
             },
+        }
+    }
+
+    /// Whether a value is of a class or says with its `__class__` that it is.
+    fn is_plain_instance(&self, value: &Value, class: &Class) -> R<bool> {
+        let own = self.core.types.of(value);
+        if own.is_subclass_of(class) {
+            return Ok(true);
+        }
+        let says = own.is_script
+            && matches!(value, Value::Instance(_))
+            && (own.lookup(known::CLASS).is_some() || own.lookup(known::GETATTRIBUTE).is_some());
+        match says {
+            true => match self.attribute_or_none(value, known::CLASS)? {
+                Some(Value::Class(said)) => Ok(said.is_subclass_of(class)),
+                _ => Ok(false),
+            },
+            false => Ok(false),
         }
     }
 
@@ -292,24 +305,21 @@ impl Evaluator<'_> {
     }
 
     /// What an object that stands for a class says of a value; None if it has no such method.
-    fn answer_of(&self, judge: &Value, method: &str, value: &Value) -> R<Option<bool>> {
-        let name = self.core.symbols.intern(method);
+    fn answer_of(&self, judge: &Value, name: Symbol, value: &Value) -> R<Option<bool>> {
         match self.special(judge, name, &mut [value.clone()])? {
             Some(answer) => self.truth(&answer).map(Some),
             None => Ok(None),
         }
     }
 
-    fn is_subclass(&self, class: &Rc<Class>, classes: &Value) -> R<bool> {
+    /// Python's `issubclass(class, classes)`.
+    pub fn is_subclass(&self, class: &Rc<Class>, classes: &Value) -> R<bool> {
         match classes {
             Value::Class(other) => {
-                let name = self.core.symbols.intern("__subclasscheck__");
-                if other.meta_method(name).is_some() {
+                if let Some(check) = other.meta_method(known::SUBCLASS_CHECK) {
                     let class = Value::Class(class.clone());
-                    return match self.special(classes, name, &mut [class])? {
-                        Some(answer) => self.truth(&answer),
-                        None => Ok(false),
-                    };
+                    let answer = self.call_method_value(&check, classes, &mut [class])?;
+                    return self.truth(&answer);
                 }
                 Ok(class.is_subclass_of(other))
             }
@@ -325,7 +335,7 @@ impl Evaluator<'_> {
                 Some(types) => self.is_subclass(class, &types),
                 None => {
                     let class = Value::Class(class.clone());
-                    match self.answer_of(other, "__subclasscheck__", &class)? {
+                    match self.answer_of(other, known::SUBCLASS_CHECK, &class)? {
                         Some(answer) => Ok(answer),
                         None if self.has_bases(other)? => Ok(false),
                         None => Err(self.type_error(

@@ -7,6 +7,7 @@ mod functions;
 mod numbers;
 pub mod quick;
 pub(crate) mod reading;
+mod runs;
 mod scope;
 mod short;
 mod signature;

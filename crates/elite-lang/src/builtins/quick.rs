@@ -173,8 +173,12 @@ fn int(_: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
 fn is_instance(ev: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
     match args {
         [value, Value::Class(class)] if class.metaclass().is_none() => {
-            let is = ev.core.types.of(value).is_subclass_of(class);
-            Some(Value::Bool(is))
+            let own = ev.core.types.of(value);
+            // Objects of scripts may say that they are of another class.
+            match own.is_subclass_of(class) {
+                false if own.is_script => None,
+                is => Some(Value::Bool(is)),
+            }
         }
         _ => None,
     }

@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 use std::rc::Rc;
 
-use super::Builtin;
+use super::{Builtin, runs};
 use crate::ast::CompareOp;
 use crate::eval::Evaluator;
 use crate::eval::bulk::{STRIDE, many};
@@ -13,8 +13,6 @@ use crate::value::surrogate::may_have_surrogates;
 use crate::value::symbol::known;
 use crate::value::{Instance, R, Symbol, Value, Values};
 
-/// Runs shorter than this are extended by insertion.
-const RUN_MIN: usize = 24;
 /// Items that are sorted, merged or moved between two safepoints.
 const SOME: usize = if cfg!(debug_assertions) { 256 } else { 4096 };
 /// Longer texts are compared in pieces.
@@ -23,8 +21,8 @@ const TEXT_MAX: usize = 256;
 const COLUMNS_MAX: usize = 16;
 
 impl Evaluator<'_> {
-    /// Puts the items in order, by `key` if given. Equal items keep their order, also in reverse. After an error the
-    /// items are as they were.
+    /// Puts the items in order, by `key` if given. Equal items keep their order, also in reverse. After an error of a key the items
+    /// are as they were, after one of a comparison where they had come to.
     pub fn sort(&self, items: &mut Vec<Value>, key: Option<&Value>, reverse: bool) -> R<()> {
         // Keys, ranks and places beside the items.
         self.check_allocation(items.len() * 3 * size_of::<Value>())?;
@@ -42,11 +40,16 @@ impl Evaluator<'_> {
             return self.sort_integers(items, reverse);
         }
         // Reversed twice, so that equal items keep their order.
-        let places = 0..by.len() as u32;
-        let order: Vec<u32> = match (self.ranked(by)?, reverse) {
-            (Some(ranked), _) => self.in_order(ranked, by, reverse)?,
-            (None, false) => self.merge_sort_by(places.collect(), by)?,
-            (None, true) => self.merge_sort_by(places.rev().collect(), by)?,
+        let (order, result) = match self.ranked(by)? {
+            Some(ranked) => (self.in_order(ranked, by, reverse)?, Ok(())),
+            None => {
+                let mut order: Vec<u32> = (0..by.len() as u32).collect();
+                if reverse {
+                    order.reverse();
+                }
+                let result = self.sort_by_comparing(&mut order, by);
+                (order, result)
+            }
         };
         let mut sorted = Values::from(Vec::with_capacity(order.len()));
         for number in 0..order.len() {
@@ -60,7 +63,7 @@ impl Evaluator<'_> {
         }
         // The items as they were go bit by bit.
         std::mem::swap(items, &mut sorted);
-        Ok(())
+        result
     }
 
     fn all_values(&self, values: &[Value], test: impl Fn(&Value) -> bool) -> R<bool> {
@@ -201,9 +204,9 @@ impl Evaluator<'_> {
         Ok(places)
     }
 
-    /// The places of the values in their order, by comparisons that may run script code.
-    fn merge_sort_by(&self, places: Vec<u32>, by: &[Value]) -> R<Vec<u32>> {
-        merge_sort(places, &mut |a, b| {
+    /// Puts the places of values in order by comparisons that may run script code.
+    fn sort_by_comparing(&self, places: &mut [u32], by: &[Value]) -> R<()> {
+        runs::sort(places, |a, b| {
             let (a, b) = (&by[*a as usize], &by[*b as usize]);
             self.worked(2 * VALUE)?;
             if let (Value::Str(a), Value::Str(b)) = (a, b)
@@ -374,79 +377,4 @@ fn quick_order(a: &Value, b: &Value, depth: u32) -> Option<Ordering> {
         }
         _ => None,
     }
-}
-
-/// A merge sort of natural runs. Unlike the standard library's it accepts comparisons that fail or contradict
-/// themselves: it then ends with an error or in some order.
-fn merge_sort<T>(items: Vec<T>, less: &mut impl FnMut(&T, &T) -> R<bool>) -> R<Vec<T>> {
-    let mut runs: Vec<Vec<T>> = Vec::new();
-    let mut rest = items.into_iter().peekable();
-    while rest.peek().is_some() {
-        let run = next_run(&mut rest, less)?;
-        runs.push(run);
-    }
-    while runs.len() > 1 {
-        let mut merged = Vec::with_capacity(runs.len().div_ceil(2));
-        let mut pairs = runs.into_iter();
-        while let Some(first) = pairs.next() {
-            match pairs.next() {
-                Some(second) => merged.push(merge(first, second, less)?),
-                None => merged.push(first),
-            }
-        }
-        runs = merged;
-    }
-    Ok(runs.pop().unwrap_or_default())
-}
-
-fn next_run<T>(
-    rest: &mut std::iter::Peekable<std::vec::IntoIter<T>>,
-    less: &mut impl FnMut(&T, &T) -> R<bool>,
-) -> R<Vec<T>> {
-    let mut run: Vec<T> = rest.next().into_iter().collect();
-    let descending = match rest.peek() {
-        Some(next) => less(next, &run[0])?,
-        None => return Ok(run),
-    };
-    run.extend(rest.next());
-    while let Some(next) = rest.peek() {
-        let falls = less(next, &run[run.len() - 1])?;
-        if falls != descending {
-            break;
-        }
-        run.extend(rest.next());
-    }
-    if descending {
-        // Strictly falling, so turning it around keeps equal items in order.
-        run.reverse();
-    }
-    while run.len() < RUN_MIN {
-        let Some(item) = rest.next() else { break };
-        let (mut low, mut high) = (0, run.len());
-        while low < high {
-            let middle = usize::midpoint(low, high);
-            if less(&item, &run[middle])? {
-                high = middle;
-            } else {
-                low = middle + 1;
-            }
-        }
-        run.insert(low, item);
-    }
-    Ok(run)
-}
-
-fn merge<T>(first: Vec<T>, second: Vec<T>, less: &mut impl FnMut(&T, &T) -> R<bool>) -> R<Vec<T>> {
-    let mut out = Vec::with_capacity(first.len() + second.len());
-    let (mut first, mut second) = (first.into_iter().peekable(), second.into_iter().peekable());
-    while let (Some(a), Some(b)) = (first.peek(), second.peek()) {
-        if less(b, a)? {
-            out.extend(second.next());
-        } else {
-            out.extend(first.next());
-        }
-    }
-    out.extend(first);
-    out.extend(second);
-    Ok(out)
 }

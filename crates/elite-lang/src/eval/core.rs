@@ -50,6 +50,8 @@ pub struct Core {
     pub builtins: Rc<Namespace>,
     /// `__name__` of the builtins, which texts find in dictionaries without one.
     pub name_of_builtins: Rc<CellVar>,
+    /// How many classes have been registered with abstract ones.
+    pub registered: Cell<usize>,
     /// Global variables of the task.
     pub globals: Rc<Namespace>,
     /// Imported modules.
@@ -147,6 +149,7 @@ impl Core {
             limits,
             types,
             builtins: Rc::default(),
+            registered: Cell::new(0),
             name_of_builtins: CellVar::new(Value::str("builtins")),
             globals: Rc::default(),
             modules: RefCell::default(),

@@ -201,6 +201,7 @@ impl Evaluator<'_> {
     /// An instance before `__init__`. Subclasses of builtin types get the value they extend from the arguments.
     pub fn allocate(&self, class: &Rc<Class>, args: &[Value], keywords: &[(Symbol, Value)]) -> R {
         let payload = match class.base {
+            Base::Object if class.is_abstract() => return Err(self.abstract_error(class)),
             Base::Object => Payload::None,
             Base::Type => return self.new_class(class, args, keywords, None),
             // `__init__` makes its attributes.

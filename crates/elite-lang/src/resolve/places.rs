@@ -16,6 +16,8 @@ type Owner = Option<ScopeId>;
 
 /// The implicit variable of a class body that `super()` uses.
 const CLASS_CELL: &str = "__class__";
+/// Under which name the cell with the class lies among the slots of its body, which may bind `__class__` itself.
+const CELL_SLOT: &str = ".class";
 
 struct Assigner<'s, 'p> {
     scopes: &'s mut Scopes<'p>,
@@ -273,7 +275,7 @@ impl Assigner<'_, '_> {
             }
         }
         if scope.kind == ScopeKind::Class && self.is_captured(id, CLASS_CELL) {
-            slots.push(id, CLASS_CELL);
+            slots.push(id, CELL_SLOT);
         }
         for inner in &self.inlined[id.0 as usize] {
             let names = self.scope(*inner).map_or(&[][..], |scope| &scope.names);
@@ -306,11 +308,19 @@ impl Assigner<'_, '_> {
             );
         }
         // Every name that belongs to a scope has a slot in its frame.
-        let slot = slots[frame.0 as usize].find(owner, name).unwrap_or(0);
         let in_class = self
             .scope(owner)
             .is_some_and(|scope| scope.kind == ScopeKind::Class);
-        if self.is_captured(owner, name) {
+        let is_cell = match name {
+            CLASS_CELL if in_class => from != owner,
+            name => self.is_captured(owner, name),
+        };
+        let name = match name {
+            CLASS_CELL if is_cell && in_class => CELL_SLOT,
+            name => name,
+        };
+        let slot = slots[frame.0 as usize].find(owner, name).unwrap_or(0);
+        if is_cell {
             Place::Cell(slot)
         } else if in_class {
             Place::Class(slot)
@@ -353,21 +363,35 @@ impl Assigner<'_, '_> {
 
     fn layout(&self, id: ScopeId, scope: &Scope, own: &Slots, slots: &[Slots]) -> FrameLayout {
         let own = &own.names;
-        let cells = own.iter().enumerate().filter(|(_, (owner, name))| {
-            self.goes_on() && *owner == id && self.is_captured(id, name)
-        });
         let is_class = scope.kind == ScopeKind::Class;
+        let is_cell = |name: &str| match name {
+            CELL_SLOT => true,
+            CLASS_CELL if is_class => false,
+            name => self.is_captured(id, name),
+        };
+        let cells = own
+            .iter()
+            .enumerate()
+            .filter(|(_, (owner, name))| self.goes_on() && *owner == id && is_cell(name));
         let class_cell = own
             .iter()
-            .position(|(owner, name)| *owner == id && is_class && &**name == CLASS_CELL);
+            .position(|(owner, name)| *owner == id && &**name == CELL_SLOT);
         let names_of_class = own
             .iter()
-            .filter(|(owner, name)| *owner == id && &**name != CLASS_CELL)
+            .filter(|(owner, name)| *owner == id && &**name != CELL_SLOT)
             .count();
         let parent = scope.parent.unwrap_or(id);
         let closure = self.free[id.0 as usize].names.iter().map(|(name, owner)| {
             self.goes_on();
-            (name.clone(), self.place(parent, Some(*owner), name, slots))
+            let place = match &**name {
+                // The class around, whose body is the parent.
+                CLASS_CELL if *owner == parent => {
+                    let own = &slots[parent.0 as usize];
+                    Place::Cell(own.find(parent, CELL_SLOT).unwrap_or(0))
+                }
+                name => self.place(parent, Some(*owner), name, slots),
+            };
+            (name.clone(), place)
         });
         let slot_name = |(_, name): &(ScopeId, Box<str>)| {
             self.scopes.budget.worked(NAME / 4);

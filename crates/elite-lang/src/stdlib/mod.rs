@@ -4,6 +4,7 @@
 //! is first imported; an embedded script reaches native parts by importing a module whose name begins with `_`.
 //! Modules that reach beyond the program go through the host, which decides what is permitted.
 
+mod abstracts;
 mod binary;
 mod bisect;
 mod codecs;
@@ -76,7 +77,7 @@ const MODULES: &[(&str, Content)] = &[
     ("_struct", Native(binary::fill)),
     ("_thread", Native(thread::fill)),
     ("_time", Native(time::fill)),
-    ("abc", Script(include_str!("lib/abc.py"))),
+    ("abc", Native(abstracts::fill)),
     ("bisect", Native(bisect::fill)),
     ("codecs", Script(include_str!("lib/codecs.py"))),
     ("collections", Script(include_str!("lib/collections.py"))),

@@ -132,8 +132,9 @@ pub struct Class {
     metaclass: OnceCell<Rc<Class>>,
     /// A `class` statement made it; only such classes can be changed.
     pub is_script: bool,
-    /// How instances are made, and the version that holds for.
-    making: Cell<(u32, Making)>,
+    /// How instances are made, and the versions of the class and of its own class which that holds for.
+    making: Cell<(u32, u32, Making)>,
+    is_abstract: Cell<bool>,
     /// Makes instances without going through `__new__` and `__init__` of scripts.
     pub constructor: Held<Value>,
     /// A search for cycles has found it in use.
@@ -209,7 +210,8 @@ impl Class {
             slotted: Cell::new(slotted),
             metaclass: OnceCell::new(),
             is_script,
-            making: Cell::new((0, Making::General)),
+            making: Cell::new((0, 0, Making::General)),
+            is_abstract: Cell::new(false),
             constructor: Held::default(),
         });
         for parent in &*class.bases() {
@@ -285,13 +287,27 @@ impl Class {
     pub fn set_metaclass(&self, metaclass: Rc<Class>) {
         let set = self.metaclass.set(metaclass);
         debug_assert!(set.is_ok(), "a class changes its metaclass");
-        self.making.set((0, Making::General));
+        self.making.set((0, 0, Making::General));
     }
 
-    /// An attribute that a script has given the metaclass; what `type` itself has does not count.
+    /// An attribute that the metaclass has for its own; what `type` itself has does not count.
     pub fn meta_method(&self, name: Symbol) -> Option<Value> {
-        let found = self.metaclass()?.lookup(name)?;
-        (!matches!(found, Value::Builtin(_))).then_some(found)
+        let metaclass = self.metaclass()?;
+        let of_class = |class: &Class| class.attrs.borrow().get(name).cloned();
+        let ancestors = metaclass.ancestors.borrow();
+        let mut scripts = ancestors.iter().filter(|class| class.is_script);
+        of_class(metaclass).or_else(|| scripts.find_map(|class| of_class(class)))
+    }
+
+    /// Whether methods are missing, so that there are no instances.
+    pub fn is_abstract(&self) -> bool {
+        self.is_abstract.get()
+    }
+
+    /// Says whether methods are missing.
+    pub fn set_abstract(&self, is_abstract: bool) {
+        self.is_abstract.set(is_abstract);
+        self.changed();
     }
 
     /// `__bases__`.
@@ -458,12 +474,13 @@ impl Class {
     /// How calling the class makes an instance.
     #[inline]
     pub fn making(&self) -> Making {
-        let (version, making) = self.making.get();
-        if version == self.version() {
+        let (version, of_metaclass, making) = self.making.get();
+        let metaclass = self.metaclass().map_or(0, |metaclass| metaclass.version());
+        if version == self.version() && of_metaclass == metaclass {
             return making;
         }
         let making = self.find_making();
-        self.making.set((self.version(), making));
+        self.making.set((self.version(), metaclass, making));
         making
     }
 
@@ -474,7 +491,8 @@ impl Class {
         }
         let is_plain = self.is_script
             && self.base == Base::Object
-            && self.metaclass().is_none()
+            && !self.is_abstract()
+            && self.meta_method(known::CALL).is_none()
             && self.lookup(known::NEW).is_none();
         match self.locate(known::INIT) {
             Some((location, Value::Function(_))) if is_plain => Making::Init(location),

@@ -7,6 +7,7 @@ use std::rc::Rc;
 use smallvec::SmallVec;
 
 use super::exception::ExceptionState;
+use super::order::Order;
 use super::{Class, Dict, Held, Symbol, Value, trash};
 
 /// An object with a class.
@@ -20,6 +21,8 @@ pub struct Instance {
     pub noted: Cell<bool>,
     /// A search for cycles has found it in use.
     pub old: Cell<bool>,
+    /// In which order its slots were set.
+    order: Cell<Order>,
     /// Its attributes are in a dictionary, which may have any name.
     pub in_dict: Cell<bool>,
 }
@@ -82,6 +85,7 @@ impl Instance {
             payload,
             noted: Cell::new(false),
             old: Cell::new(false),
+            order: Cell::default(),
             in_dict: Cell::new(false),
         })
     }
@@ -89,6 +93,7 @@ impl Instance {
     /// Drops all attributes, to break cycles when an interpreter ends.
     pub fn dismantle(&self) {
         let attrs = self.attrs.replace(Attrs::Slots(Slots::new()));
+        self.order.take();
         match attrs {
             Attrs::Slots(mut slots) => trash::dismantle_all(&mut slots),
             Attrs::Dict(dict, hidden) => {
@@ -187,19 +192,20 @@ impl Instance {
         }
     }
 
-    /// Puts a value into slot `slot`, if the instance has room for it already: the one that was there, or the new one back.
+    /// Puts a value into slot `slot` in place of another one: the one that was there; the new one back if there was none.
     #[inline(always)]
     pub fn replace_slot(&self, slot: usize, value: Value) -> Result<Value, Value> {
         self.attrs.change_by(value, |attrs, value| match attrs {
             Attrs::Slots(slots) => match slots.get_mut(slot) {
-                Some(place) => Ok(std::mem::replace(place, value)),
-                None => Err(value),
+                Some(place) if !place.is_unbound() => Ok(std::mem::replace(place, value)),
+                _ => Err(value),
             },
             Attrs::Dict(..) => Err(value),
         })
     }
 
-    /// Sets the attribute in slot `slot`; false (and the value back) if the attributes are in a dictionary.
+    /// Sets the attribute in slot `slot`; the value back if the attributes are in a dictionary or have to be, because those behind
+    /// the slot have been set before.
     #[inline(always)]
     pub fn set_slot(&self, slot: usize, value: Value) -> Result<(), Value> {
         match self.replace_slot(slot, value) {
@@ -212,10 +218,15 @@ impl Instance {
         }
     }
 
-    /// Sets a slot that the instance has no room for yet.
+    /// Sets a slot that is empty.
     #[inline(never)]
     fn add_slot(&self, slot: usize, value: Value) -> Result<(), Value> {
         self.attrs.change(|attrs| match attrs {
+            Attrs::Slots(slots) if !self.puts_in_order(slots, slot) => Err(value),
+            Attrs::Slots(slots) if slot < slots.len() => {
+                slots[slot] = value;
+                Ok(())
+            }
             Attrs::Slots(slots) => {
                 slots.resize_with(slot, Value::default);
                 slots.push(value);
@@ -223,6 +234,27 @@ impl Instance {
             }
             Attrs::Dict(..) => Err(value),
         })
+    }
+
+    /// Whether an empty slot may be set: scripts see attributes in the order in which they were set. That is the order of the
+    /// slots, or kept beside them where it has a place; otherwise the attributes have to be in a dictionary.
+    fn puts_in_order(&self, slots: &Slots, slot: usize) -> bool {
+        let before = self.order.get();
+        let is_set = |at: &usize| !slots[*at].is_unbound();
+        if before.is_natural() && !(slot..slots.len()).any(|at| is_set(&at)) {
+            return true;
+        }
+        let before = match before.is_natural() {
+            true => Order::of((0..slots.len()).filter(is_set)),
+            false => Some(before),
+        };
+        match before.and_then(|before| before.with(slot)) {
+            Some(order) => {
+                self.order.set(order);
+                true
+            }
+            None => false,
+        }
     }
 
     /// The attribute `name` of the instance itself.
@@ -275,9 +307,9 @@ impl Instance {
     pub fn remove(&self, name: Symbol, symbols: &super::symbol::Symbols) -> bool {
         let removed = self.attrs.change(|attrs| match attrs {
             Attrs::Slots(slots) => {
-                let slot = self.class.slot(name);
-                slot.and_then(|slot| slots.get_mut(slot))
-                    .map(std::mem::take)
+                let slot = self.class.slot(name)?;
+                self.order.set(self.order.get().without(slot));
+                slots.get_mut(slot).map(std::mem::take)
             }
             attrs => {
                 let dict = attrs.dict_with(&self.class, name)?;
@@ -292,7 +324,7 @@ impl Instance {
         removed.is_some_and(|value| !value.is_unbound())
     }
 
-    /// All attributes of the instance itself, in the order of their slots.
+    /// All attributes of the instance itself, in the order in which they were set.
     pub fn entries(&self, symbols: &super::symbol::Symbols) -> Vec<(Value, Value)> {
         match &*self.attrs.borrow() {
             Attrs::Slots(_) => {
@@ -339,20 +371,25 @@ impl Instance {
             .set_interned(key, value);
         }
         self.in_dict.set(true);
+        self.order.take();
         self.attrs.put(Attrs::Dict(dict.clone(), hidden));
         dict
     }
 
-    /// The attributes that lie in slots, with their names.
+    /// The attributes that lie in slots, with their names, in the order in which they were set.
     fn named_slots(&self, symbols: &super::symbol::Symbols) -> Vec<(Symbol, Value, Value)> {
         let Attrs::Slots(slots) = &*self.attrs.borrow() else {
             return Vec::new();
         };
         let layout = self.class.layout();
-        let named = { layout.names().iter() }.zip(slots);
-        { named.filter(|(_, value)| !value.is_unbound()) }
-            .map(|(name, value)| (*name, symbols.value(*name), value.clone()))
-            .collect()
+        let named = |slot: usize| {
+            let (name, value) = (layout.names()[slot], &slots[slot]);
+            (!value.is_unbound()).then(|| (name, symbols.value(name), value.clone()))
+        };
+        match self.order.get() {
+            order if order.is_natural() => (0..slots.len()).filter_map(named).collect(),
+            order => order.slots().filter_map(named).collect(),
+        }
     }
 }
 

@@ -18,6 +18,7 @@ pub mod int;
 pub mod iter;
 pub mod list;
 pub mod module;
+pub mod order;
 pub mod range;
 pub mod set;
 pub mod string;

@@ -59,7 +59,8 @@ FGET = "fget", FSET = "fset", FDEL = "fdel", DIR = "__dir__", KEY = "key", SEP =
 KEYS = "keys", METACLASS = "metaclass", STRICT = "strict",
 NOTES = "__notes__", THROW = "throw", SEND = "send",
 BYTES = "__bytes__", SLOTS = "__slots__", WEAKREF = "__weakref__", OBJCLASS = "__objclass__", LENGTH_HINT = "__length_hint__", THISCLASS = "__thisclass__", SELF_CLASS = "__self_class__", KWDEFAULTS = "__kwdefaults__",
-CLASSCELL = "__classcell__", CLOSE = "close", MAIN = "__main__", }
+CLASSCELL = "__classcell__", INSTANCE_CHECK = "__instancecheck__", SUBCLASS_CHECK = "__subclasscheck__", SUBCLASS_HOOK = "__subclasshook__",
+ABSTRACT_METHODS = "__abstractmethods__", IS_ABSTRACT = "__isabstractmethod__", ABC_IMPL = "_abc_impl", CLOSE = "close", MAIN = "__main__", }
 
 /// The table of names of one interpreter.
 ///

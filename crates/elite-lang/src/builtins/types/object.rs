@@ -66,6 +66,26 @@ pub(super) fn install(core: &Rc<Core>) {
         core,
         &types.type_,
         &[
+            ("__setattr__", "name value /", |ev, args| {
+                let name = name_of(ev, &args[1])?;
+                match &args[0] {
+                    Value::Class(class) if class.is_script => {
+                        ev.plain_set_class_attribute(&args[0], class, *name, args[2].clone())?;
+                    }
+                    other => ev.set_attribute(other, *name, args[2].clone())?,
+                }
+                Ok(Value::None)
+            }),
+            ("__delattr__", "name /", |ev, args| {
+                let name = name_of(ev, &args[1])?;
+                match &args[0] {
+                    Value::Class(class) if class.is_script => {
+                        ev.plain_delete_class_attribute(&args[0], class, *name)?;
+                    }
+                    other => ev.delete_attribute(other, *name)?,
+                }
+                Ok(Value::None)
+            }),
             ("__instancecheck__", "instance /", |ev, args| {
                 match &args[0] {
                     Value::Class(class) => Ok(Value::Bool(
@@ -95,6 +115,16 @@ pub(super) fn install(core: &Rc<Core>) {
         Value::StaticMethod(Wrapped::around(prepare)),
     );
     install_natural(core);
+}
+
+/// What changes an object is not for classes: `type` has its own.
+fn refuse_class(ev: &Evaluator<'_>, value: &Value, method: &str) -> R<()> {
+    if let Value::Class(_) = value {
+        let name = ev.core.types.name_of(value);
+        let text = format!("can't apply this {method} to {name} object");
+        return Err(ev.type_error(text));
+    }
+    Ok(())
 }
 
 /// The only value of a type.
@@ -194,13 +224,11 @@ fn install_natural(core: &Rc<Core>) {
                 })
             }),
             ("__setattr__", "name value /", |ev, args| {
+                refuse_class(ev, &args[0], "__setattr__")?;
                 let name = name_of(ev, &args[1])?;
                 match &args[0] {
                     Value::Instance(instance) => ev
                         .plain_set_attribute(&args[0], instance, *name, args[2].clone())
-                        .map(|()| Value::None),
-                    Value::Class(class) if class.is_script => ev
-                        .plain_set_class_attribute(&args[0], class, *name, args[2].clone())
                         .map(|()| Value::None),
                     other => ev
                         .set_attribute(other, *name, args[2].clone())
@@ -208,13 +236,11 @@ fn install_natural(core: &Rc<Core>) {
                 }
             }),
             ("__delattr__", "name /", |ev, args| {
+                refuse_class(ev, &args[0], "__delattr__")?;
                 let name = name_of(ev, &args[1])?;
                 match &args[0] {
                     Value::Instance(instance) => ev
                         .plain_delete_attribute(&args[0], instance, *name)
-                        .map(|()| Value::None),
-                    Value::Class(class) if class.is_script => ev
-                        .plain_delete_class_attribute(&args[0], class, *name)
                         .map(|()| Value::None),
                     other => ev.delete_attribute(other, *name).map(|()| Value::None),
                 }

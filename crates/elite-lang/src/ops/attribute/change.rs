@@ -177,7 +177,7 @@ impl Evaluator<'_> {
     }
 
     #[cold]
-    fn class_refused(&self, new: &Value) -> Raised {
+    pub(super) fn class_refused(&self, new: &Value) -> Raised {
         if matches!(new, Value::Class(_)) {
             return self.type_error("assignment to __class__ is not supported");
         }

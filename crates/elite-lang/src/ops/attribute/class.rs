@@ -8,7 +8,7 @@ use crate::eval::pace::VALUE;
 use crate::eval::stmt::layout::best_base;
 use crate::value::dict::SOME;
 use crate::value::symbol::known;
-use crate::value::{Class, Dict, R, Symbol, Value, Values};
+use crate::value::{Class, Dict, R, Raised, Symbol, Value, Values};
 
 impl Evaluator<'_> {
     /// A part of a class that hides whatever its attributes have under that name.
@@ -78,6 +78,11 @@ impl Evaluator<'_> {
                 class.set_qualname(&text);
             }
             known::BASES => self.set_bases(class, new)?,
+            known::CLASS => return Err(self.class_refused(new)),
+            known::ABSTRACT_METHODS => {
+                class.set_abstract(self.truth(new)?);
+                return Ok(None);
+            }
             _ => return self.refuse_part_of_class(name).map(|()| None),
         }
         Ok(Some(()))
@@ -90,7 +95,32 @@ impl Evaluator<'_> {
             let text = format!("cannot delete '{name}' attribute of immutable type '{class}'");
             return Err(self.type_error(text));
         }
+        if name == known::ABSTRACT_METHODS {
+            class.set_abstract(false);
+        }
         self.refuse_part_of_class(name)
+    }
+
+    /// What is said of an instance of a class whose methods are missing.
+    #[cold]
+    pub fn abstract_error(&self, class: &Class) -> Raised {
+        let names = class.own_attrs().get(known::ABSTRACT_METHODS).cloned();
+        let names = match names.map_or(Ok(Values::default()), |names| self.collect(&names)) {
+            Ok(names) => names,
+            Err(raised) => return raised,
+        };
+        let of_name = |name: &Value| match name {
+            Value::Str(text) => text.as_str().to_owned(),
+            _ => String::new(),
+        };
+        let mut names: Vec<String> = names.iter().map(of_name).collect();
+        names.sort_unstable();
+        let plural = if names.len() > 1 { "s" } else { "" };
+        self.type_error(format!(
+            "Can't instantiate abstract class {} with abstract method{plural} {}",
+            class.name(),
+            names.join(", ")
+        ))
     }
 
     /// Refuses what nothing can be put into.

@@ -8,6 +8,8 @@ pub(crate) mod deque;
 mod maps;
 mod named;
 
+pub(super) use named::missing_arguments;
+
 use std::rc::Rc;
 
 use super::define::Builder;

@@ -276,17 +276,10 @@ impl Shape {
                 None => missing.push(format!("'{}'", self.fields[index])),
             }
         }
-        let listed = match &missing[..] {
-            [] => return Ok(()),
-            [one] => one.clone(),
-            [one, two] => format!("{one} and {two}"),
-            [more @ .., last] => format!("{}, and {last}", more.join(", ")),
-        };
-        let plural = if missing.len() == 1 { "" } else { "s" };
-        Err(refuse(format!(
-            "missing {} required positional argument{plural}: {listed}",
-            missing.len()
-        )))
+        match missing.is_empty() {
+            true => Ok(()),
+            false => Err(refuse(missing_arguments(&missing))),
+        }
     }
 
     /// `_make`
@@ -394,4 +387,18 @@ fn class_and_rest<'a>(ev: &Evaluator<'_>, args: &'a Args<'_>) -> R<(Rc<Class>, &
 
 fn is_keyword(text: &str) -> bool {
     TokenKind::keyword(text).is_some()
+}
+
+/// What CPython says of arguments that a function needs, by their names in quotes.
+pub fn missing_arguments(names: &[impl AsRef<str>]) -> String {
+    let names: Vec<&str> = names.iter().map(AsRef::as_ref).collect();
+    let listed = match &names[..] {
+        [] => String::new(),
+        [one] => (*one).to_owned(),
+        [one, two] => format!("{one} and {two}"),
+        [more @ .., last] => format!("{}, and {last}", more.join(", ")),
+    };
+    let plural = if names.len() == 1 { "" } else { "s" };
+    let count = names.len();
+    format!("missing {count} required positional argument{plural}: {listed}")
 }

@@ -3,16 +3,8 @@
 A class says with `_needs` which methods make another class one of its kind, whether that derives from it or not. Those with
 more to give than they need are derived from with the needed methods only.
 """
-from abc import ABCMeta, abstractmethod
+from abc import ABCMeta, _has_method as _has, abstractmethod
 from itertools import count as _count
-
-
-def _has(cls, name):
-    """Whether instances of a class have a method: a None says that they do not, whatever is inherited."""
-    for base in cls.__mro__:
-        if name in base.__dict__:
-            return base.__dict__[name] is not None
-    return name == "__hash__"
 
 
 def _missing(name):
@@ -32,19 +24,18 @@ class _Kind(ABCMeta):
                 namespace.setdefault(need, _missing(need))
         return super().__new__(mcls, name, bases, namespace)
 
-    def __subclasscheck__(cls, subclass):
-        known_by = cls.__dict__.get("_known_by")
-        if known_by and isinstance(subclass, type) and all(_has(subclass, need) for need in known_by):
-            return True
-        return super().__subclasscheck__(subclass)
-
 
 def _ability(name, *needs, bases=(), **methods):
     """A class for what has these methods, and those of the bases."""
     known_by = needs + tuple(need for base in bases for need in base._known_by)
-    namespace = {"_needs": needs, "_known_by": known_by, "__module__": "collections.abc", "__slots__": (),
-                 "__class_getitem__": lambda cls, parameters: cls, **methods}
-    return _Kind(name, bases, namespace)
+
+    @classmethod
+    def recognise(cls, other):
+        return True if cls is made and all(_has(other, need) for need in known_by) else NotImplemented
+
+    made = _Kind(name, bases, {"_needs": needs, "_known_by": known_by, "__module__": "collections.abc", "__slots__": (),
+                               "__class_getitem__": lambda cls, parameters: cls, "__subclasshook__": recognise, **methods})
+    return made
 
 
 def _itself(self):

@@ -158,6 +158,9 @@ impl<'p, 'y> Parts<'p, 'y> {
 fn part_of(ev: &Evaluator<'_>, whole: &Str, part: &str) -> R {
     if whole.is_ascii() && part.len() <= STRIDE {
         ev.worked(many(part.len()))?;
+        if let [byte] = part.as_bytes() {
+            return Ok(ev.core.char_value(char::from(*byte)));
+        }
         return Ok(Value::Str(Rc::new(Str::counted(part, part.len()))));
     }
     ev.string_of(part)
