@@ -237,6 +237,9 @@ def is_meant(text, a, b):
     """Whether what CPython says of a program and what is said here (a, b) may differ."""
     if MEANT.search(a) or MEANT.search(b):
         return True
+    # A view in CPython, which is compared through what it shows.
+    if "groupindex" in text and "not supported between instances of 'dict'" in a:
+        return True
     if UNEVEN.search(text):
         one, other = FLOAT.findall(a), FLOAT.findall(b)
         floats = zip(FLOAT.finditer(a), FLOAT.finditer(b))
