@@ -29,7 +29,7 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
         "ABCMeta",
         &type_,
         &[
-            ("register", "subclass", |ev, args| register(ev, args)),
+            ("register", "subclass", register),
             ("__instancecheck__", "instance", |ev, args| {
                 has_instance(ev, own(ev, &args[0])?, &args[1]).map(Value::Bool)
             }),

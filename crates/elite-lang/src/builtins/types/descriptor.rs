@@ -220,22 +220,20 @@ pub fn hidden_names(class: &Class) -> impl Iterator<Item = &'static str> {
 
 impl Evaluator<'_> {
     /// What a class shows of an attribute of its instances; None if it knows of none.
-    pub fn descriptor(&self, class: &Rc<Class>, name: Symbol) -> Option<Value> {
+    pub fn descriptor(&self, class: &Rc<Class>, name: Symbol) -> R<Option<Value>> {
         let text = self.core.symbols.name(name);
-        let (owner, is_member) = class.line().into_iter().find_map(|owner| {
-            let is_member = match owner.is_script {
-                true if name == known::WEAKREF => {
-                    self.added_part(&owner, name).is_some().then_some(true)
+        for owner in class.line() {
+            if owner.is_script {
+                if (name == known::WEAKREF || owner.has_own_slot(name))
+                    && let Some(part) = self.added_part(&owner, name)?
+                {
+                    return Ok(Some(part));
                 }
-                true => owner.has_own_slot(name).then_some(true),
-                false => of_builtin(&owner, &text),
-            };
-            Some((owner, is_member?))
-        })?;
-        match owner.is_script {
-            true => self.added_part(&owner, name),
-            false => Some(self.make_descriptor(owner, name, is_member, false)),
+            } else if let Some(is_member) = of_builtin(&owner, &text) {
+                return Ok(Some(self.make_descriptor(owner, name, is_member, false)));
+            }
         }
+        Ok(None)
     }
 
     /// What a class shows of a property of one of the library that CPython has in C; None for other properties.

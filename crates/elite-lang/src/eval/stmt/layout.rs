@@ -184,11 +184,11 @@ impl Evaluator<'_> {
         Ok(parts)
     }
 
-    /// What a class shows of a slot of its own.
-    pub fn added_part(&self, class: &Rc<Class>, name: Symbol) -> Option<Value> {
-        let parts = self.added_parts(class).ok()?;
+    /// One of them.
+    pub fn added_part(&self, class: &Rc<Class>, name: Symbol) -> R<Option<Value>> {
+        let parts = self.added_parts(class)?;
         let part = parts.into_iter().find(|(other, _)| *other == name);
-        part.map(|(_, part)| part)
+        Ok(part.map(|(_, part)| part))
     }
 
     fn find_added_parts(&self, class: &Rc<Class>) -> R<Vec<(Symbol, Value)>> {

@@ -379,7 +379,7 @@ impl Evaluator<'_> {
                 Ok(Some(found))
             }
             Some(found) => self.bind_attribute(&found, value, &metaclass).map(Some),
-            None if let Some(found) = self.descriptor(class, name) => Ok(Some(found)),
+            None if let Some(found) = self.descriptor(class, name)? => Ok(Some(found)),
             None if class.meta_method(known::GETATTR).is_some()
                 && self.core.types.natural.lookup(name).is_none() =>
             {
