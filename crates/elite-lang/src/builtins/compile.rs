@@ -11,6 +11,7 @@ use super::reading::{Tree, reading, release, source_file, source_text, tree};
 use crate::ast::{Stmt, StmtKind};
 use crate::eval::Evaluator;
 use crate::eval::code::Code;
+use crate::value::data::Data;
 use crate::value::instance::Payload;
 use crate::value::symbol::known;
 use crate::value::{CellVar, Dict, Function, Held, Instance, R, Value};
@@ -101,7 +102,7 @@ pub(super) fn compile(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         is_expression,
     };
     let class = ev.core.types.code.clone();
-    let made = Instance::new(class, Payload::Object(Box::new(code)));
+    let made = Instance::new(class, Payload::Object(Data::new(code)));
     let symbols = &ev.core.symbols;
     for (name, value) in shown {
         made.set(symbols.intern(name), value, symbols);

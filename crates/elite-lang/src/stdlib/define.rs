@@ -6,6 +6,7 @@ use crate::builtins::types::{install_next, joins};
 use crate::builtins::{BoundFn, Builtin, BuiltinBody, RawFn, Signature, is_slot, quick};
 use crate::eval::{Core, Evaluator};
 use crate::value::class::Base;
+use crate::value::data::Data;
 use crate::value::function::Wrapped;
 use crate::value::instance::{Holds, Payload};
 use crate::value::symbol::known;
@@ -217,7 +218,7 @@ pub fn native_class(ev: &Evaluator<'_>, class: &str) -> R<Rc<Class>> {
 pub fn instance(ev: &Evaluator<'_>, class: &str, data: impl std::any::Any) -> R {
     Ok(Value::Instance(Instance::new(
         native_class(ev, class)?,
-        Payload::Object(Box::new(data)),
+        Payload::Object(Data::new(data)),
     )))
 }
 
@@ -230,7 +231,7 @@ pub fn holding(
 ) -> R {
     Ok(Value::Instance(Instance::new(
         native_class(ev, class)?,
-        Payload::Holding(Box::new(data), holds),
+        Payload::Holding(Data::new(data), holds),
     )))
 }
 
@@ -241,15 +242,14 @@ pub fn with_data<T: 'static, O>(
     inner: impl FnOnce(&T) -> R<O>,
 ) -> R<O> {
     let plain = ev.plain(receiver);
-    match &plain {
-        Value::Instance(instance) if instance.object::<T>().is_some() => {
-            match instance.object::<T>() {
-                Some(data) => inner(data),
-                None => Err(ev.type_error("wrong receiver")),
-            }
-        }
-        other => {
-            let name = ev.core.types.name_of(other);
+    let data = match &plain {
+        Value::Instance(instance) => instance.object::<T>(),
+        _ => None,
+    };
+    match data {
+        Some(data) => inner(data),
+        None => {
+            let name = ev.core.types.name_of(&plain);
             Err(ev.type_error(format!("this method cannot be used on a '{name}' object")))
         }
     }

@@ -1,12 +1,12 @@
 //! `_operator`: the getters and callers of `operator`, which sorting calls for every item. The rest is a script.
 
-use std::any::Any;
 use std::rc::Rc;
 
 use super::define::{Builder, native_class, with_data};
 use crate::builtins::Args;
 use crate::eval::Evaluator;
 use crate::eval::pace::VALUE;
+use crate::value::data::Data;
 use crate::value::instance::{Holds, Payload};
 use crate::value::symbol::known;
 use crate::value::{Class, Held, Instance, R, Symbol, Value};
@@ -20,8 +20,8 @@ struct Asked {
 }
 
 static HOLDS: Holds = Holds {
-    visit: |data: &dyn Any, each| {
-        let Some(asked) = data.downcast_ref::<Rc<Asked>>() else {
+    visit: |data, each| {
+        let Some(asked) = data.get::<Rc<Asked>>() else {
             return;
         };
         if let Some(values) = asked.values.try_borrow() {
@@ -32,7 +32,7 @@ static HOLDS: Holds = Holds {
         }
     },
     clear: |data| {
-        if let Some(asked) = data.downcast_ref::<Rc<Asked>>() {
+        if let Some(asked) = data.get::<Rc<Asked>>() {
             drop(asked.values.take());
             drop(asked.named.take());
         }
@@ -202,7 +202,7 @@ fn made(ev: &Evaluator<'_>, name: &str, args: &mut Args<'_>) -> R {
         named: Held::new(named),
     };
     let class = native_class(ev, &format!("_operator.{name}"))?;
-    let data = Box::new(Rc::new(asked));
+    let data = Data::new(Rc::new(asked));
     let made = Value::Instance(Instance::new(class, Payload::Holding(data, &HOLDS)));
     ev.core.note(&made);
     Ok(made)

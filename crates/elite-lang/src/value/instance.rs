@@ -1,11 +1,11 @@
 //! Instances of classes: slots by the layout of their class, and what they extend.
 
-use std::any::Any;
 use std::cell::Cell;
 use std::rc::Rc;
 
 use smallvec::SmallVec;
 
+use super::data::Data;
 use super::exception::ExceptionState;
 use super::order::Order;
 use super::{Class, Dict, Held, Symbol, Value, trash};
@@ -58,20 +58,20 @@ pub enum Payload {
     /// The builtin value a subclass of a builtin type extends.
     Value(Held<Value>),
     /// Data of the library or the embedder.
-    Object(Box<dyn Any>),
+    Object(Data),
     /// Data of the library that holds values, and how to reach them.
-    Holding(Box<dyn Any>, &'static Holds),
+    Holding(Data, &'static Holds),
 }
 
 /// Runs a function on each value that data of the library holds.
-pub type Visit = fn(&dyn Any, &mut dyn FnMut(&Value));
+pub type Visit = fn(&Data, &mut dyn FnMut(&Value));
 
 /// How the search for cycles reaches the values that data of the library holds.
 pub struct Holds {
     /// Runs a function on each of them.
     pub visit: Visit,
     /// Lets go of them.
-    pub clear: fn(&dyn Any),
+    pub clear: fn(&Data),
 }
 
 impl Instance {
@@ -103,7 +103,7 @@ impl Instance {
         }
         match &self.payload {
             Payload::Exception(state) => state.clear(),
-            Payload::Holding(data, holds) => (holds.clear)(&**data),
+            Payload::Holding(data, holds) => (holds.clear)(data),
             _ => {}
         }
     }
@@ -128,7 +128,7 @@ impl Instance {
                 }
             }
             Payload::Exception(state) => state.visit(each),
-            Payload::Holding(data, holds) => (holds.visit)(&**data, each),
+            Payload::Holding(data, holds) => (holds.visit)(data, each),
             Payload::None | Payload::Object(_) => {}
         }
     }
@@ -151,9 +151,10 @@ impl Instance {
     }
 
     /// The library data of type `T`.
+    #[inline(always)]
     pub fn object<T: 'static>(&self) -> Option<&T> {
         match &self.payload {
-            Payload::Object(object) | Payload::Holding(object, _) => object.downcast_ref(),
+            Payload::Object(object) | Payload::Holding(object, _) => object.get(),
             _ => None,
         }
     }

@@ -8,6 +8,7 @@ pub mod by_symbol;
 pub mod bytes;
 pub mod class;
 pub mod count;
+pub mod data;
 pub mod dict;
 pub mod embed;
 pub mod exception;

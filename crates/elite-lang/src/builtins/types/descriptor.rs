@@ -1,11 +1,11 @@
 //! What classes show of attributes that lie in their instances: numbers of builtin types (`int.real`) and `__slots__`.
 
-use std::any::Any;
 use std::rc::Rc;
 
 use super::methods;
 use crate::errors::ExceptionKind;
 use crate::eval::{Core, Evaluator};
+use crate::value::data::Data;
 use crate::value::instance::{Holds, Payload};
 use crate::value::symbol::known;
 use crate::value::{Class, Instance, R, Raised, Symbol, Value};
@@ -22,8 +22,8 @@ struct Descriptor {
 
 /// The search for cycles follows the class; nothing has to be let go of, for the descriptor cannot change.
 const HOLDS: &Holds = &Holds {
-    visit: |data: &dyn Any, each| {
-        if let Some(descriptor) = data.downcast_ref::<Descriptor>() {
+    visit: |data, each| {
+        if let Some(descriptor) = data.get::<Descriptor>() {
             each(&Value::Class(descriptor.owner.clone()));
         }
     },
@@ -312,7 +312,10 @@ impl Evaluator<'_> {
             is_member,
             is_slot,
         };
-        let made = Instance::new(class.clone(), Payload::Holding(Box::new(descriptor), HOLDS));
+        let made = Instance::new(
+            class.clone(),
+            Payload::Holding(Data::new(descriptor), HOLDS),
+        );
         for (name, value) in shown {
             made.set(name, value, &self.core.symbols);
         }

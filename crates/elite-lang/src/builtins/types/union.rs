@@ -4,6 +4,7 @@ use std::rc::Rc;
 
 use super::methods;
 use crate::eval::{Core, Evaluator};
+use crate::value::data::Data;
 use crate::value::instance::Payload;
 use crate::value::symbol::known;
 use crate::value::{Instance, R, Value};
@@ -98,7 +99,7 @@ impl Evaluator<'_> {
         let types = all.iter().map(|member| self.union_type(member));
         let args = Value::tuple(types.collect());
         let class = self.core.types.union.clone();
-        let union = Instance::new(class, Payload::Object(Box::new(Union(all))));
+        let union = Instance::new(class, Payload::Object(Data::new(Union(all))));
         let name = self.core.symbols.intern("__args__");
         union.set(name, args, &self.core.symbols);
         Ok(Some(Value::Instance(union)))

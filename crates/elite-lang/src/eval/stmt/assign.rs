@@ -161,15 +161,47 @@ pub struct AssignItems<const N: usize> {
 impl<const N: usize> Statement for AssignItems<N> {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
+        if let Operand::Local(local) = &self.value
+            && self.take_apart(local, f)
+        {
+            return Flow::Next;
+        }
+        self.evaluate(ev, f).whole()
+    }
+}
+
+impl<const N: usize> AssignItems<N> {
+    /// Unpacks a tuple of as many items in a local variable; whether it is one, and another variable than those it goes to.
+    #[inline(always)]
+    fn take_apart(&self, local: &Local, f: &mut Frame<'_>) -> bool {
+        let Value::Tuple(tuple) = local.peek(f) else {
+            return false;
+        };
+        let items: *const [Value] = tuple.items();
+        if items.len() != N || self.slots.contains(&local.slot) {
+            return false;
+        }
+        // SAFETY: the variable keeps the tuple as long as nothing else is put there, and nobody but this statement has the frame's
+        // variables. A tuple never changes.
+        #[allow(unsafe_code)]
+        let items = unsafe { &*items };
+        self.put(items, f);
+        true
+    }
+
+    /// Unpacks something else.
+    #[inline(never)]
+    fn evaluate(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Words<Flow> {
+        Words::of(self.evaluated(ev, f))
+    }
+
+    #[inline(always)]
+    fn evaluated(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let value = attempt!(self.value.eval(ev, f));
         match &value {
-            Value::Tuple(tuple) if tuple.items().len() == N => {
-                for (slot, item) in self.slots.iter().zip(tuple.items()) {
-                    f.slots[*slot as usize].put(item.clone());
-                }
-            }
-            Value::List(list) => match items_of(list) {
-                Some(items) => self.put(items, f),
+            Value::Tuple(tuple) if tuple.items().len() == N => self.put(tuple.items(), f),
+            Value::List(list) => match items_of::<N>(list) {
+                Some(items) => self.put(&items, f),
                 None => return self.targets.assign(ev, f, value).into(),
             },
             _ => return self.targets.assign(ev, f, value).into(),
@@ -177,13 +209,11 @@ impl<const N: usize> Statement for AssignItems<N> {
         value.discard();
         Flow::Next
     }
-}
 
-impl<const N: usize> AssignItems<N> {
-    #[inline(never)]
-    fn put(&self, items: [Value; N], f: &mut Frame<'_>) {
+    #[inline(always)]
+    fn put(&self, items: &[Value], f: &mut Frame<'_>) {
         for (slot, item) in self.slots.iter().zip(items) {
-            f.slots[*slot as usize].put(item);
+            f.slots[*slot as usize].put(item.clone());
         }
     }
 }

@@ -70,6 +70,7 @@ impl Deque {
     }
 
     /// Adds at one end; what does not fit any more leaves at the other one.
+    #[inline(always)]
     fn push(&self, value: Value, left: bool) {
         let left_over = self.items.change(|items| {
             if left {
@@ -87,13 +88,14 @@ impl Deque {
         drop(left_over);
     }
 
+    #[inline(always)]
     fn pop(&self, left: bool) -> Option<Value> {
         let popped = self.items.change(|items| match left {
             true => items.pop_front(),
             false => items.pop_back(),
-        });
+        })?;
         self.changed();
-        popped
+        Some(popped)
     }
 
     /// Removes everything; the items are dropped when the deque is free again.
@@ -166,7 +168,7 @@ fn alike(ev: &Evaluator<'_>, old: &Value, items: Vec<Value>) -> R {
 /// How the search for cycles reaches the items.
 static HOLDS: Holds = Holds {
     visit: |data, each| {
-        if let Some(deque) = data.downcast_ref::<Rc<Deque>>()
+        if let Some(deque) = data.get::<Rc<Deque>>()
             // An iterator shares the deque; then its items are not only its own.
             && Rc::strong_count(deque) == 1
             && let Some(items) = deque.items.try_borrow()
@@ -175,7 +177,7 @@ static HOLDS: Holds = Holds {
         }
     },
     clear: |data| {
-        if let Some(deque) = data.downcast_ref::<Rc<Deque>>() {
+        if let Some(deque) = data.get::<Rc<Deque>>() {
             deque.clear();
         }
     },
@@ -652,23 +654,19 @@ pub fn push_at_once(args: &[&Value], left: bool) -> Option<Value> {
     if item.holds_values() && !instance.noted.get() {
         return None;
     }
-    let has_room = {
-        let items = deque.items.borrow();
-        items.len() < items.capacity()
-    };
-    if has_room {
-        deque.push((*item).clone(), left);
+    // SAFETY: two numbers are read.
+    #[allow(unsafe_code)]
+    let items = unsafe { deque.items.glimpse() }?;
+    if items.len() == items.capacity() {
+        return None;
     }
-    has_room.then_some(Value::None)
+    deque.push((*item).clone(), left);
+    Some(Value::None)
 }
 
 /// `pop` or `popleft` of a deque that is not empty.
 pub fn pop_at_once(args: &[&Value], left: bool) -> Option<Value> {
     let [receiver] = args else { return None };
     let deque = at_once(receiver)?;
-    let is_empty = deque.items.borrow().is_empty();
-    if is_empty {
-        return None;
-    }
     deque.pop(left)
 }

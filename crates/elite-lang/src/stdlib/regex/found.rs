@@ -8,6 +8,7 @@ use super::{GROUP, Pattern, Spans, Text};
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::stdlib::define::{Entry, native_class, with_data};
+use crate::value::data::Data;
 use crate::value::instance::Payload;
 use crate::value::int::Int;
 use crate::value::{Dict, Instance, R, Value};
@@ -71,7 +72,7 @@ pub(super) fn make_match(
         range,
         spans,
     };
-    let found = Payload::Object(Box::new(found));
+    let found = Payload::Object(Data::new(found));
     Ok(Value::Instance(Instance::new(class, found)))
 }
 

@@ -95,7 +95,7 @@ impl Drop for Barrier {
 /// How the search for cycles reaches the action.
 static HOLDS: Holds = Holds {
     visit: |data, each| {
-        if let Some(barrier) = data.downcast_ref::<Rc<Barrier>>() {
+        if let Some(barrier) = data.get::<Rc<Barrier>>() {
             for held in [&barrier.action, &barrier.timeout] {
                 if let Some(value) = held.try_borrow() {
                     each(&value);
@@ -104,7 +104,7 @@ static HOLDS: Holds = Holds {
         }
     },
     clear: |data| {
-        if let Some(barrier) = data.downcast_ref::<Rc<Barrier>>() {
+        if let Some(barrier) = data.get::<Rc<Barrier>>() {
             drop(barrier.action.take());
         }
     },

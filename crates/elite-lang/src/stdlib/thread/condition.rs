@@ -46,14 +46,14 @@ impl Drop for Condition {
 /// How the search for cycles reaches the lock, which may be an object of the script.
 static HOLDS: Holds = Holds {
     visit: |data, each| {
-        if let Some(condition) = data.downcast_ref::<Condition>()
+        if let Some(condition) = data.get::<Condition>()
             && let Some(lock) = condition.lock.try_borrow()
         {
             each(&lock);
         }
     },
     clear: |data| {
-        if let Some(condition) = data.downcast_ref::<Condition>() {
+        if let Some(condition) = data.get::<Condition>() {
             drop(condition.lock.take());
         }
     },
