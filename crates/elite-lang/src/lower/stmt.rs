@@ -10,7 +10,7 @@ use crate::eval::expr::attribute::Cache;
 use crate::eval::stmt::assert::{Assert, AssertComparison};
 use crate::eval::stmt::assign::{
     Assign, AssignEach, AssignItems, AugAttribute, AugItem, AugName, assign_attribute, assign_item,
-    assign_local, assign_pair, augmented_local,
+    assign_last_first, assign_local, assign_pair, augmented_local,
 };
 use crate::eval::stmt::class_body::Annotate;
 use crate::eval::stmt::control::{Break, Continue, If, ReturnNone, return_value};
@@ -176,9 +176,43 @@ impl Lower<'_> {
         }))
     }
 
+    /// As many values for targets, none of which is starred.
+    fn assign_each(&mut self, names: &[ast::Expr], values: &[ast::Expr]) -> Node {
+        // In CPython the values of two or three local names lie on the stack, with the last one on top; constants are a tuple.
+        let last_first = !values.iter().all(is_constant) && self.are_apart(names);
+        if let ([first, second], [x, y]) = (names, values) {
+            let values = (self.operand(x), self.operand(y));
+            if last_first && let Some(slots) = self.local_slots(names) {
+                return assign_last_first(slots, values);
+            }
+            let targets = [self.destination(first), self.destination(second)];
+            return assign_pair(targets, values);
+        }
+        Box::new(AssignEach {
+            values: values.iter().map(|value| self.operand(value)).collect(),
+            targets: names.iter().map(|name| self.destination(name)).collect(),
+            last_first,
+        })
+    }
+
+    /// Whether these are two or three different local names in one line.
+    fn are_apart(&mut self, names: &[ast::Expr]) -> bool {
+        let mut lines = names.iter().map(|name| self.line(name.span));
+        let first = lines.next();
+        if !lines.all(|line| Some(line) == first) {
+            return false;
+        }
+        match (self.local_slots(names), self.local_slots(names)) {
+            (Some([a, b]), None) => a != b,
+            (None, Some([a, b, c])) => a != b && a != c && b != c,
+            _ => false,
+        }
+    }
+
     fn assign(&mut self, targets: &[ast::Expr], value: &ast::Expr) -> Node {
         if let [target] = targets {
-            if let (ExprKind::Tuple(names), ExprKind::Tuple(values)) = (&target.kind, &value.kind)
+            if let ExprKind::Tuple(names) | ExprKind::List(names) = &target.kind
+                && let ExprKind::Tuple(values) = &value.kind
                 && names.len() == values.len()
                 && (2..=8).contains(&names.len())
                 && names
@@ -186,14 +220,7 @@ impl Lower<'_> {
                     .chain(values)
                     .all(|expr| !matches!(expr.kind, ExprKind::Starred(_)))
             {
-                if let ([first, second], [x, y]) = (&names[..], &values[..]) {
-                    let values = (self.operand(x), self.operand(y));
-                    let targets = [self.destination(first), self.destination(second)];
-                    return assign_pair(targets, values);
-                }
-                let values = values.iter().map(|value| self.operand(value)).collect();
-                let targets = names.iter().map(|name| self.destination(name)).collect();
-                return Box::new(AssignEach { targets, values });
+                return self.assign_each(names, values);
             }
             if let ExprKind::Tuple(names) | ExprKind::List(names) = &target.kind {
                 macro_rules! unpacked {
@@ -357,5 +384,15 @@ impl Lower<'_> {
             names: names.iter().map(name).collect(),
             span: module.span,
         })
+    }
+}
+
+/// Whether this is a constant, or a tuple of constants.
+fn is_constant(expr: &ast::Expr) -> bool {
+    match &expr.kind {
+        ExprKind::Constant(_) => true,
+        ExprKind::Tuple(items) => items.iter().all(is_constant),
+        ExprKind::Unary { operand, .. } => matches!(operand.kind, ExprKind::Constant(_)),
+        _ => false,
     }
 }

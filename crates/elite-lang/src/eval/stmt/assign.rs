@@ -77,19 +77,46 @@ impl Statement for Assign {
     }
 }
 
+/// Two targets that are assigned to at once.
+trait Two {
+    /// Puts the values there.
+    fn assign(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>, values: (Value, Value)) -> Flow;
+}
+
+/// Any targets, in turn.
+impl Two for [Destination; 2] {
+    #[inline(always)]
+    fn assign(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>, values: (Value, Value)) -> Flow {
+        attempt!(self[0].assign(ev, f, values.0));
+        self[1].assign(ev, f, values.1).into()
+    }
+}
+
+/// Two local names: the last one first, as CPython does.
+struct LastFirst([u32; 2]);
+
+impl Two for LastFirst {
+    #[inline(always)]
+    fn assign(&self, _: &Evaluator<'_>, f: &mut Frame<'_>, values: (Value, Value)) -> Flow {
+        let [first, second] = self.0.map(|slot| slot as usize);
+        f.slots[second].put(values.1);
+        f.slots[first].put(values.0);
+        Flow::Next
+    }
+}
+
 /// `a, b = x, y`: the values are taken first, no tuple is made.
-struct AssignPair<V, W> {
-    targets: [Destination; 2],
+struct AssignPair<T, V, W> {
+    targets: T,
     values: (V, W),
 }
 
-impl<V: Expression, W: Expression> Statement for AssignPair<V, W> {
+impl<T: Two, V: Expression, W: Expression> Statement for AssignPair<T, V, W> {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let first = attempt!(self.values.0.eval(ev, f));
         let second = attempt!(self.values.1.eval(ev, f));
-        attempt!(self.targets[0].assign(ev, f, first));
-        self.targets[1].assign(ev, f, second).into()
+        self.targets.assign(ev, f, (first, second))
     }
 }
 
@@ -97,7 +124,7 @@ impl<V: Expression, W: Expression> Statement for AssignPair<V, W> {
 struct Exchange {
     slots: [u32; 2],
     /// The same, for names that are not bound.
-    pair: AssignPair<Local, Local>,
+    pair: AssignPair<LastFirst, Local, Local>,
 }
 
 impl Statement for Exchange {
@@ -114,15 +141,28 @@ impl Statement for Exchange {
 
 /// The statement `a, b = x, y`.
 pub fn assign_pair(targets: [Destination; 2], values: (Operand, Operand)) -> Box<dyn Executes> {
-    use Operand::{Expr, Local};
+    by_values(targets, values)
+}
+
+/// The same for the local names in two slots, of which the last one is assigned to first.
+pub fn assign_last_first(slots: [u32; 2], values: (Operand, Operand)) -> Box<dyn Executes> {
+    let targets = LastFirst(slots);
     match values {
-        (Local(a), Local(b)) if are_local(&targets, [b.slot, a.slot]) => Box::new(Exchange {
-            slots: [a.slot, b.slot],
+        (Operand::Local(a), Operand::Local(b)) if slots == [b.slot, a.slot] => Box::new(Exchange {
+            slots,
             pair: AssignPair {
                 targets,
                 values: (a, b),
             },
         }),
+        values => by_values(targets, values),
+    }
+}
+
+/// A node of its own for the commonest kinds of values.
+fn by_values(targets: impl Two + 'static, values: (Operand, Operand)) -> Box<dyn Executes> {
+    use Operand::{Expr, Local};
+    match values {
         (Local(a), Local(b)) => Box::new(AssignPair {
             targets,
             values: (a, b),
@@ -137,15 +177,6 @@ pub fn assign_pair(targets: [Destination; 2], values: (Operand, Operand)) -> Box
         }),
         values => Box::new(AssignPair { targets, values }),
     }
-}
-
-/// Whether the targets are the local variables in these slots.
-fn are_local(targets: &[Destination; 2], slots: [u32; 2]) -> bool {
-    let is_local = |(target, slot): (&Destination, u32)| match target {
-        Destination::Local(local) => local.slot == slot,
-        Destination::Other(_) => false,
-    };
-    targets.iter().zip(slots).all(is_local)
 }
 
 /// `a, b = value` for `N` local names: the items of a tuple or list of as many are put there without a detour.
@@ -232,6 +263,8 @@ pub struct AssignEach {
     pub targets: Box<[Destination]>,
     /// Their values, as many.
     pub values: Box<[Operand]>,
+    /// The last target is assigned to first.
+    pub last_first: bool,
 }
 
 impl Statement for AssignEach {
@@ -241,10 +274,14 @@ impl Statement for AssignEach {
             for (place, value) in places.iter_mut().zip(&self.values) {
                 place.fill(value.eval(ev, f)?);
             }
-            for (target, value) in self.targets.iter().zip(places) {
-                target.assign(ev, f, std::mem::take(value))?;
+            let mut assign = |(target, value): (&Destination, &mut Value)| {
+                target.assign(ev, f, std::mem::take(value))
+            };
+            let mut pairs = self.targets.iter().zip(places);
+            match self.last_first {
+                true => pairs.rev().try_for_each(&mut assign),
+                false => pairs.try_for_each(&mut assign),
             }
-            Ok(())
         });
         done.into()
     }
