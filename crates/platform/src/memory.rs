@@ -19,6 +19,17 @@ pub const PAGE: usize = 4096;
 
 pub use imp::{Left, map, remap, unmap};
 
+/// What the allocator rounds a request up to, for accounts: it has blocks of every multiple of 16 bytes up to 128, and four sizes from one
+/// power of two to the next. Other allocators than mimalloc do much the same.
+#[inline(always)]
+pub const fn rounded(size: usize) -> usize {
+    let step = match size {
+        0..=128 => 16,
+        _ => 1 << ((size - 1).ilog2() - 2),
+    };
+    (size + step - 1) & !(step - 1)
+}
+
 /// How the allocator behaves. Set before the first block is asked for, which is before `main`.
 #[cfg(target_os = "linux")]
 mod behaviour {
@@ -204,6 +215,18 @@ mod tests {
             #[allow(unsafe_code)]
             let found = unsafe { libmimalloc_sys::mi_option_get(option) };
             assert_eq!(found, value, "option {option}");
+        }
+    }
+
+    #[test]
+    fn requests_are_rounded_to_what_the_allocator_has() {
+        let far = (1..200).map(|number| number * 997);
+        // A block of one word has its own size, which is not worth a case in the rule.
+        for size in (9..3000).chain(far) {
+            // SAFETY: the call is arithmetic.
+            #[allow(unsafe_code)]
+            let found = unsafe { libmimalloc_sys::mi_good_size(size) };
+            assert_eq!(rounded(size), found, "{size} bytes");
         }
     }
 }

@@ -64,13 +64,13 @@ fn is_mapped(size: usize, align: usize) -> bool {
     cfg!(target_os = "linux") && size >= MAPPED && align <= PAGE
 }
 
-/// What a request costs: the size the system rounds it up to, its own header included.
+/// What a request costs: the size the system rounds it up to.
 #[inline(always)]
 fn cost(size: usize, align: usize) -> isize {
     let size = if size >= MAPPED {
         size.saturating_add(PAGE - 1) & !(PAGE - 1)
     } else {
-        cost_of_small(size) as usize
+        pages::rounded(size)
     };
     let padding = if align > ALIGN { align } else { 0 };
     size.saturating_add(padding) as isize
@@ -78,11 +78,6 @@ fn cost(size: usize, align: usize) -> isize {
 
 /// How the system aligns what it is asked for without more words.
 const ALIGN: usize = 16;
-
-#[inline(always)]
-fn cost_of_small(size: usize) -> isize {
-    ((size + 8 + 15) & !15).max(32) as isize
-}
 
 impl Account {
     #[inline(always)]
@@ -500,11 +495,11 @@ mod tests {
     fn every_allocation_of_a_thread_is_counted_until_it_is_freed() {
         let before = held();
         let mut buffer: Vec<u8> = Vec::with_capacity(1000);
-        assert_eq!(held() - before, 1008);
+        assert_eq!(held() - before, 1024);
         buffer.reserve_exact(1 << 20);
         assert!(held() - before >= 1 << 20, "{}", held() - before);
         let small: Vec<Box<u8>> = (0..100).map(Box::new).collect();
-        assert!(held() - before >= (1 << 20) + 3200);
+        assert!(held() - before >= (1 << 20) + 100 * (8 + 16));
         drop((buffer, small));
         assert_eq!(held() - before, 0);
     }

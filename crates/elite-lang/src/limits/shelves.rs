@@ -9,9 +9,9 @@ use std::alloc::{GlobalAlloc, Layout};
 use std::cell::Cell;
 use std::ptr::null_mut;
 
-use platform::memory::System;
+use platform::memory::{System, rounded};
 
-/// Number of small sizes: 24, 40, 56 … bytes, what the system's allocator rounds requests up to.
+/// Number of small sizes: 16, 32, 48 … bytes.
 const SIZES: usize = 16;
 /// Bytes on one shelf at most.
 const SHELF: usize = 32 << 10;
@@ -24,14 +24,13 @@ impl Size {
     /// The size of a block for this layout; None if it is not small, or aligned more than usual.
     #[inline(always)]
     pub(super) fn of(layout: Layout) -> Option<Size> {
-        let size = (layout.size() + 7) / 16;
-        let index = size.saturating_sub(1);
+        let index = layout.size().saturating_sub(1) / 16;
         (index < SIZES && layout.align() <= 16).then_some(Size(index))
     }
 
     #[inline(always)]
     const fn bytes(self) -> usize {
-        16 * self.0 + 24
+        16 * self.0 + 16
     }
 
     /// Blocks of this size on a shelf at most.
@@ -39,10 +38,10 @@ impl Size {
         SHELF / self.bytes()
     }
 
-    /// What a block costs, the system's header included.
+    /// What a block costs.
     #[inline(always)]
     pub(super) fn cost(self) -> isize {
-        16 * self.0 as isize + 32
+        rounded(self.bytes()) as isize
     }
 
     /// The layout of a block on the shelf.
@@ -194,15 +193,16 @@ mod tests {
 
     #[test]
     fn every_small_layout_fits_its_size_and_no_block_is_given_twice() {
-        for bytes in 1..=16 * SIZES + 8 {
+        for bytes in 1..=16 * SIZES {
             let layout = Layout::from_size_align(bytes, 16).unwrap();
             let size = Size::of(layout).unwrap();
             assert!(
-                size.bytes() >= bytes && size.bytes() < bytes.max(24) + 16,
+                size.bytes() >= bytes && size.bytes() < bytes + 16,
                 "{bytes}"
             );
+            assert_eq!(size.cost(), rounded(bytes) as isize);
         }
-        assert!(Size::of(Layout::from_size_align(16 * SIZES + 9, 8).unwrap()).is_none());
+        assert!(Size::of(Layout::from_size_align(16 * SIZES + 1, 8).unwrap()).is_none());
         assert!(Size::of(Layout::from_size_align(32, 32).unwrap()).is_none());
         let mut blocks: Vec<Box<[u8; 40]>> = (0..5000).map(|_| Box::new([7; 40])).collect();
         let mut places: Vec<usize> = blocks.iter().map(|b| b.as_ptr() as usize).collect();

@@ -261,8 +261,9 @@ fn pack_one(
                 }
             }
         }
-        b'c' => match ev.bytes_like(value).as_deref() {
-            Some([byte]) => place[0] = *byte,
+        b'c' => match &ev.plain(value) {
+            // Only this one takes no bytearray.
+            Value::Bytes(bytes) if bytes.data().len() == 1 => place[0] = bytes.data()[0],
             _ => {
                 return Err(fail(ev, "char format requires a bytes object of length 1"));
             }

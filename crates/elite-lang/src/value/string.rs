@@ -1,5 +1,5 @@
-//! Text. Owns the string object: UTF-8 with the number of characters and the hash kept beside it; short texts lie in the
-//! object itself.
+//! Text. Owns the string object: UTF-8, short texts in the object itself. The hash is kept beside it, and behind it what is needed
+//! where characters are not bytes: their number and their places.
 
 use std::cell::{Cell, OnceCell};
 
@@ -7,13 +7,51 @@ use compact_str::CompactString;
 
 /// An immutable string.
 pub struct Str {
-    text: CompactString,
-    /// Characters; equal to the number of bytes exactly when the text is ASCII.
-    chars: usize,
+    text: Text,
     /// 0: not computed yet.
     hash: Cell<u64>,
-    /// Where characters lie, once somebody asks for one far into a text that is not ASCII.
+}
+
+// With what `Rc` counts, 48 bytes.
+const _: () = assert!(size_of::<Str>() == 32);
+
+enum Text {
+    /// Every character is a byte.
+    Ascii(CompactString),
+    /// Some characters are several bytes.
+    Wide(Box<Wide>),
+}
+
+struct Wide {
+    text: CompactString,
+    chars: usize,
+    /// Where characters lie, once somebody asks for one far into the text.
     marks: OnceCell<Box<Marks>>,
+}
+
+impl Text {
+    fn new(text: CompactString, chars: usize) -> Self {
+        match chars == text.len() {
+            true => Text::Ascii(text),
+            false => Text::Wide(Box::new(Wide {
+                text,
+                chars,
+                marks: OnceCell::new(),
+            })),
+        }
+    }
+}
+
+/// Longest text that is copied into a block of its own size if that in which it was made is too large.
+const FITTED: usize = 4096;
+
+/// Whether a short text has room that it will not need.
+#[inline(always)]
+fn is_loose(text: &CompactString) -> bool {
+    text.is_heap_allocated() && {
+        let length = text.len();
+        length <= FITTED && text.capacity() - length > 8 + length / 8
+    }
 }
 
 /// Characters between two of which the place is known.
@@ -55,45 +93,141 @@ impl Str {
     }
 
     /// Takes over `text` with its number of characters, which the caller knows.
+    #[inline(always)]
     pub fn counted(text: impl Into<CompactString>, chars: usize) -> Self {
         let text = text.into();
         debug_assert_eq!(chars, text.chars().count());
+        if chars != text.len() || is_loose(&text) {
+            return Self::fitted(text, chars);
+        }
         Str {
-            text,
-            chars,
+            text: Text::Ascii(text),
             hash: Cell::new(0),
-            marks: OnceCell::new(),
+        }
+    }
+
+    /// The same for any text.
+    #[inline(never)]
+    fn fitted(mut text: CompactString, chars: usize) -> Self {
+        if is_loose(&text) {
+            text.shrink_to_fit();
+        }
+        Str {
+            text: Text::new(text, chars),
+            hash: Cell::new(0),
         }
     }
 
     /// The text.
     #[inline]
     pub fn as_str(&self) -> &str {
-        &self.text
+        match &self.text {
+            Text::Ascii(text) => text,
+            Text::Wide(wide) => &wide.text,
+        }
     }
 
     /// Number of characters, Python's `len`.
     #[inline]
     pub fn len(&self) -> usize {
-        self.chars
+        match &self.text {
+            Text::Ascii(text) => text.len(),
+            Text::Wide(wide) => wide.chars,
+        }
     }
 
     /// Whether there are no characters.
     pub fn is_empty(&self) -> bool {
-        self.text.is_empty()
+        self.as_str().is_empty()
     }
 
     /// Whether every character is one byte, so that indices are byte offsets.
     #[inline]
     pub fn is_ascii(&self) -> bool {
-        self.chars == self.text.len()
+        matches!(self.text, Text::Ascii(_))
     }
 
     /// Byte offset of character `index`; the end for indices at or past the length.
     pub fn byte_offset(&self, index: usize) -> usize {
-        if self.is_ascii() {
-            return index.min(self.text.len());
+        match &self.text {
+            Text::Ascii(text) => index.min(text.len()),
+            Text::Wide(wide) => wide.byte_offset(index),
         }
+    }
+
+    /// Marks where characters are, unless that is known; `between` is called with the bytes of each piece of the text.
+    pub fn mark<E>(
+        &self,
+        piece: usize,
+        between: &mut dyn FnMut(usize) -> Result<(), E>,
+    ) -> Result<(), E> {
+        match &self.text {
+            Text::Ascii(_) => Ok(()),
+            Text::Wide(wide) => wide.mark(piece, between),
+        }
+    }
+
+    /// The hash if it is known already.
+    pub fn known_hash(&self) -> Option<u64> {
+        Some(self.hash.get()).filter(|hash| *hash != 0)
+    }
+
+    /// Notes the hash of a text that is not empty, which the caller has computed as `Hashing` does.
+    pub fn note_hash(&self, hash: u64) {
+        self.hash.set(hash.max(1));
+    }
+
+    /// Character number `index`.
+    pub fn char_at(&self, index: usize) -> Option<char> {
+        self.as_str()[self.byte_offset(index)..].chars().next()
+    }
+
+    /// Number of characters before byte `offset`.
+    pub fn char_index(&self, offset: usize) -> usize {
+        match &self.text {
+            Text::Ascii(_) => offset,
+            Text::Wide(wide) => wide.char_index(offset),
+        }
+    }
+
+    /// The characters from `start` up to `end` (in characters, both within the length).
+    pub fn slice(&self, start: usize, end: usize) -> &str {
+        if start >= end {
+            return "";
+        }
+        &self.as_str()[self.byte_offset(start)..self.byte_offset(end)]
+    }
+
+    /// The hash; 0 for the empty text only, as in CPython.
+    #[inline]
+    pub fn hash(&self) -> u64 {
+        let known = self.hash.get();
+        if known != 0 || self.is_empty() {
+            return known;
+        }
+        let hash = hash_bytes(self.as_str().as_bytes()).max(1);
+        self.hash.set(hash);
+        hash
+    }
+
+    /// Appends in place; the caller holds the only reference.
+    pub fn push_str(&mut self, more: &Str) {
+        self.hash.set(0);
+        match &mut self.text {
+            Text::Ascii(text) if more.is_ascii() => text.push_str(more.as_str()),
+            Text::Ascii(text) => {
+                let mut text = std::mem::take(text);
+                let chars = text.len() + more.len();
+                text.push_str(more.as_str());
+                self.text = Text::new(text, chars);
+            }
+            Text::Wide(wide) => wide.push_str(more),
+        }
+    }
+}
+
+impl Wide {
+    fn byte_offset(&self, index: usize) -> usize {
         if index >= self.chars {
             return self.text.len();
         }
@@ -103,6 +237,18 @@ impl Str {
         };
         let rest = self.text[start..].char_indices().nth(left);
         rest.map_or(self.text.len(), |(offset, _)| start + offset)
+    }
+
+    fn char_index(&self, offset: usize) -> usize {
+        let (from, before) = match self.marks() {
+            Some(marks) => {
+                let after = marks.offsets.partition_point(|mark| *mark <= offset);
+                let mark = after.saturating_sub(1);
+                (marks.offsets[mark], mark * MARK_STEP)
+            }
+            None => (0, 0),
+        };
+        before + self.text[from..offset].chars().count()
     }
 
     /// None for a short text, which is read from its beginning.
@@ -117,8 +263,7 @@ impl Str {
         })
     }
 
-    /// Marks where characters are, unless that is known; `between` is called with the bytes of each piece of the text.
-    pub fn mark<E>(
+    fn mark<E>(
         &self,
         piece: usize,
         between: &mut dyn FnMut(usize) -> Result<(), E>,
@@ -140,63 +285,9 @@ impl Str {
         Ok(())
     }
 
-    /// The hash if it is known already.
-    pub fn known_hash(&self) -> Option<u64> {
-        Some(self.hash.get()).filter(|hash| *hash != 0)
-    }
-
-    /// Notes the hash of a text that is not empty, which the caller has computed as `Hashing` does.
-    pub fn note_hash(&self, hash: u64) {
-        self.hash.set(hash.max(1));
-    }
-
-    /// Character number `index`.
-    pub fn char_at(&self, index: usize) -> Option<char> {
-        self.text[self.byte_offset(index)..].chars().next()
-    }
-
-    /// Number of characters before byte `offset`.
-    pub fn char_index(&self, offset: usize) -> usize {
-        if self.is_ascii() {
-            offset
-        } else {
-            let (from, before) = match self.marks() {
-                Some(marks) => {
-                    let after = marks.offsets.partition_point(|mark| *mark <= offset);
-                    let mark = after.saturating_sub(1);
-                    (marks.offsets[mark], mark * MARK_STEP)
-                }
-                None => (0, 0),
-            };
-            before + self.text[from..offset].chars().count()
-        }
-    }
-
-    /// The characters from `start` up to `end` (in characters, both within the length).
-    pub fn slice(&self, start: usize, end: usize) -> &str {
-        if start >= end {
-            return "";
-        }
-        &self.text[self.byte_offset(start)..self.byte_offset(end)]
-    }
-
-    /// The hash; 0 for the empty text only, as in CPython.
-    #[inline]
-    pub fn hash(&self) -> u64 {
-        let known = self.hash.get();
-        if known != 0 || self.text.is_empty() {
-            return known;
-        }
-        let hash = hash_bytes(self.text.as_bytes()).max(1);
-        self.hash.set(hash);
-        hash
-    }
-
-    /// Appends in place; the caller holds the only reference.
-    pub fn push_str(&mut self, more: &Str) {
-        self.text.push_str(&more.text);
-        self.chars += more.chars;
-        self.hash.set(0);
+    fn push_str(&mut self, more: &Str) {
+        self.text.push_str(more.as_str());
+        self.chars += more.len();
         if let Some(marks) = self.marks.get_mut() {
             marks.extend(&self.text);
         }
