@@ -237,6 +237,9 @@ def is_meant(text, a, b):
     """Whether what CPython says of a program and what is said here (a, b) may differ."""
     if MEANT.search(a) or MEANT.search(b):
         return True
+    # CPython 3.11 reads what is none of its business, or crashes, where `str.replace()`, without any text, stands in code that is warm.
+    if "got -1" in a:
+        return True
     # A view in CPython, which is compared through what it shows.
     if "groupindex" in text and "not supported between instances of 'dict'" in a:
         return True
