@@ -20,7 +20,7 @@ pub const PAGE: usize = 4096;
 pub use imp::{Left, map, remap, unmap};
 
 /// What the allocator rounds a request up to, for accounts: it has blocks of every multiple of 16 bytes up to 128, and four sizes from one
-/// power of two to the next. Other allocators than mimalloc do much the same.
+/// power of two to the next. With another allocator than mimalloc this is an estimate.
 #[inline(always)]
 pub const fn rounded(size: usize) -> usize {
     let step = match size {
