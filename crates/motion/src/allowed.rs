@@ -28,8 +28,6 @@ pub(crate) enum Why {
     NotReady,
     /// Something else moves the arm, or is about to.
     Busy,
-    /// A motion that was stopped has not come to rest.
-    StillMoving,
     /// The arm is led by hand.
     Led,
     /// A conveyor is tracked.
@@ -74,7 +72,7 @@ enum Doing {
     Told,
     /// The end of a planned motion whose call has returned.
     Leaving,
-    /// A planned motion that was stopped, its command ended.
+    /// A planned motion that was stopped.
     Halting,
     /// servoj, speedj or speedl of another thread whose call has not returned.
     Steered,
@@ -107,7 +105,6 @@ use Rule::{Act, Queue, Refuse};
 
 const NOT_READY: Rule = Refuse(Why::NotReady);
 const BUSY: Rule = Refuse(Why::Busy);
-const STILL: Rule = Refuse(Why::StillMoving);
 const LED: Rule = Refuse(Why::Led);
 const TRACKING: Rule = Refuse(Why::Tracking);
 const FORCE: Rule = Refuse(Why::InForceMode);
@@ -134,7 +131,7 @@ const DOING: [(Doing, [Rule; 7]); 14] = [
     (Doing::Moving,        [BUSY,      BUSY,      BUSY,      Act,       Act,       Act,       Act]),
     (Doing::Told,          [Act,       BUSY,      BUSY,      Act,       Act,       Act,       Act]),
     (Doing::Leaving,       [Act,       Queue,     Queue,     Act,       Act,       Act,       Act]),
-    (Doing::Halting,       [STILL,     Queue,     Queue,     Act,       Act,       Act,       Act]),
+    (Doing::Halting,       [Queue,     Queue,     Queue,     Act,       Act,       Act,       Act]),
     (Doing::Steered,       [BUSY,      BUSY,      BUSY,      Act,       Act,       Act,       Act]),
     (Doing::Steering,      [BUSY,      Act,       BUSY,      Act,       Act,       Act,       Act]),
     (Doing::Coasting,      [Queue,     Act,       BUSY,      Act,       Act,       Act,       Act]),
@@ -234,8 +231,7 @@ impl Cycle {
                 let is_told = self.queue.last();
                 let is_told = is_told.is_some_and(|leg| leg.is_told && is_senders(leg.origin));
                 match (motion.is_stopping, self.queue.open_count()) {
-                    (true, 0) => Doing::Halting,
-                    (true, _) => Doing::Moving,
+                    (true, _) => Doing::Halting,
                     (false, 0) => Doing::Leaving,
                     (false, _) if is_told => Doing::Told,
                     (false, _) => Doing::Moving,
@@ -269,7 +265,6 @@ impl Cycle {
                     None => self.running(),
                 },
             },
-            Why::StillMoving => Refusal::StillMoving,
             Why::Led => Refusal::LedByHand,
             Why::Tracking => Refusal::Tracking,
             Why::InForceMode => Refusal::InForceMode,

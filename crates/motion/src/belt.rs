@@ -93,7 +93,7 @@ impl Cycle {
             return Ending::Now;
         };
         tracking.stop();
-        self.stop_moving();
+        self.stop_motion_underneath();
         self.waiting.add(id, WaitingFor::Stop);
         Ending::Later
     }

@@ -75,6 +75,17 @@ impl JointBrake {
         Self::to_share(from, 0.0, limits)
     }
 
+    /// At rest where the joints of `at` are.
+    pub fn standing(at: &Setpoint) -> Self {
+        let profiles =
+            at.q.0
+                .map(|position| Profile::to_speed(ScalarState::at_rest(position), 0.0, 1.0, 1.0));
+        Self {
+            profiles,
+            time: 0.0,
+        }
+    }
+
     /// From the motion at `from` to this share of its speeds.
     pub fn to_share(from: &Setpoint, share: f64, limits: &MotionLimits) -> Self {
         let profiles = core::array::from_fn(|joint| {
@@ -83,7 +94,9 @@ impl JointBrake {
                 speed: from.qd[joint],
                 acceleration: from.qdd[joint],
             };
-            let (goal, most) = (share * from.qd[joint], limits.acceleration[joint]);
+            // What it accelerates at already may be more than it is to brake with.
+            let most = limits.acceleration[joint].max(start.acceleration.abs());
+            let goal = share * from.qd[joint];
             Profile::to_speed(start, goal, most, limits.jerk[joint])
         });
         Self {
@@ -115,7 +128,7 @@ impl JointBrake {
     }
 
     /// Time until every joint rests, s.
-    fn longest(&self) -> f64 {
+    pub fn longest(&self) -> f64 {
         let durations = self.profiles.iter().map(Profile::duration);
         durations.fold(0.0, f64::max)
     }

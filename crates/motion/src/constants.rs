@@ -203,6 +203,23 @@ pub struct BendShares {
 
 /// Share of what the joints can do that the hardest stop on a path uses.
 pub const HARDEST_SHARE: f64 = 0.9;
+/// Share of what the joints can do that a pause and the slider slow down with at least.
+pub const PAUSE_SHARE: f64 = 0.1;
+/// A stop keeps the path where that takes no longer than this times what the joints take one by one, and this, s: the motion
+/// on a path is smoothed, and may still be speeding up.
+pub const STOP_ON_PATH: StopOnPath = StopOnPath {
+    times: 1.1,
+    longer: 0.03,
+};
+
+/// See [`STOP_ON_PATH`].
+#[derive(Clone, Copy, Debug)]
+pub struct StopOnPath {
+    /// Of the joints' shortest time to rest.
+    pub times: f64,
+    /// s.
+    pub longer: f64,
+}
 
 /// In a blend between two legs of joints no joint accelerates more than this times the larger acceleration of the two.
 pub const HARDER_IN_BLENDS: f64 = 2.0;

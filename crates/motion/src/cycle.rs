@@ -276,8 +276,9 @@ impl Cycle {
         };
         let near = &self.target.q;
         let is_free = self.has_no_planes();
+        let holding = self.holding.as_ref();
         let drive = match self.permit() {
-            _ if self.holding.is_some() => Drive::HaltHard,
+            _ if let Some(holding) = holding => Drive::HaltBeside(holding.deceleration_on_path()),
             Permit::RestHard => Drive::HaltHard,
             Permit::Go(fraction) if fraction > 0.0 => Drive::Go(fraction),
             Permit::Go(_) | Permit::Rest => Drive::Halt,
@@ -295,7 +296,7 @@ impl Cycle {
                 let next = brake.next(self.step, queue, &ground, near);
                 next.ok_or(lost)
             }
-            Generator::Path(motion) if is_free => {
+            Generator::Path(motion) if is_free || self.holding.is_some() => {
                 let next = queue.next(motion, self.step, drive, &ground, near);
                 next.ok_or(lost)
             }
@@ -334,6 +335,9 @@ impl Cycle {
             if let Some(held) = self.held() {
                 self.target = nominal;
                 return Ok(held);
+            }
+            if self.brakes_joint_by_joint() {
+                return Ok(self.braked_joints(nominal));
             }
             let wanted = self.carried(&nominal)?;
             let wanted = self.offset(&wanted)?;
@@ -384,7 +388,10 @@ impl Cycle {
             } else {
                 self.arm_is(actual);
             }
-            if self.is_path_all() {
+            // Joints that are braked beside a path come back to it afterwards.
+            let is_beside_path =
+                self.holding.is_some() && matches!(self.generator, Generator::Path(_));
+            if self.is_path_all() && !is_beside_path {
                 self.target = self.commanded;
             }
         } else {

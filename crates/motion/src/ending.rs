@@ -39,6 +39,7 @@ impl Cycle {
         self.settle_force_mode();
         self.settle_path_offset();
         if !self.is_standing() {
+            self.end_stops_before_the_next_motion();
             return;
         }
         if self.waiting.includes(WaitingFor::PowerOff) || self.machine.is_emergency() {
@@ -46,6 +47,16 @@ impl Cycle {
         }
         while let Some(id) = self.waiting.take(|_| true) {
             self.out.ended(id, Outcome::Done);
+        }
+    }
+
+    /// A motion that waits for the arm to stand is about to move it: whoever waits for the stop before need not wait for that.
+    fn end_stops_before_the_next_motion(&mut self) {
+        let is_braked = self.holding.is_none() && stands(&self.commanded);
+        if is_braked && self.deferred.is_some() && matches!(self.generator, Generator::Hold) {
+            while let Some(id) = self.waiting.take(|kind| kind == WaitingFor::Stop) {
+                self.out.ended(id, Outcome::Done);
+            }
         }
     }
 

@@ -111,15 +111,6 @@ impl Cycle {
         Ending::Now
     }
 
-    /// Force mode ends with the motion that is being stopped.
-    pub(crate) fn halt_force_mode(&mut self) {
-        if self.force.is_at_work() && self.is_holding() {
-            self.finish_force_mode();
-        } else if let Some(pressing) = &mut self.force.pressing {
-            pressing.stage = Stage::Halting;
-        }
-    }
-
     /// From here on the joints come to rest from what they do now.
     fn finish_force_mode(&mut self) {
         self.force.pressing = None;

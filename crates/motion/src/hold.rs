@@ -1,10 +1,13 @@
 //! Whether the arm may move in this cycle: the one place that decides it, whatever moves the arm.
 //!
+//! How the arm comes to rest for which reason is the table in `stopping`; what of it holds the arm so that it goes on afterwards
+//! is done here:
+//!
 //! | asked for by | planned motion by itself | anything else: online modes, belts, offsets, force mode, hands |
 //! |---|---|---|
 //! | slider at 0 | halts on its path | online modes come to rest; belts and force mode go on |
-//! | pause | halts on its path | online modes, offsets and force mode come to rest by themselves, on a belt the joints are braked |
-//! | safeguard stop | halts on its path as hard as the arm can | the joints are braked |
+//! | pause | halts on its path | speeds, offsets and force mode come to rest by themselves; on a belt, in a stream and under a hand the joints are braked |
+//! | safeguard stop | halts on its path, or has its joints braked where the path would take longer | the joints are braked |
 //!
 //! An arm that is too fast for reduced mode is slowed down the same way, see `limits_in_force`.
 //!
@@ -18,11 +21,13 @@ use kinematics::{JointPositions, Pose};
 use motion_api::StopReason;
 
 use crate::brake::JointBrake;
+use crate::config::MotionLimits;
 use crate::constants::SLOWEST_FRACTION;
 use crate::cycle::{Cycle, Generator};
 use crate::modes::conveyor::Tracking;
 use crate::modes::lag::Lag;
 use crate::modes::{online_axes, stands};
+use crate::queue::HardStop;
 use crate::setpoint::{LimitedSetpoint, Setpoint};
 
 /// What the arm may do in a cycle.
@@ -52,9 +57,23 @@ pub(crate) struct Holding {
     brake: JointBrake,
     /// They need not stand, only be slow enough for reduced mode.
     slows_only: bool,
+    /// They brake for a pause, more gently than they can.
+    is_gentle: bool,
+    /// How hard a planned motion underneath brakes beside them, unit of its way over s².
+    deceleration_on_path: f64,
     /// Where the motion underneath and the arm were when it began, rad.
     began: [JointPositions; 2],
 }
+
+impl Holding {
+    /// How hard a planned motion underneath brakes, so that it comes to rest when the joints do.
+    pub(crate) const fn deceleration_on_path(&self) -> f64 {
+        self.deceleration_on_path
+    }
+}
+
+/// Share of the joints' accelerations with which a pause brakes streams and hands.
+const PAUSE_OF_STREAMS: f64 = 0.3;
 
 /// A lag larger than this is not made good, rad: the arm stands in another of its configurations.
 const LAG_MOST: f64 = 1.5;
@@ -92,7 +111,11 @@ impl Cycle {
             self.holding = None;
             return Ok(());
         }
-        let must_brake = match self.permit() {
+        let permit = self.permit();
+        if permit != Permit::RestHard {
+            self.forget_hard_stop();
+        }
+        let must_brake = match permit {
             Permit::Go(_) => {
                 return match &self.holding {
                     Some(holding) if holding.slows_only => {
@@ -101,7 +124,7 @@ impl Cycle {
                         }
                         Ok(())
                     }
-                    Some(_) if stands(&self.commanded) => self.let_go(),
+                    Some(_) if self.is_braked() => self.let_go(),
                     None if self.must_slow_joints() => {
                         self.hold(true);
                         Ok(())
@@ -109,9 +132,13 @@ impl Cycle {
                     _ => Ok(()),
                 };
             }
-            Permit::Rest => self.tracking.is_some() || self.lag.is_some(),
+            Permit::Rest => {
+                self.tracking.is_some() || self.lag.is_some() || self.follows_from_outside()
+            }
             Permit::RestHard => {
-                !self.is_path_all() || matches!(self.generator, Generator::Online(_))
+                !self.is_path_all()
+                    || matches!(self.generator, Generator::Online(_))
+                    || self.hard_stop() == Some(HardStop::JointByJoint)
             }
         };
         match &self.holding {
@@ -119,24 +146,61 @@ impl Cycle {
                 self.hold(false);
                 Ok(())
             }
-            Some(holding) if must_brake && holding.slows_only => {
+            Some(holding)
+                if must_brake
+                    && (holding.slows_only || holding.is_gentle && permit == Permit::RestHard) =>
+            {
                 self.hold(false);
                 Ok(())
             }
-            Some(_) if !must_brake && stands(&self.commanded) => self.let_go(),
+            Some(_) if !must_brake && self.is_braked() => self.let_go(),
             _ => Ok(()),
         }
     }
 
+    /// The joints stand, and so does the place on the path that they come back to.
+    fn is_braked(&self) -> bool {
+        let path_stands = match &self.generator {
+            Generator::Path(motion) => self.queue.is_standing(motion),
+            _ => true,
+        };
+        path_stands && stands(&self.commanded)
+    }
+
+    /// A stream or a hand leads the arm: these have no acceleration of their own to come to rest with.
+    fn follows_from_outside(&self) -> bool {
+        matches!(&self.generator, Generator::Online(online) if online.follows_from_outside())
+    }
+
     fn hold(&mut self, slows_only: bool) {
+        let is_gentle = !slows_only
+            && self.permit() == Permit::Rest
+            && self.tracking.is_none()
+            && self.lag.is_none();
+        let able = self.limit_sets.able();
         let brake = if slows_only {
             JointBrake::to_share(&self.commanded, self.slow_share(), &self.slowing_limits())
+        } else if is_gentle {
+            let acceleration = able.acceleration.map(|a| PAUSE_OF_STREAMS * a);
+            JointBrake::new(
+                &self.commanded,
+                &MotionLimits {
+                    acceleration,
+                    ..*able
+                },
+            )
         } else {
-            JointBrake::new(&self.commanded, self.limit_sets.able())
+            JointBrake::new(&self.commanded, able)
+        };
+        let speed_on_path = match &self.generator {
+            Generator::Path(motion) => motion.committed_speed(),
+            _ => 0.0,
         };
         self.holding = Some(Holding {
+            deceleration_on_path: speed_on_path / brake.longest().max(self.step),
             brake,
             slows_only,
+            is_gentle,
             began: [self.target.q, self.commanded.q],
         });
         if let Some(tracking) = &mut self.tracking {

@@ -15,6 +15,7 @@ use crate::constants::{COMMANDS_PER_CYCLE, SHARE_OF_MOTION};
 use crate::cycle::{Cycle, Generator};
 use crate::path::ArcOrientation;
 use crate::plan::{Arm, CartesianPlanner, Wish, plan_movej};
+use crate::stopping::StopCause;
 use crate::upcoming::Planned;
 use crate::waiting::WaitingFor;
 
@@ -317,12 +318,7 @@ impl Cycle {
                 Ok(Ending::Now)
             }
             CommandKind::PowerOff => {
-                self.stop_moving();
-                self.halt_force_mode();
-                self.path_offset.stop();
-                if let Some(tracking) = &mut self.tracking {
-                    tracking.stop();
-                }
+                self.stop_for(StopCause::PowerOff);
                 self.waiting.add(command.id, WaitingFor::PowerOff);
                 Ok(Ending::Later)
             }
@@ -474,18 +470,10 @@ impl Cycle {
             return Ending::Now;
         }
         self.is_paused = false;
-        self.stop_moving();
-        if only == CommandId::NONE {
-            self.halt_force_mode();
-        }
-        if only == CommandId::NONE {
-            self.path_offset.stop();
-        }
-        if only == CommandId::NONE
-            && let Some(tracking) = &mut self.tracking
-        {
-            tracking.stop();
-        }
+        self.stop_for(match only {
+            CommandId::NONE => StopCause::Stop,
+            _ => StopCause::StopOfOneMotion,
+        });
         self.waiting.add(id, WaitingFor::Stop);
         Ending::Later
     }

@@ -11,7 +11,7 @@ use motion_api::{
 };
 
 use crate::allowed::Rule;
-use crate::constants::{LONGEST, SLOWEST};
+use crate::constants::{LONGEST, ROTATION_LENGTH, SLOWEST};
 use crate::cycle::{Cycle, Generator};
 use crate::external::{Load, LoadFrame, PUSHES_MAX, PortSensor};
 use crate::intake::{Answer, Ending, bad_value};
@@ -39,7 +39,7 @@ impl Cycle {
             return Some(command);
         }
         if let Generator::Online(online) = &mut self.generator {
-            online.stop(&self.target);
+            online.make_way(&self.target);
         }
         self.deferred = Some(command);
         self.next_command()
@@ -188,40 +188,33 @@ impl Cycle {
         check_acceleration(acceleration)?;
         let kind = |cycle: &Self| {
             let mut tcp = cycle.tcp_mode();
-            tcp.aim([0.0; 6], acceleration, acceleration);
+            // A tool that turns on the spot has no speed of its TCP: turning counts as way as it does for lines.
+            tcp.aim([0.0; 6], acceleration, acceleration / ROTATION_LENGTH);
             Kind::TcpSpeed(tcp)
         };
         Ok(self.come_to_rest(command, kind))
     }
 
-    /// Ends what moves the arm: an online mode by `kind`, a planned motion on its path.
+    /// Ends what moves the arm by `kind`, which begins with what it does now, planned motions as well as online modes.
     fn come_to_rest(&mut self, command: &Command, kind: impl Fn(&Self) -> Kind) -> Ending {
-        match &self.generator {
-            Generator::Hold => {
-                // A motion whose plan is not finished has not moved the arm yet.
-                self.stop_moving();
-                Ending::Now
-            }
-            Generator::Online(_) => {
-                if let Some(deferred) = self.deferred.take() {
-                    self.out.ended(deferred.id, Outcome::Aborted);
-                }
-                let kind = kind(self);
-                self.is_paused = false;
-                self.begin_online(command, MotionMode::Stopping, CallEnd::Reached, kind);
-                // Also at a speed fraction of 0 the arm must come to rest.
-                if let Generator::Online(online) = &mut self.generator {
-                    online.is_stopping = true;
-                }
-                Ending::Later
-            }
-            Generator::Path(_) | Generator::Brake(_) => {
-                self.is_paused = false;
-                self.stop_moving();
-                self.waiting.add(command.id, WaitingFor::Stop);
-                Ending::Later
-            }
+        self.drop_motions_to_come();
+        if matches!(self.generator, Generator::Hold) {
+            // A motion whose plan is not finished has not moved the arm yet.
+            return Ending::Now;
         }
+        self.is_paused = false;
+        if matches!(self.generator, Generator::Brake(_)) {
+            self.waiting.add(command.id, WaitingFor::Stop);
+            return Ending::Later;
+        }
+        let kind = kind(self);
+        self.end_legs(Outcome::Aborted);
+        self.begin_online(command, MotionMode::Stopping, CallEnd::Reached, kind);
+        // Also at a speed fraction of 0 the arm must come to rest.
+        if let Generator::Online(online) = &mut self.generator {
+            online.is_stopping = true;
+        }
+        Ending::Later
     }
 
     pub(crate) fn freedrive(
@@ -263,7 +256,7 @@ impl Cycle {
             }
             (false, true) => {
                 if let Generator::Online(online) = &mut self.generator {
-                    online.stop(&self.target);
+                    online.make_way(&self.target);
                 }
                 self.io.leads_by_hand = false;
             }
@@ -282,7 +275,7 @@ impl Cycle {
                     self.generator = Generator::Hold;
                     return Ending::Now;
                 }
-                online.stop(&self.target);
+                online.make_way(&self.target);
                 self.waiting.add(id, WaitingFor::Stop);
                 Ending::Later
             }

@@ -68,6 +68,17 @@ pub(crate) struct Motion {
     travel: Travel,
     /// A stop was asked for; the motion ends where it comes to rest.
     pub(crate) is_stopping: bool,
+    /// How the present stop as hard as the arm can is made; `None` while there is none.
+    pub(crate) hard_stop: Option<HardStop>,
+}
+
+/// How a planned motion makes a stop that shall be as short as it can be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum HardStop {
+    /// On its path.
+    OnPath,
+    /// The joints brake one by one, because the path would take longer.
+    JointByJoint,
 }
 
 /// A duration that cannot be met: asked for and what it takes, s.
@@ -122,6 +133,7 @@ impl Queue {
         let motion = Motion {
             travel: Travel::new(&self.track),
             is_stopping: false,
+            hard_stop: None,
         };
         Some((motion, too_short))
     }
@@ -398,17 +410,26 @@ impl Queue {
         ground: &Ground,
         near: &JointPositions,
     ) -> Option<Setpoint> {
-        let is_hard = drive == Drive::HaltHard;
         motion.travel.drive(match drive {
-            Drive::Go(_) if motion.is_stopping => Drive::Halt,
+            Drive::Go(_) | Drive::Halt if motion.is_stopping => Drive::HaltHard,
             drive => drive,
         });
-        debug_assert!(!is_hard || !motion.travel.is_going());
         let s = motion.travel.advance(step, &self.track);
         if motion.travel.is_finished(&self.track) {
             return self.route.end();
         }
         self.route.at(ground, &s, near)
+    }
+
+    /// Whether the motion comes to rest within `time` seconds when it brakes on its path as hard as the arm can.
+    pub(crate) fn halts_within_time(&self, motion: &Motion, step: f64, time: f64) -> bool {
+        let mut travel = motion.travel;
+        travel.drive(Drive::HaltHard);
+        let steps = ((time / step).ceil() as usize).min(HALT_STEPS);
+        (0..steps).any(|_| {
+            travel.advance(step, &self.track);
+            travel.is_standing(&self.track)
+        })
     }
 
     /// Whether every place up to where the motion would come to rest if it halted now is `allowed`; `near` is where the joints
@@ -463,5 +484,10 @@ impl Motion {
     /// The speed fraction in effect.
     pub(crate) fn fraction(&self) -> f64 {
         self.travel.fraction()
+    }
+
+    /// The speed along the way that the next steps begin with, 1/s of its unit.
+    pub(crate) fn committed_speed(&self) -> f64 {
+        self.travel.committed_speed()
     }
 }

@@ -1,12 +1,58 @@
-//! How the arm stops: protective and emergency stops, and coming to rest on the path.
+//! How the arm comes to rest: one law for each reason, whatever moves the arm.
 //!
-//! Owns what ends with a stop and where the braking begins; the braking itself is in `brake` and on the path of the motion.
+//! | reason | planned motion by itself | anything else: online modes, belts, offsets, force mode, hands |
+//! |---|---|---|
+//! | emergency, protective stop | each joint brakes as fast as it can | the same |
+//! | safeguard stop | on its path as hard as the joints can; joint by joint where the path takes longer ([`STOP_ON_PATH`]) | each joint brakes as fast as it can |
+//! | power off, `stop task`, dashboard, page, program's end, replacement ([`Braking::InSpace`]) | as for a safeguard stop | the same; belts, offsets and force mode end |
+//! | `stop_thread`, a jog that ends ([`Braking::Underneath`]) | as for a safeguard stop | the motion underneath brakes so; belts, offsets and force mode go on |
+//! | pause, speed slider | on its path with its own acceleration, at least [`PAUSE_SHARE`](crate::constants::PAUSE_SHARE) of what the joints can do | online modes the same; on a belt a pause brakes each joint as fast as it can |
+//! | `stopj(a)` | the fastest joint brakes with `a`, the others in proportion; limited by the joints only | the same for the motion underneath |
+//! | `stopl(a)` | the TCP brakes with `a` along its line; limited by the joints only | the same for the motion underneath |
+//!
+//! Owns what ends with a stop and where the braking begins. The braking itself is in `brake`, on the path of the motion
+//! (`scalar::Travel`) and in the modes; what only holds the arm so that it goes on afterwards is in `hold`.
 
 use motion_api::{CommandId, Outcome, StopReason};
 
 use crate::brake::{Brake, JointBrake};
+use crate::constants::STOP_ON_PATH;
 use crate::cycle::{Cycle, Generator};
 use crate::machine::Machine;
+use crate::modes::{Kind, Online, stands};
+use crate::queue::{HardStop, Motion};
+use crate::setpoint::{LimitedSetpoint, Setpoint};
+
+/// Why the arm comes to rest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum StopCause {
+    /// The power goes off once the arm stands.
+    PowerOff,
+    /// `stop task`, the page, the end of a program, a replacement, the end of the controller.
+    Stop,
+    /// `stop_thread`, a jog that ends: one motion is dropped, what is laid over it stays.
+    StopOfOneMotion,
+}
+
+/// How the arm comes to rest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Braking {
+    /// Planned motions by themselves brake on their path as hard as the joints can, unless the joints one by one are clearly
+    /// faster ([`STOP_ON_PATH`]); whatever else moves the arm has its joints braked one by one. What is laid over motions ends.
+    InSpace,
+    /// The motion underneath brakes so, within the share of the joints that what is laid over it leaves; that goes on.
+    Underneath,
+}
+
+impl StopCause {
+    /// The law for it.
+    const fn braking(self) -> Braking {
+        match self {
+            Self::PowerOff | Self::Stop => Braking::InSpace,
+            Self::StopOfOneMotion => Braking::Underneath,
+        }
+    }
+}
 
 impl Cycle {
     /// Enters a protective stop that begins with the next setpoint.
@@ -68,13 +114,18 @@ impl Cycle {
             _ => Brake::Joints(JointBrake::new(&self.commanded, self.limit_sets.able())),
         };
         self.is_paused = false;
+        self.end_overlays();
+        brake
+    }
+
+    /// Whatever is laid over motions ends: from here on the arm does what the target does.
+    fn end_overlays(&mut self) {
         self.holding = None;
         self.lag = None;
         self.tracking = None;
         self.path_offset.end();
         self.force.pressing = None;
         self.target = self.commanded;
-        brake
     }
 
     /// Ends the commands of every motion under way or to come.
@@ -94,18 +145,129 @@ impl Cycle {
         }
     }
 
-    /// Brings a moving arm to rest on its path, as a stop command would; for the end of the controller.
+    /// Brings a moving arm to rest, as a stop command would; for the end of the controller.
     pub fn stop_moving(&mut self) {
-        if let Some(deferred) = self.deferred.take() {
-            self.out.ended(deferred.id, Outcome::Aborted);
+        self.stop_for(StopCause::Stop);
+    }
+
+    /// Begins to bring the arm to rest by the law for `cause`.
+    pub(crate) fn stop_for(&mut self, cause: StopCause) {
+        match cause.braking() {
+            Braking::InSpace => self.stop_in_space(),
+            Braking::Underneath => self.stop_motion_underneath(),
         }
+    }
+
+    fn stop_in_space(&mut self) {
+        self.drop_motions_to_come();
+        let is_alone = self.is_path_all() && self.holding.is_none();
+        match self.generator {
+            Generator::Brake(_) => {}
+            Generator::Hold if is_alone => {}
+            Generator::Path(motion) if is_alone && self.keeps_its_path(&motion) => {
+                self.stop_on_path();
+            }
+            _ => self.brake_joints(),
+        }
+    }
+
+    /// Stops the motion under what is laid over it, which goes on: on a belt it comes to rest on the belt.
+    pub(crate) fn stop_motion_underneath(&mut self) {
+        let has_overlay =
+            self.tracking.is_some() || self.path_offset.is_on() || self.force.is_at_work();
+        if !has_overlay {
+            return self.stop_in_space();
+        }
+        self.drop_motions_to_come();
+        // A belt, an offset and force mode need their share of what the joints can do.
+        let brake = JointBrake::new(&self.target, &self.limits_on_belt);
+        match &mut self.generator {
+            Generator::Online(online) => {
+                online.is_stopping = true;
+                online.kind = Kind::Brake(brake);
+            }
+            Generator::Path(_) => self.stop_on_path(),
+            Generator::Hold | Generator::Brake(_) => {}
+        }
+    }
+
+    fn stop_on_path(&mut self) {
+        if let Generator::Path(motion) = &mut self.generator {
+            motion.is_stopping = true;
+            motion.hard_stop = Some(HardStop::OnPath);
+        }
+    }
+
+    /// Ends what moves the arm; each joint comes to rest as fast as it can from what it does now.
+    fn brake_joints(&mut self) {
+        self.end_motions(Outcome::Aborted);
+        self.end_overlays();
+        self.generator = if stands(&self.target) {
+            Generator::Hold
+        } else {
+            let brake = JointBrake::new(&self.target, self.limit_sets.able());
+            Generator::Online(Online::to_rest(Kind::Brake(brake)))
+        };
+    }
+
+    /// Ends the commands of motions that have not begun.
+    pub(crate) fn drop_motions_to_come(&mut self) {
         if let Some(upcoming) = self.upcoming.take() {
             self.out.ended(upcoming.id, Outcome::Aborted);
         }
-        match &mut self.generator {
-            Generator::Online(online) => online.stop(&self.target),
-            Generator::Path(motion) => motion.is_stopping = true,
-            Generator::Hold | Generator::Brake(_) => {}
+        if let Some(deferred) = self.deferred.take() {
+            self.out.ended(deferred.id, Outcome::Aborted);
         }
+    }
+
+    /// Whether a stop of a planned motion that shall be as short as it can be is made on its path: that takes hardly longer
+    /// than the joints one by one, or these would cross a safety plane.
+    fn keeps_its_path(&self, motion: &Motion) -> bool {
+        let joints = JointBrake::new(&self.commanded, self.limit_sets.able());
+        let most = STOP_ON_PATH.times * joints.longest() + STOP_ON_PATH.longer;
+        self.queue.halts_within_time(motion, self.step, most)
+            || !self.has_no_planes() && self.must_halt_on_path()
+    }
+
+    /// How the motion under way makes the hard stop that is asked for, decided when that begins; `None` without a motion.
+    pub(crate) fn hard_stop(&mut self) -> Option<HardStop> {
+        let Generator::Path(motion) = self.generator else {
+            return None;
+        };
+        let decided = motion.hard_stop.unwrap_or_else(|| {
+            if self.keeps_its_path(&motion) {
+                HardStop::OnPath
+            } else {
+                HardStop::JointByJoint
+            }
+        });
+        if let Generator::Path(motion) = &mut self.generator {
+            motion.hard_stop = Some(decided);
+        }
+        Some(decided)
+    }
+
+    /// No hard stop is asked for any more.
+    pub(crate) fn forget_hard_stop(&mut self) {
+        if let Generator::Path(motion) = &mut self.generator
+            && !motion.is_stopping
+        {
+            motion.hard_stop = None;
+        }
+    }
+
+    /// The joints are braked one by one by a stop that ends what moved the arm, and nothing else moves it.
+    pub(crate) fn brakes_joint_by_joint(&self) -> bool {
+        self.is_path_all()
+            && matches!(&self.generator, Generator::Online(online) if online.is_braking_joints())
+    }
+
+    /// The setpoint of such a stop: the arm comes to rest whatever the limits of TCP and elbow.
+    pub(crate) fn braked_joints(&mut self, wanted: Setpoint) -> LimitedSetpoint {
+        let able = self.limit_sets.able();
+        let passed = LimitedSetpoint::while_braking(wanted, &self.commanded, able);
+        self.target = *passed.get();
+        self.target_frames = self.placed.at(&self.model, &self.target.q).frames;
+        passed
     }
 }

@@ -38,6 +38,7 @@ mod scalar;
 mod self_collision;
 mod sensor;
 mod servo;
+mod stop_laws;
 mod stops;
 mod throughput;
 mod timed_blends;

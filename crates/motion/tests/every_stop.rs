@@ -544,6 +544,17 @@ impl Case {
         })
     }
 
+    /// The time in which a pause has to bring the arm to rest, s: with a tenth of what the joints can do, and what smoothing,
+    /// the look-ahead of a stream and the way back from speeding up take.
+    fn longest_pause(&self) -> f64 {
+        let state = self.bench.now();
+        let limits = &self.bench.limits;
+        let slowest = (0..6).fold(0.0, |most: f64, j| {
+            most.max(state.target_qd[j].abs() / (0.1 * limits.acceleration[j]))
+        });
+        1.15 * slowest + 0.2
+    }
+
     fn stands(&self) -> bool {
         let state = self.bench.now();
         state.target_qd == JointSpeeds::ZERO && state.target_qdd.0 == [0.0; 6]
@@ -562,11 +573,9 @@ impl Case {
         let shortest = self.shortest();
         self.stop(stop);
         self.streams &= !matches!(stop, Stop::Command | Stop::PowerOff);
-        let is_safety = !matches!(stop, Stop::Pause | Stop::Command | Stop::PowerOff);
-        let most = if is_safety {
-            1.35 * shortest + 0.03
-        } else {
-            4.0
+        let most = match stop {
+            Stop::Pause => self.longest_pause(),
+            _ => 1.35 * shortest + 0.03,
         };
         let h = self.bench.cycle.step_time();
         let mut cycles = 0;
@@ -731,7 +740,8 @@ impl Case {
                 format!("ended as {outcome:?} {:?}", self.bench.stops),
             )?;
         } else {
-            self.seconds(1.0);
+            // A stopj(0.3) takes its time.
+            self.seconds(if self.mode == Mode::StopJ { 3.0 } else { 1.0 });
         }
         let state = self.bench.now();
         let stops = &self.bench.stops;

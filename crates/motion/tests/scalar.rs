@@ -50,6 +50,7 @@ fn cell(limits: &ScalarLimits) -> CellLimits {
         speed: limits.speed,
         asked: [limits.acceleration; 2],
         braking: [limits.acceleration; 2],
+        planned: [limits.acceleration; 2],
         hardest: [limits.acceleration; 2],
         jerk: limits.jerk,
     }

@@ -60,8 +60,6 @@ pub(crate) enum Stage {
     On,
     /// Over, while a motion runs: the tool goes back to it.
     Returning,
-    /// Over, while a motion stops: force axes come to rest where they are.
-    Halting,
 }
 
 /// Force mode under way.

@@ -7,20 +7,29 @@ use kinematics::bounds::within;
 
 use super::OnlineArm;
 use super::axis::Axis;
-use crate::constants::ACCELERATION_RISE;
+use crate::constants::{ACCELERATION_RISE, PAUSE_SHARE};
 use crate::scalar::ScalarState;
+
+/// How much more speed there has to be than it takes to end an acceleration.
+const SURELY: f64 = 1.2;
 
 /// Joint speeds to be reached and held.
 #[derive(Clone, Copy, Debug)]
 pub struct JointSpeed {
     goal: JointSpeeds,
     acceleration: [f64; 6],
+    /// What each joint accelerated at in the beginning, rad/s².
+    begun: [f64; 6],
 }
 
 impl JointSpeed {
     /// From the speeds of `now` to `goal` with `acceleration`, rad/s², of the joint that changes most.
     pub fn new(now: &[ScalarState; 6], goal: &JointSpeeds, acceleration: f64) -> Self {
-        let change: [f64; 6] = core::array::from_fn(|joint| (goal[joint] - now[joint].speed).abs());
+        // With the speed that an acceleration still adds while it goes.
+        let change: [f64; 6] = core::array::from_fn(|joint| {
+            let added = 0.5 * ACCELERATION_RISE * now[joint].acceleration;
+            (goal[joint] - now[joint].speed - added).abs()
+        });
         let most = change.iter().fold(0.0_f64, |m, x| m.max(*x));
         // A joint that hardly changes still needs to get rid of an acceleration it may have.
         let share = |x: f64| {
@@ -33,7 +42,13 @@ impl JointSpeed {
         Self {
             goal: *goal,
             acceleration: change.map(|x| acceleration * share(x)),
+            begun: now.map(|state| state.acceleration.abs()),
         }
+    }
+
+    /// The same goal from the motion `now` on, where something else moved the joints before.
+    pub(crate) fn go_on_from(&mut self, now: &[ScalarState; 6]) {
+        self.begun = now.map(|state| state.acceleration.abs());
     }
 
     /// The speeds at full speed fraction.
@@ -58,22 +73,37 @@ impl JointSpeed {
         let scale = (0..6).fold(1.0_f64, |least, joint| {
             least.min(able[joint].acceleration / self.acceleration[joint])
         });
+        let fastest = now.iter().fold(0.0_f64, |most, s| most.max(s.speed.abs()));
         for (joint, number) in (0u8..6).enumerate() {
             let axis = &axes[joint];
             let wanted = within(self.goal[joint] * slowed, -axis.speed, axis.speed);
             let goal = axis.slowed_before_ends(now[joint].position, wanted);
             let is_ending = goal != wanted;
+            let begun = self.begun[joint].max(now[joint].acceleration.abs());
+            // An acceleration from before goes as fast as it would have come.
             let asked = |acceleration: f64| Axis {
                 acceleration,
-                jerk: axis.jerk.min(acceleration / ACCELERATION_RISE),
+                jerk: axis.jerk.min(acceleration.max(begun) / ACCELERATION_RISE),
                 ..*axis
             };
-            let gentle = asked(self.acceleration[joint] * scale);
-            // Harder where the gentle way would lead out of the range, or where a harder one is under way already.
-            let is_enough = !is_ending
-                && !is_too_fast
-                && now[joint].acceleration.abs() <= gentle.acceleration * (1.0 + 1e-9)
-                && gentle.brakes_inside(&now[joint]);
+            // A pause and the slider slow down with a share of what the joints can do at least, whatever was asked for.
+            let slows = (fraction < 1.0 || arm.is_paused) && goal.abs() < now[joint].speed.abs();
+            let least = if slows {
+                PAUSE_SHARE * able[joint].acceleration * now[joint].speed.abs() / fastest
+            } else {
+                0.0
+            };
+            let gentle = asked((self.acceleration[joint] * scale).max(least));
+            // A harder slowing down from before goes on where the speed that is left is too little to end it.
+            let (acceleration, left) = (now[joint].acceleration, goal - now[joint].speed);
+            let to_end_it = acceleration * acceleration / (2.0 * gentle.jerk);
+            let gentle = if acceleration * left > 0.0 && left.abs() <= SURELY * to_end_it {
+                asked(gentle.acceleration.max(acceleration.abs()))
+            } else {
+                gentle
+            };
+            // Harder where the gentle way would lead out of the range.
+            let is_enough = !is_ending && !is_too_fast && gentle.brakes_inside(&now[joint]);
             let asked = if is_enough {
                 gentle
             } else {

@@ -33,6 +33,7 @@ use kinematics::{
 };
 use motion_api::{CommandId, MotionMode, Origin};
 
+use crate::brake::JointBrake;
 use crate::config::MotionLimits;
 use crate::constants::{
     LEAST_TORQUE_SHARE, PEAK_TORQUE_FACTOR, PLANNED_TORQUE_SHARE, STOP_ACCELERATION,
@@ -197,6 +198,8 @@ pub(crate) enum Kind {
     JointSpeed(JointSpeed),
     TcpSpeed(TcpSpeed),
     Freedrive(Freedrive),
+    /// Each joint comes to rest as fast as it can.
+    Brake(JointBrake),
 }
 
 /// An online mode under way.
@@ -241,10 +244,38 @@ impl Online {
         }
     }
 
-    /// Brings the arm to rest, along its line where it is on one.
-    pub(crate) fn stop(&mut self, from: &Setpoint) {
+    /// From `from` to rest by `kind`, with no command behind it.
+    pub(crate) fn to_rest(kind: Kind) -> Self {
+        Self {
+            id: CommandId::NONE,
+            origin: Origin::default(),
+            mode: MotionMode::Stopping,
+            call: CallEnd::Over,
+            kind,
+            is_stopping: true,
+            is_warned: true,
+        }
+    }
+
+    /// What it does is led from outside, by a stream or by a hand.
+    pub(crate) const fn follows_from_outside(&self) -> bool {
+        matches!(self.kind, Kind::Servo(_) | Kind::Freedrive(_)) && !self.is_stopping
+    }
+
+    /// Each joint comes to rest as fast as it can.
+    pub(crate) const fn is_braking_joints(&self) -> bool {
+        matches!(self.kind, Kind::Brake(_))
+    }
+
+    /// Brings the arm to rest for a motion that follows, along its line where it is on one. One that comes to rest already
+    /// goes on doing so.
+    pub(crate) fn make_way(&mut self, from: &Setpoint) {
+        if self.is_stopping {
+            return;
+        }
         self.is_stopping = true;
         match &mut self.kind {
+            Kind::Brake(_) => {}
             Kind::TcpSpeed(tcp) => tcp.aim([0.0; 6], STOP_ACCELERATION, STOP_ACCELERATION),
             Kind::Freedrive(freedrive) => freedrive.stop(),
             Kind::Servo(_) | Kind::JointSpeed(_) => {
@@ -260,16 +291,17 @@ impl Online {
     pub(crate) fn go_on_from(&mut self, arm: &OnlineArm, from: &Setpoint) {
         match &mut self.kind {
             Kind::Servo(servo) => servo.go_on_from(&from.q),
-            Kind::JointSpeed(_) => {}
+            Kind::JointSpeed(joints) => joints.go_on_from(&states(from)),
             Kind::TcpSpeed(tcp) => tcp.go_on_from(&arm.tcp(), from),
             Kind::Freedrive(freedrive) => freedrive.go_on_from(arm, from),
+            Kind::Brake(brake) => *brake = JointBrake::standing(from),
         }
     }
 
     /// The TCP is another from now on; the arm is at `from`.
     pub(crate) fn take_tool(&mut self, arm: &OnlineArm, from: &Setpoint) {
         match &mut self.kind {
-            Kind::Servo(_) | Kind::JointSpeed(_) => {}
+            Kind::Servo(_) | Kind::JointSpeed(_) | Kind::Brake(_) => {}
             Kind::TcpSpeed(tcp) => tcp.go_on_from(&arm.tcp(), from),
             Kind::Freedrive(freedrive) => freedrive.go_on_from(arm, from),
         }
@@ -283,6 +315,7 @@ impl Online {
             Kind::Servo(servo) => !servo.has_arrived(&target.q),
             Kind::JointSpeed(joints) => joints.goal().max_abs() > 0.0,
             Kind::TcpSpeed(tcp) => tcp.has_goal(),
+            Kind::Brake(_) => false,
         }
     }
 
@@ -326,6 +359,7 @@ impl Online {
                 }
             },
             Kind::Freedrive(freedrive) => (freedrive.next(arm, from, &now), false),
+            Kind::Brake(brake) => (brake.next(arm.step), false),
         };
         let held = held.filter(|_| !self.is_warned && !self.is_stopping);
         self.is_warned |= held.is_some();

@@ -13,7 +13,7 @@ use nalgebra::{Rotation3, Vector3, Vector6};
 use super::axis::Axis;
 use super::points::Points;
 use super::states;
-use crate::constants::ACCELERATION_RISE;
+use crate::constants::{ACCELERATION_RISE, PAUSE_SHARE};
 use crate::scalar::ScalarState;
 use crate::scalar::ramp::ramp;
 use crate::setpoint::Setpoint;
@@ -189,7 +189,13 @@ impl TcpSpeed {
         let braking = self.braking(arm, &jacobian);
         let fraction = fraction * self.slower(arm);
         let goal = self.goal.map(|x| x * fraction);
-        let acceleration = self.within_joints(arm, &jacobian, &goal);
+        let mut acceleration = self.within_joints(arm, &jacobian, &goal);
+        if fraction < 1.0 && is_slower(&goal, &self.now) {
+            // A pause and the slider slow down with a share of what the joints can do at least, whatever was asked for.
+            for (asked, hardest) in acceleration.iter_mut().zip(braking) {
+                *asked = asked.max(PAUSE_SHARE / BRAKING_SHARE * hardest);
+            }
+        }
         for (k, share) in SHARES.iter().enumerate() {
             let goal = goal.map(|x| x * share);
             // The last one brakes as hard as the joints can.
@@ -379,14 +385,29 @@ impl TcpSpeed {
     }
 }
 
+/// Whether a velocity is slower than the one now.
+fn is_slower(goal: &[f64; 6], now: &[ScalarState; 6]) -> bool {
+    let square = |v: &[f64; 6]| v.iter().map(|x| x * x).sum::<f64>();
+    square(goal) < square(&now.map(|state| state.speed))
+}
+
 /// Accelerations of the six components, so that all change together and neither part exceeds its own.
 fn part_accelerations(now: &[ScalarState; 6], goal: &[f64; 6], limits: &[f64; 2]) -> [f64; 6] {
     let change: [f64; 6] = core::array::from_fn(|k| (goal[k] - now[k].speed).abs());
     let norm = |part: &[f64]| part.iter().map(|x| x * x).sum::<f64>().sqrt();
     let time = (norm(&change[..3]) / limits[0]).max(norm(&change[3..]) / limits[1]);
+    // A component that hardly changes still gets rid of an acceleration it may have, unless all of them belong to one line: that
+    // is kept.
+    let shares = [0, 3].map(|part| {
+        let of = |value: &dyn Fn(usize) -> f64| Vector3::from_fn(|k, _| value(part + k));
+        let way = of(&|k| goal[k] - now[k].speed);
+        let acceleration = of(&|k| now[k].acceleration);
+        let beside = acceleration.cross(&way).norm();
+        let is_one_line = beside <= 1e-3 * limits[part / 3] * way.norm();
+        if is_one_line { 1e-4 } else { 0.05 }
+    });
     core::array::from_fn(|k| {
-        // A component that hardly changes still gets rid of an acceleration it may have.
-        let least = 0.05 * limits[k / 3];
+        let least = shares[k / 3] * limits[k / 3];
         if time > 0.0 {
             (change[k] / time).max(least)
         } else {

@@ -161,14 +161,22 @@ impl Bounds {
             .iter()
             .copied()
             .fold(0.0, f64::max);
-        let hard = HARDEST_SHARE * self.share_of_jerk(speed, limits);
+        let hardest = self.hardest(speed, limits);
         CellLimits {
             speed,
             asked,
             braking,
-            hardest: able[Way::Slower as usize].map(|a| hard.min(HARDEST_SHARE * a)),
+            planned: hardest,
+            hardest,
             jerk: left.max(most / ACCELERATION_RISE),
         }
+    }
+
+    /// How hard the joints can slow down on the piece, at rest and at `speed`.
+    pub(super) fn hardest(&self, speed: f64, limits: &MotionLimits) -> [f64; 2] {
+        let hard = HARDEST_SHARE * self.share_of_jerk(speed, limits);
+        let [_, able] = self.accelerations(speed, limits);
+        able.map(|a| hard.min(HARDEST_SHARE * a))
     }
 
     /// The speed of s that points, drives and joints bear, and that is wished for.

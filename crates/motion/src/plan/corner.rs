@@ -295,6 +295,8 @@ impl<'a> Corner<'a> {
                 ..asked
             };
             *cell = (s, bounds.limits(&wish, &limits));
+            // Stops are made of what the joints can do, not of what the program asks for.
+            cell.1.hardest = bounds.hardest(cell.1.speed, arm.limits);
             if !cell.1.are_usable() {
                 return None;
             }

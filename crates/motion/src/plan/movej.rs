@@ -86,6 +86,7 @@ pub fn plan_movej(
         speed: chosen.speed,
         asked: [chosen.acceleration; 2],
         braking: [chosen.acceleration; 2],
+        planned: [HARDEST_SHARE * able.acceleration; 2],
         hardest: [HARDEST_SHARE * able.acceleration; 2],
         jerk: chosen.jerk,
     };

@@ -11,7 +11,9 @@ pub struct CellLimits {
     pub asked: [f64; 2],
     /// The same for slowing down, which bends of the way may make easier than speeding up, or harder.
     pub braking: [f64; 2],
-    /// The same for stops that shall be as short as they can be.
+    /// The hardest slowing down that a plan may ask for, at rest and at that speed.
+    pub planned: [f64; 2],
+    /// The hardest slowing down that the joints can do, at rest and at that speed: for stops, whatever the program asked for.
     pub hardest: [f64; 2],
     /// Largest jerk.
     pub jerk: f64,
@@ -23,6 +25,7 @@ impl CellLimits {
         speed: f64::INFINITY,
         asked: [f64::INFINITY; 2],
         braking: [f64::INFINITY; 2],
+        planned: [f64::INFINITY; 2],
         hardest: [f64::INFINITY; 2],
         jerk: f64::INFINITY,
     };
@@ -32,7 +35,8 @@ impl CellLimits {
         let [a, b] = self.asked;
         let [c, d] = self.braking;
         let [e, f] = self.hardest;
-        let all = [self.speed, a, b, c, d, e, f, self.jerk];
+        let [g, h] = self.planned;
+        let all = [self.speed, a, b, c, d, e, f, g, h, self.jerk];
         all.iter().all(|x| x.is_finite() && *x > 0.0)
     }
 
@@ -43,6 +47,7 @@ impl CellLimits {
             speed: self.speed / rate,
             asked: self.asked.map(|a| a / rate),
             braking: self.braking.map(|a| a / rate),
+            planned: self.planned.map(|a| a / rate),
             hardest: self.hardest.map(|a| a / rate),
             jerk: self.jerk / rate,
         }
@@ -56,11 +61,16 @@ impl CellLimits {
     /// What is left of them at a pace, where accelerations are reached within `window` seconds.
     pub(super) fn paced(&self, pace: f64, window: f64) -> Self {
         let most = self.jerk * window;
+        // At a lower speed bends leave more of what the joints can do.
+        let at_pace = |[rest, fast]: [f64; 2]| {
+            [rest, rest + (fast - rest) * pace * pace].map(|a| a.min(most))
+        };
         Self {
             speed: self.speed * pace,
             asked: self.asked.map(|a| (a * pace * pace).min(most)),
             braking: self.braking.map(|a| (a * pace * pace).min(most)),
-            hardest: self.hardest.map(|a| a.min(most)),
+            planned: at_pace(self.planned),
+            hardest: at_pace(self.hardest),
             jerk: self.jerk,
         }
     }
@@ -71,6 +81,7 @@ impl CellLimits {
         for k in 0..2 {
             self.asked[k] = self.asked[k].min(other.asked[k]);
             self.braking[k] = self.braking[k].min(other.braking[k]);
+            self.planned[k] = self.planned[k].min(other.planned[k]);
             self.hardest[k] = self.hardest[k].min(other.hardest[k]);
         }
         self.jerk = self.jerk.min(other.jerk);

@@ -7,6 +7,7 @@
 //! allows, so that the mean keeps its limits too.
 
 use super::CellLimits;
+use crate::constants::{HARDEST_SHARE, PAUSE_SHARE};
 
 /// A cell that is passed within so many windows counts as short, and a step to a next one whose square of the speed is such a
 /// share as gentle; less is not felt.
@@ -155,7 +156,7 @@ impl Track {
         {
             let limits = &mut cell.limits;
             for k in 0..2 {
-                let most = limits.hardest[k].max(limits.braking[k]);
+                let most = limits.planned[k].max(limits.braking[k]);
                 limits.braking[k] = (times * limits.braking[k]).min(most);
             }
         }
@@ -335,7 +336,8 @@ impl Track {
         })
     }
 
-    /// Acceleration asked for when slowing down, the hardest one, and the jerk, at a place and a speed.
+    /// Acceleration with which a pause and the slider slow down, the hardest one, and the jerk, at a place and a speed. The
+    /// first is what is asked for when slowing down, and no less than [`PAUSE_SHARE`] of what the joints can do.
     pub fn slowing(&self, place: f64, speed: f64) -> (f64, f64, f64) {
         let Some(cell) = self.cells.get(self.index(place)) else {
             return (1.0, 1.0, 1.0);
@@ -344,7 +346,9 @@ impl Track {
         let square = speed * speed;
         let asked = limits.left(limits.braking, square);
         let hardest = limits.left(limits.hardest, square).max(asked);
-        (asked, hardest, limits.jerk)
+        let [without_bends, _] = limits.hardest;
+        let least = (PAUSE_SHARE / HARDEST_SHARE * without_bends).min(hardest);
+        (asked.max(least), hardest, limits.jerk)
     }
 
     /// The speed after `time` when one goes at `speed` at `place` and follows the squares of the speeds down; the place.

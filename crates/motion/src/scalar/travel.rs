@@ -33,8 +33,11 @@ pub enum Drive {
     Go(f64),
     /// Brake on the path and stand.
     Halt,
-    /// The same, as hard as the arm can.
+    /// Brake on the path as hard as the arm can, and stand.
     HaltHard,
+    /// Come to rest with this acceleration, whatever the path bears: for an arm whose joints brake beside it, so that the
+    /// place on the path stays near the arm. Unit of the way over s².
+    HaltBeside(f64),
 }
 
 /// The window over which a motion under these limits over `length` is fastest; infinite lengths are allowed.
@@ -164,7 +167,7 @@ impl Travel {
     pub fn advance(&mut self, dt: f64, track: &Track) -> ScalarState {
         self.fraction = match self.wanted {
             Drive::Go(fraction) => fraction,
-            Drive::Halt | Drive::HaltHard => 0.0,
+            Drive::Halt | Drive::HaltHard | Drive::HaltBeside(_) => 0.0,
         };
         if self.rests() {
             if !self.is_going() {
@@ -172,7 +175,7 @@ impl Travel {
             }
             self.begin(self.fraction, track);
         }
-        if self.rate < 1.0 && (self.wanted == Drive::HaltHard || self.fraction > self.rate) {
+        if self.rate < 1.0 && (!self.is_going() || self.fraction > self.rate) {
             self.hasten(track);
         }
         self.known = None;
@@ -195,8 +198,8 @@ impl Travel {
         let now = self.state(track);
         let half = 0.5 * self.step * STEPS as f64;
         let (v, a) = (now.speed, now.acceleration);
-        // From rest, or to it, the past would have to go backwards.
-        if v <= a.abs() * (half + self.step) {
+        // Shortly before rest what comes would have to go backwards.
+        if v <= -a * (half + self.step) {
             return;
         }
         let middle = now.position - a * half * half / 6.0;
@@ -370,7 +373,7 @@ impl Travel {
         let gear = match self.wanted {
             // A slow clock goes no faster than it is before it is hastened.
             Drive::Go(fraction) => (fraction / self.rate).min(1.0),
-            Drive::Halt | Drive::HaltHard => 0.0,
+            Drive::Halt | Drive::HaltHard | Drive::HaltBeside(_) => 0.0,
         };
         let here = track.index(now.place);
         let allowed = track.square_in(here, now.place).sqrt();
@@ -454,10 +457,11 @@ impl Travel {
         let (h, rate) = (self.step, self.rate);
         let (asked, hardest, jerk) = track.slowing(now.place, now.speed * rate);
         // How hard, and how much the acceleration may change within the window.
-        let (hard, change) = if self.wanted == Drive::HaltHard || self.is_hard {
-            (hardest, (jerk * track.window() * rate).max(hardest))
-        } else {
-            (asked, asked)
+        let (hard, change) = match self.wanted {
+            Drive::HaltBeside(deceleration) => (deceleration, f64::INFINITY),
+            Drive::HaltHard => (hardest, (jerk * track.window() * rate).max(hardest)),
+            _ if self.is_hard => (hardest, (jerk * track.window() * rate).max(hardest)),
+            Drive::Halt | Drive::Go(_) => (asked, asked),
         };
         let largest = self.speeding_up();
         let square = rate * rate;
