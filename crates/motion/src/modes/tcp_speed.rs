@@ -79,6 +79,8 @@ pub struct TcpSpeed {
     acceleration: [f64; 2],
     /// With these the TCP can brake from where it is.
     braking: [f64; 2],
+    /// What a pause or the slider slows down with, m/s² and rad/s²; 0 while neither does.
+    slowing: [f64; 2],
 }
 
 /// A decomposed Jacobian.
@@ -119,6 +121,7 @@ impl TcpSpeed {
             goal: [0.0; 6],
             acceleration: [1.0; 2],
             braking: [1.0; 2],
+            slowing: [0.0; 2],
         }
     }
 
@@ -187,14 +190,19 @@ impl TcpSpeed {
         let jacobian = arm.model.forward(&from.q);
         let jacobian = jacobian.jacobian(self.base_from_tcp.translation).lu();
         let braking = self.braking(arm, &jacobian);
+        let is_slowed = fraction < 1.0;
         let fraction = fraction * self.slower(arm);
         let goal = self.goal.map(|x| x * fraction);
         let mut acceleration = self.within_joints(arm, &jacobian, &goal);
-        if fraction < 1.0 && is_slower(&goal, &self.now) {
-            // A pause and the slider slow down with a share of what the joints can do at least, whatever was asked for.
-            for (asked, hardest) in acceleration.iter_mut().zip(braking) {
-                *asked = asked.max(PAUSE_SHARE / BRAKING_SHARE * hardest);
+        // A pause and the slider slow down with a share of what the joints can do at least, whatever was asked for; what has begun
+        // so ends so.
+        for (k, asked) in acceleration.iter_mut().enumerate() {
+            if !is_slowed {
+                self.slowing[k] = 0.0;
+            } else if is_slower(&goal, &self.now) {
+                self.slowing[k] = self.slowing[k].max(PAUSE_SHARE / BRAKING_SHARE * braking[k]);
             }
+            *asked = asked.max(self.slowing[k]);
         }
         for (k, share) in SHARES.iter().enumerate() {
             let goal = goal.map(|x| x * share);
@@ -430,7 +438,8 @@ fn ramped(
             max: f64::INFINITY,
             speed: f64::INFINITY,
             acceleration: acceleration[k],
-            jerk: acceleration[k] / ACCELERATION_RISE,
+            // An acceleration from before goes as fast as it would have come.
+            jerk: acceleration[k].max(now[k].acceleration.abs()) / ACCELERATION_RISE,
         };
         let start = ScalarState {
             position: 0.0,
