@@ -35,6 +35,9 @@ const TCP_SPEED_SHARE: f64 = 0.97;
 /// Hardest braking of the TCP, m/s² and rad/s².
 const BRAKING_MAX: f64 = 10.0;
 
+/// More than any arm can do, m/s² and rad/s²: what is asked for beyond it is the same wish.
+const BEYOND_ANY_ARM: f64 = 100.0;
+
 /// The joint that is named where no single one can be: the elbow stretches at the end of the reach, wrist 2 is the usual
 /// one in a singular position.
 const OUT_OF_REACH: u8 = 2;
@@ -128,7 +131,7 @@ impl TcpSpeed {
     /// Sets the wanted velocity, in the axes, and how fast it is to be reached.
     pub fn aim(&mut self, goal: [f64; 6], acceleration: f64, rotation_acceleration: f64) {
         self.goal = goal;
-        self.acceleration = [acceleration, rotation_acceleration];
+        self.acceleration = [acceleration, rotation_acceleration].map(|a| a.min(BEYOND_ANY_ARM));
     }
 
     /// The same goal from the motion `from` on, of the TCP that `arm` has now.
