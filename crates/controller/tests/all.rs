@@ -1,4 +1,7 @@
 //! Tests of controllers without ports, in one binary: a file each.
 
+mod common;
+
 mod many;
 mod stepped;
+mod stopped_threads;

@@ -7,42 +7,14 @@
 )]
 
 use std::path::Path;
-use std::sync::{Arc, Mutex};
 
+use crate::common;
+
+use common::{program, started};
 use controller::options::RecordTarget;
 use controller::{Controller, Manner, Prepared, RobotConfig};
-use elite_lang::TaskNode;
-use elite_runtime::message::{InterpreterEvent, Message, Observer};
-use elite_runtime::panel::VariableValue;
-use elite_runtime::{ProgramText, TaskEnd};
-use motion_api::{Frame, ProgramId, ThreadNumber};
+use elite_runtime::TaskEnd;
 use recorder::{Cycle, Recording, difference};
-
-/// Keeps what is printed.
-#[derive(Default)]
-struct Prints(Mutex<String>);
-
-impl Observer for Prints {
-    fn message(&self, message: &Message) {
-        if let Message::Print { text, .. } = message {
-            self.0.lock().unwrap().push_str(text);
-        }
-    }
-    fn program_started(&self, _: ProgramId, _: &str, _: &str) {}
-    fn program_runs(&self, _: ProgramId, _: &str) {}
-    fn line_changed(&self, _: ProgramId, _: ThreadNumber, _: u32, _: Option<&TaskNode>) {}
-    fn program_ended(&self, _: ProgramId) {}
-    fn variable_changed(&self, _: ProgramId, _: &str, _: &VariableValue) {}
-    fn interpreter(&self, _: &InterpreterEvent<'_>) {}
-    fn cycle_ended(&self, _: &Frame) {}
-    fn hurry(&self) {}
-}
-
-fn started(config: &RobotConfig) -> (Controller, Arc<Prints>) {
-    let prints = Arc::new(Prints::default());
-    let prepared = Prepared::new(config, Manner::alone()).unwrap();
-    (prepared.start(prints.clone()).unwrap(), prints)
-}
 
 /// Moves, threads, random numbers and an output.
 const PROGRAM: &str = "
@@ -58,13 +30,6 @@ for i in range(3):
     movej(q, a=3, v=1.5)
 print('moved', random.random())
 ";
-
-fn program(text: &str) -> ProgramText {
-    ProgramText {
-        name: "many.script".to_owned(),
-        text: text.to_owned(),
-    }
-}
 
 /// What a controller printed, and its recording's cycles.
 fn run(folder: &Path, name: &str, seed: u64) -> (String, Vec<Cycle>) {

@@ -356,6 +356,7 @@ impl<'a, 'n> Call<'a, 'n> {
                 return Ok(());
             }
         } else {
+            self.context.note_steering(kind, id);
             self.wait(Wait::Command(id))?;
         }
         self.ended(id)

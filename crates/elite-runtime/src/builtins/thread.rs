@@ -136,9 +136,8 @@ fn stop_thread(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     };
     let own = number == call.origin().thread;
     call.context().request_thread_stop(number);
-    if own {
-        call.wait(Wait::Never)?;
-    }
+    // A thread is stopped between two slices: what the caller does next finds its motion braked.
+    call.wait(if own { Wait::Never } else { Wait::Turn })?;
     Ok(Value::None)
 }
 

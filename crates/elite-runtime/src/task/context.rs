@@ -14,7 +14,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use elite_lang::debug::Aside;
 use elite_lang::{NativeCall, NodeState, Raised, Value, WaitToken, memory};
 use io_bus::{Fieldbus, ScriptSocket};
-use motion_api::{CommandId, Origin, ProgramId, ThreadNumber};
+use motion_api::{CommandId, CommandKind, Origin, ProgramId, ThreadNumber};
 use platform::sockets::LocalStream;
 use thiserror::Error;
 
@@ -83,6 +83,8 @@ pub(crate) struct TaskContext {
     met_the_world: Cell<bool>,
     /// Motions whose calls have returned before they ended, and whose they were.
     ahead: RefCell<Vec<(ThreadNumber, CommandId)>>,
+    /// The latest command that moves the arm on when its call has returned, and whose it is.
+    steering: Cell<Option<(ThreadNumber, CommandId)>>,
     /// Whether what comes from outside is noted, or comes from a recording.
     course: Course,
     /// How often the task has looked round.
@@ -183,6 +185,7 @@ impl TaskContext {
             extras: settings.extras.clone(),
             met_the_world: Cell::default(),
             ahead: RefCell::default(),
+            steering: Cell::default(),
             course: settings.course.clone(),
             turn: Cell::default(),
             calls: Cell::default(),
@@ -199,6 +202,26 @@ impl TaskContext {
         let mut ahead = self.ahead.borrow_mut();
         ahead.retain(|(_, id)| !self.robot.has_ended(*id));
         ahead.push((self.running.get().number, id));
+    }
+
+    /// A command of the running thread moves the arm on when its call has returned, until something ends it.
+    pub fn note_steering(&self, kind: &CommandKind, id: CommandId) {
+        let steers = matches!(
+            kind,
+            CommandKind::ServoJ { .. } | CommandKind::SpeedJ { .. } | CommandKind::SpeedL { .. }
+        );
+        if steers {
+            self.steering.set(Some((self.running.get().number, id)));
+        }
+    }
+
+    /// The command with which a thread that ends moves the arm on.
+    pub fn take_steering(&self, thread: ThreadNumber) -> Option<CommandId> {
+        let (number, id) = self.steering.get()?;
+        (number == thread).then(|| {
+            self.steering.set(None);
+            id
+        })
     }
 
     /// The first of the running thread's motions whose calls have returned before they ended.

@@ -79,6 +79,12 @@ impl Task {
     }
 
     pub(super) fn thread_ended(&mut self, number: ThreadNumber) {
+        // A speed or a stream of the thread would move the arm on; the end of the main program stops everything by itself.
+        if let Some(id) = self.context.take_steering(number)
+            && number != ThreadNumber(0)
+        {
+            self.tell_robot(CommandKind::Stop { only: id });
+        }
         if let Some(attached) = &self.attached {
             attached.thread_ended(number);
         }
