@@ -106,6 +106,14 @@ pub enum Refusal {
         /// What is wrong there.
         fault: PathFault,
     },
+    /// The arm went in a direction as far as it can, and stands there.
+    #[error("the arm can go no further in this direction than {way:.3} m: {fault}")]
+    DirectionEnds {
+        /// How far the TCP can go, m.
+        way: f64,
+        /// What is wrong behind that.
+        fault: PathFault,
+    },
     /// Three points that make no circular arc.
     #[error(
         "start, via point and target make no circular arc: two of them coincide, or they lie on a straight line"
@@ -206,6 +214,12 @@ pub enum PathFault {
         links: [u8; 2],
         /// How far their capsules overlap, m.
         overlap: f64,
+    },
+    /// A safety plane would be crossed.
+    #[error("safety plane {} of the cell would be crossed there", plane + 1)]
+    SafetyPlane {
+        /// Index of the plane in the cell, from 0.
+        plane: u8,
     },
 }
 
@@ -399,6 +413,22 @@ pub enum Warning {
         "the motion stopped at its end instead of blending: the next one came too late or turns too sharply for the speed"
     )]
     NotBlended,
+    /// The target is so far away that it only says where to go.
+    #[error(
+        "the target is {distance:.1} m away, no arm reaches that far: it is taken as a direction, and the arm goes there until something stops it"
+    )]
+    Direction {
+        /// From where the motion begins, m.
+        distance: f64,
+    },
+    /// A blend radius at the end of a direction.
+    #[error(
+        "a direction has no end that could be blended: the blend radius of {radius:.4} m is not used"
+    )]
+    DirectionNotBlended {
+        /// Asked for, m.
+        radius: f64,
+    },
     /// The wanted acceleration is more than the arm can do here.
     #[error(
         "an acceleration of {wanted:.4} is more than the joints can do here, it is limited to {planned:.4}"

@@ -88,8 +88,7 @@ impl Cycle {
         } else if self.is_behind() || self.speed_fraction < SLOWEST_FRACTION {
             Permit::Go(0.0)
         } else {
-            let slowing = self.tracking.as_ref().map_or(1.0, |t| t.slowing);
-            Permit::Go(self.speed_fraction * slowing)
+            Permit::Go(self.speed_fraction)
         }
     }
 
@@ -172,7 +171,8 @@ impl Cycle {
         matches!(&self.generator, Generator::Online(online) if online.follows_from_outside())
     }
 
-    fn hold(&mut self, slows_only: bool) {
+    /// Brakes the joints.
+    pub(crate) fn hold(&mut self, slows_only: bool) {
         let is_gentle = !slows_only
             && self.permit() == Permit::Rest
             && self.tracking.is_none()

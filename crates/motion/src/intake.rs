@@ -453,6 +453,7 @@ impl Cycle {
             flange_from_tcp: &self.flange_from_tcp,
             limits: self.planning_limits(),
             dynamics: &self.dynamics,
+            planes: (!self.has_no_planes()).then(|| (&self.safety, self.plane_switches())),
         }
     }
 

@@ -67,6 +67,11 @@ impl LimitSets {
         self.is_reduced
     }
 
+    /// The arm is still coming down to the limits in force.
+    pub(crate) const fn is_slowing(&self) -> bool {
+        self.slowing.is_some()
+    }
+
     /// What setpoints are checked against: the limits in force, unless the arm still slows down to them.
     pub(crate) const fn checked(&self) -> &MotionLimits {
         if self.is_reduced && self.slowing.is_none() {
@@ -92,7 +97,7 @@ impl Cycle {
                 self.limit_sets.normal
             };
             self.limits_on_belt = self.limits.shared(SHARE_ON_BELT);
-            self.queue.forget_caps();
+            self.keep_way_anew();
         }
         let is_slow = self.limit_sets.slowing.is_some()
             && self.used() <= 1.0
@@ -130,12 +135,36 @@ impl Cycle {
         self.limit_sets.slowing.is_some() && !self.slows_softly()
     }
 
-    /// Keeps the way ahead of a planned motion within the limits of reduced mode.
+    /// The limits that online modes keep: what is laid over them has the rest.
+    pub(crate) fn online_limits(&self) -> &MotionLimits {
+        if self.tracking.is_some() || self.path_offset.is_on() {
+            &self.limits_on_belt
+        } else {
+            self.limit_sets.checked()
+        }
+    }
+
+    /// The way ahead is as fast as it was planned, until it has been looked at with the limits in force.
+    pub(crate) fn keep_way_anew(&mut self) {
+        self.queue.forget_caps();
+        if self.keeps_way.is_some() {
+            self.keep_way();
+        }
+    }
+
+    /// From now on the way ahead of the motion under way is kept within the limits in force: it was planned with others.
+    pub(crate) fn keep_way(&mut self) {
+        let limits = self.planning_limits();
+        self.keeps_way = Some([limits.tcp_speed, limits.elbow_speed]);
+    }
+
+    /// Keeps the way ahead of a planned motion within the limits in force, where it was planned with others.
     pub(crate) fn slow_the_way_down(&mut self) {
         let Generator::Path(motion) = self.generator else {
+            self.keeps_way = None;
             return;
         };
-        if !self.limit_sets.is_reduced {
+        if !self.limit_sets.is_reduced && self.keeps_way.is_none() {
             return;
         }
         let ground = Ground {

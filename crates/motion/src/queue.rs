@@ -7,7 +7,7 @@ mod kept;
 
 use kinematics::JointPositions;
 use kinematics::bounds::within;
-use motion_api::{CommandId, MotionMode, Origin};
+use motion_api::{CommandId, MotionMode, Origin, Outcome};
 
 use crate::constants::{
     AHEAD_TIME, CELLS_OF_ROUTE, DUE_ATTEMPTS, LEGS_AHEAD, LONGEST, START_OF_MOTION,
@@ -469,6 +469,11 @@ impl Queue {
 }
 
 impl Queued {
+    /// How its command ends where the leg does.
+    pub(crate) fn outcome(&self) -> Outcome {
+        self.leg.beyond.map_or(Outcome::Done, Outcome::Refused)
+    }
+
     /// Where the joints are at the end of the leg.
     pub(crate) fn end_q(&self) -> JointPositions {
         self.leg.path.end().q
@@ -479,6 +484,11 @@ impl Motion {
     /// Whether it brakes as hard as the arm can where it is faster than its way allows.
     pub(crate) fn brake_hard(&mut self, is_hard: bool) {
         self.travel.brake_hard(is_hard);
+    }
+
+    /// The share of its speed that what is laid over it leaves it.
+    pub(crate) fn slow_to(&mut self, pace: f64) {
+        self.travel.slow_to(pace);
     }
 
     /// The speed fraction in effect.

@@ -84,7 +84,7 @@ impl Cycle {
             return Ok(true);
         };
         // Where the way ends is known only now: another solution than the nearest may be behind a plane with its elbow.
-        if !self.allows_all_places() {
+        if !self.allows_all_places() && leg.beyond.is_none() {
             self.check_target(&leg.path.end().q)?;
         }
         upcoming.plan = Planned::Ready(leg, warnings);

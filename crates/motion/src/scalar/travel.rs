@@ -67,6 +67,9 @@ pub struct Travel {
     rate: f64,
     wanted: Drive,
     fraction: f64,
+    /// Share of its speed that what is laid over the motion leaves it; at rest as well it is no other clock, so that a motion
+    /// that hardly moves is at full speed as soon as it may be.
+    pace: f64,
     /// Where it is faster than the track allows it brakes as hard as the arm can.
     is_hard: bool,
     /// The state after the last advance, on a track that ended there.
@@ -87,6 +90,7 @@ impl Travel {
             rate: 1.0,
             wanted: Drive::Halt,
             fraction: 0.0,
+            pace: 1.0,
             is_hard: false,
             known: None,
         }
@@ -100,6 +104,11 @@ impl Travel {
     /// Whether it brakes as hard as the arm can where it is faster than the track allows.
     pub fn brake_hard(&mut self, is_hard: bool) {
         self.is_hard = is_hard;
+    }
+
+    /// From now on it goes at this share of the speed that it would have otherwise, more than 0.
+    pub fn slow_to(&mut self, pace: f64) {
+        self.pace = pace;
     }
 
     /// Whether it is to go on.
@@ -252,6 +261,7 @@ impl Travel {
     pub fn foresee(&self, track: &Track, place: f64) -> (f64, f64) {
         let mut travel = *self;
         travel.wanted = Drive::Go(travel.rate);
+        travel.pace = 1.0;
         if travel.rests() && travel.knots[0].place < track.end() {
             travel.begin(1.0, track);
             travel.wanted = Drive::Go(1.0);
@@ -372,7 +382,7 @@ impl Travel {
         }
         let gear = match self.wanted {
             // A slow clock goes no faster than it is before it is hastened.
-            Drive::Go(fraction) => (fraction / self.rate).min(1.0),
+            Drive::Go(fraction) => (fraction / self.rate).min(1.0) * self.pace,
             Drive::Halt | Drive::HaltHard | Drive::HaltBeside(_) => 0.0,
         };
         let here = track.index(now.place);
