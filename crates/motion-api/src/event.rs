@@ -370,6 +370,24 @@ impl StopReason {
     }
 }
 
+/// What the way of a motion is counted in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WayUnit {
+    /// Angle of the joint with the longest way.
+    Radian,
+    /// Way of the TCP.
+    Metre,
+}
+
+impl fmt::Display for WayUnit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Radian => "rad",
+            Self::Metre => "m",
+        })
+    }
+}
+
 /// What was changed about a motion, so that it could be done.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
@@ -384,13 +402,15 @@ pub enum Warning {
     },
     /// The wanted speed is more than the arm can do here.
     #[error(
-        "a speed of {wanted:.4} is more than the joints can do here, it is limited to {planned:.4}"
+        "a speed of {wanted:.4} {unit}/s is more than the joints can do here, it is limited to {planned:.4} {unit}/s"
     )]
     SpeedLimited {
         /// Asked for, rad/s or m/s.
         wanted: f64,
-        /// Planned, rad/s or m/s.
+        /// What the motion slows down to, rad/s or m/s.
         planned: f64,
+        /// Of the way.
+        unit: WayUnit,
     },
     /// An online mode cannot go on as asked.
     #[error("the arm slows down: joint {} is near the end of its range or turns too fast for the wanted motion", joint + 1)]
@@ -431,12 +451,14 @@ pub enum Warning {
     },
     /// The wanted acceleration is more than the arm can do here.
     #[error(
-        "an acceleration of {wanted:.4} is more than the joints can do here, it is limited to {planned:.4}"
+        "an acceleration of {wanted:.4} {unit}/s² is more than the joints can do here, it is limited to {planned:.4} {unit}/s²"
     )]
     AccelerationLimited {
         /// Asked for, rad/s² or m/s².
         wanted: f64,
-        /// Planned, rad/s² or m/s².
+        /// The most that the motion does, rad/s² or m/s².
         planned: f64,
+        /// Of the way.
+        unit: WayUnit,
     },
 }

@@ -118,7 +118,10 @@ impl Cycle {
             Permit::Go(_) => {
                 return match &self.holding {
                     Some(holding) if holding.slows_only => {
-                        if holding.brake.is_over() || !self.limit_sets.is_reduced() {
+                        let is_slowing = self.limit_sets.is_slowing();
+                        if is_slowing && holding.brake.is_over() && !self.may_be_braked() {
+                            self.hold(true);
+                        } else if !is_slowing || holding.brake.is_over() {
                             self.let_go_slowed();
                         }
                         Ok(())
@@ -179,7 +182,7 @@ impl Cycle {
             && self.lag.is_none();
         let able = self.limit_sets.able();
         let brake = if slows_only {
-            JointBrake::to_share(&self.commanded, self.slow_share(), &self.slowing_limits())
+            JointBrake::to_share(&self.commanded, self.braked_share(), &self.slowing_limits())
         } else if is_gentle {
             let acceleration = able.acceleration.map(|a| PAUSE_OF_STREAMS * a);
             JointBrake::new(

@@ -462,6 +462,14 @@ impl Queue {
         false
     }
 
+    /// The largest acceleration of the motion on the last leg, in the unit of its way.
+    pub(crate) fn hardest(&self, motion: &Motion) -> f64 {
+        let Some(span) = self.route.last() else {
+            return 0.0;
+        };
+        motion.travel.hardest(&self.track, span.begin) * span.rate
+    }
+
     /// Where the joints will be at the end.
     pub(crate) fn end(&self) -> Option<JointPositions> {
         self.route.end().map(|end| end.q)

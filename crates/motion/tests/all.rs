@@ -44,5 +44,6 @@ mod stop_laws;
 mod stops;
 mod throughput;
 mod timed_blends;
+mod tools;
 mod truth;
 mod wild_commands;

@@ -329,19 +329,37 @@ impl PathOffset {
             let (lookahead, gain) = (LOOKAHEAD_RANGE.0, GAIN_RANGE.1);
             self.course.lead(&goal, step, lookahead, gain, step);
             self.lately.add(&self.filtered, step);
-            let within: [Axis; 6] = core::array::from_fn(|k| {
-                let (low, high) = self.lately.range(k);
-                Axis {
-                    min: low.min(own[k].position),
-                    max: high.max(own[k].position),
-                    acceleration: (COMING_TO_REST * able[k].acceleration)
-                        .max(own[k].acceleration.abs()),
-                    ..able[k]
-                }
-            });
-            self.course.next_within(&own, [&able, &within], step, step)
+            let wanted = self.course.next_within(&own, [&able, &able], step, step);
+            core::array::from_fn(|k| self.within_range(k, &own[k], &wanted[k], &able[k], step))
         };
         self.now = in_axes(&axes, &next);
+    }
+
+    /// `wanted`, unless it leads beyond what was asked for lately: from where the component is to the nearest it can do.
+    fn within_range(
+        &self,
+        k: usize,
+        own: &ScalarState,
+        wanted: &ScalarState,
+        able: &Axis,
+        step: f64,
+    ) -> ScalarState {
+        let (low, high) = self.lately.range(k);
+        let within = Axis {
+            min: low.min(own.position),
+            max: high.max(own.position),
+            acceleration: (COMING_TO_REST * able.acceleration).max(own.acceleration.abs()),
+            ..*able
+        };
+        if within.is_safe(wanted) {
+            return *wanted;
+        }
+        let nearest = within.nearest_safe(own, wanted.acceleration, step);
+        if within.is_safe(&nearest) {
+            nearest
+        } else {
+            able.braked(own, step)
+        }
     }
 
     /// The joints for the path's setpoint with the offset laid over it; `None` when the arm cannot be there.

@@ -3,7 +3,7 @@
 //! The way is surveyed first, over several cycles if need be.
 
 use kinematics::{JointPositions, Pose, RpyPose};
-use motion_api::{PathFault, Refusal, Warning};
+use motion_api::{PathFault, Refusal, Warning, WayUnit};
 
 use super::direction::Direction;
 use super::survey::Survey;
@@ -154,12 +154,14 @@ fn warn(cells: &Cells, length: f64, wish: &Wish, warnings: &mut Warnings) {
         warnings.add(Warning::SpeedLimited {
             wanted: wish.speed,
             planned: speed,
+            unit: WayUnit::Metre,
         });
     }
     if acceleration < wish.acceleration * SAME {
         warnings.add(Warning::AccelerationLimited {
             wanted: wish.acceleration,
             planned: acceleration,
+            unit: WayUnit::Metre,
         });
     }
 }

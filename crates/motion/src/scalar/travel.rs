@@ -9,6 +9,8 @@
 //! A speed fraction slows its clock, so that the motion is the same, stretched. It is taken over where the motion stands; one
 //! that comes on the way, a pause and a stop change what the first motion aims for, so their accelerations are smoothed too.
 
+mod hardest;
+
 use super::extreme::{Extreme, Kind, Knot};
 use super::{ScalarLimits, ScalarState, Track};
 use crate::constants::WINDOW_RANGE;
@@ -275,31 +277,35 @@ impl Travel {
             if passed.is_none() && travel.middle() >= place {
                 passed = Some(time);
             }
-            // Where the speed stays the same nothing has to be stepped through.
-            let (first, last) = (travel.knots[0], travel.knots[STEPS + 1]);
-            if first.speed == last.speed && first.speed > 0.0 {
-                let even = track
-                    .even_until(last.place, last.speed)
-                    .min(if passed.is_none() {
-                        place
-                    } else {
-                        f64::INFINITY
-                    });
-                let way = even - last.place - last.speed * (track.window() + 2.0 * travel.step);
-                let steps = (way / (last.speed * travel.step)).floor();
-                if steps >= 1.0 {
-                    let skipped = steps * travel.step;
-                    travel
-                        .knots
-                        .iter_mut()
-                        .for_each(|knot| knot.place += knot.speed * skipped);
-                    time += skipped;
-                }
-            }
+            let until = if passed.is_none() {
+                place
+            } else {
+                f64::INFINITY
+            };
+            time += travel.skip_evenly(track, until);
             travel.step_on(track);
             time += travel.step;
         }
         (time, passed.unwrap_or(time))
+    }
+
+    /// Where the speed stays the same, at most until `place`, nothing has to be stepped through; the time skipped, s.
+    fn skip_evenly(&mut self, track: &Track, place: f64) -> f64 {
+        let (first, last) = (self.knots[0], self.knots[STEPS + 1]);
+        if first.speed != last.speed || first.speed <= 0.0 {
+            return 0.0;
+        }
+        let even = track.even_until(last.place, last.speed).min(place);
+        let way = even - last.place - last.speed * (track.window() + 2.0 * self.step);
+        let steps = (way / (last.speed * self.step)).floor();
+        if steps < 1.0 {
+            return 0.0;
+        }
+        let skipped = steps * self.step;
+        self.knots
+            .iter_mut()
+            .for_each(|knot| knot.place += knot.speed * skipped);
+        skipped
     }
 
     fn middle(&self) -> f64 {
