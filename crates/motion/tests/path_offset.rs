@@ -9,9 +9,9 @@ use crate::common;
 
 use common::draw::Draw;
 use common::{Bench, MODELS, ideal, moved};
-use kinematics::{Pose, RpyPose};
+use kinematics::{JointAccelerations, Pose, RpyPose};
 use motion::CycleConfig;
-use motion_api::{CommandId, CommandKind, OffsetAxes, Outcome, Refusal, StopReason};
+use motion_api::{CommandId, CommandKind, IoChange, OffsetAxes, Outcome, Refusal, StopReason};
 use nalgebra::Vector3;
 
 fn set(offset: [f64; 6], axes: OffsetAxes) -> CommandKind {
@@ -339,5 +339,77 @@ fn a_weave_goes_across_the_path_alone_and_as_far_as_it_is_asked_to() {
                 }
             }
         }
+    }
+}
+
+#[test]
+fn whatever_ends_offsets_their_targets_do_not_jump() {
+    let ends: [&[CommandKind]; 4] = [
+        &[CommandKind::Stop {
+            only: CommandId::NONE,
+        }],
+        &[CommandKind::SetIo(IoChange::ProgramRunning(false))],
+        &[
+            CommandKind::Stop {
+                only: CommandId::NONE,
+            },
+            CommandKind::SetIo(IoChange::ProgramRunning(false)),
+        ],
+        &[CommandKind::PathOffsetDisable { acceleration: 3.0 }],
+    ];
+    for seed in 0..120 {
+        let mut draw = Draw::new(seed);
+        let mut config = CycleConfig {
+            step_time: *draw.pick(&[0.002, 0.004, 0.008]),
+            ..ideal(draw.pick::<&str>(&MODELS))
+        };
+        config.limits.joint_acceleration = draw.chance(0.5).then_some(JointAccelerations([5.0; 6]));
+        let mut bench = Bench::new(config);
+        let h = bench.cycle.step_time();
+        let start = bench.now().target_tcp_pose;
+        bench.do_it(CommandKind::PathOffsetEnable);
+        bench.send(movep(
+            moved(&start, [0.03, 0.11, -0.02]),
+            draw.spread(0.03, 0.3),
+        ));
+        let axes = *draw.pick(&[OffsetAxes::Base, OffsetAxes::Tool, OffsetAxes::Motion]);
+        let size = [0.01, 0.01, 0.01, 0.1, 0.1, 0.1].map(|x| draw.between(0.0, x));
+        let rate = draw.between(3.0, 40.0);
+        let jumps = draw.chance(0.3);
+        for cycle in 0..(draw.between(0.3, 3.5) / h) as u32 {
+            let swing = (rate * h * f64::from(cycle)).sin();
+            let swing = if jumps { swing.signum() } else { swing };
+            bench.send(set(size.map(|x| x * swing), axes));
+            bench.tick();
+        }
+        let end = *draw.pick(&ends);
+        for kind in end {
+            let _ = bench.send(*kind);
+        }
+        bench.run((1.0 / h) as usize);
+        assert_eq!(bench.now().target_qd.max_abs(), 0.0, "{seed}");
+        assert!(bench.stops.is_empty(), "{seed}: {:?}", bench.stops);
+        // What is told and what the positions do belong together.
+        for three in bench.states.windows(3) {
+            for joint in 0..6 {
+                let [a, b, c] = [0, 1, 2].map(|k| three[k].target_q[joint]);
+                let told = [0, 1, 2].map(|k| three[k].target_qdd[joint]);
+                let done = (c - 2.0 * b + a) / (h * h);
+                let (low, high) = told
+                    .iter()
+                    .fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(*x), h.max(*x)));
+                // Within a cycle an acceleration may rise and fall again.
+                let slack =
+                    0.02 * bench.limits.acceleration[joint] + 0.15 * h * bench.limits.jerk[joint];
+                assert!(
+                    (low - slack..=high + slack).contains(&done),
+                    "{seed}: joint {joint} {done} of {told:?} in cycle {} of {}, {end:?}",
+                    three[2].cycle,
+                    bench.now().cycle
+                );
+            }
+        }
+        let faults = bench.limit_faults();
+        assert!(faults.is_empty(), "{seed}: {}", faults[0]);
     }
 }

@@ -35,6 +35,8 @@ const MOVING: f64 = 1e-4;
 const THERE: f64 = 1e-9;
 /// Share of its acceleration with which it comes to rest within what is asked for: what the joints leave changes meanwhile.
 const COMING_TO_REST: f64 = 0.9;
+/// So far before and behind a moment its change is looked at, s.
+const NEARBY: f64 = 1e-4;
 /// Components that are smaller, m or rad and per second, are none.
 const NONE: f64 = 1e-9;
 
@@ -384,10 +386,13 @@ impl PathOffset {
         };
         let turn = part(3, |x| x.position);
         let rotation = rotation_from_rotvec(turn);
-        // Velocity of the rotation from that of its vector; its change by the main term, the rest is of third order.
+        // Velocity and acceleration of the rotation from those of its vector.
         let left = left_jacobian(&turn);
-        let omega = left * part(3, |x| x.speed);
-        let alpha = left * part(3, |x| x.acceleration);
+        let rate = part(3, |x| x.speed);
+        let omega = left * rate;
+        let ahead = left_jacobian(&(turn + rate * NEARBY));
+        let behind = left_jacobian(&(turn - rate * NEARBY));
+        let alpha = left * part(3, |x| x.acceleration) + (ahead - behind) * rate / (2.0 * NEARBY);
         let own = rotation * speed.angular;
         let pose = Pose::new(
             rotation * pose.rotation,
