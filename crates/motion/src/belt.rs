@@ -282,8 +282,9 @@ impl Cycle {
                 .max(points.share(soon_braking));
             used = used.max(if is_online { 0.0 } else { of_points });
         }
-        // Who still comes down to reduced limits does so by those of the way ahead and of online modes.
-        let used = if self.limit_sets.is_slowing() {
+        // Who is still too fast for new limits comes down to them by those of the way ahead and of online modes; from then on
+        // the joints must be able to brake as well.
+        let used = if self.limit_sets.is_slowing() && self.used() > 1.0 {
             0.0
         } else {
             used

@@ -260,7 +260,7 @@ impl Cycle {
     }
 
     /// The largest share of the limits in force that a joint, TCP or elbow use.
-    fn used(&self) -> f64 {
+    pub(crate) fn used(&self) -> f64 {
         let (qd, limits) = (&self.commanded.qd, &self.limits);
         let tcp = (self.target_frames.base_from_flange * self.flange_from_tcp).translation;
         let tcp_speed = self.target_frames.twist(qd, tcp).linear.norm();

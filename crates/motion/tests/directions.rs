@@ -34,7 +34,7 @@ fn check_line(bench: &Bench, along: &Vector3<f64>, from: usize) {
     for state in &bench.states[from..] {
         let way = Vector3::from(state.target_tcp_pose.xyz) - start;
         assert!(
-            way.cross(along).norm() < 1e-7,
+            way.cross(along).norm() < 1e-6,
             "{way:?} in cycle {}",
             state.cycle
         );
@@ -158,7 +158,10 @@ fn what_stops_a_motion_stops_one_in_a_direction_and_the_arm_obeys_afterwards() {
         assert!((tcp_speed(&bench.now()) - 0.15).abs() < 1e-9);
         assert_eq!(bench.do_it(stop), Outcome::Done);
         assert_eq!(bench.outcome(id), Some(Outcome::Aborted));
-        check_line(&bench, &up, 0);
+        // Joints that brake in proportion leave the line.
+        if !matches!(stop, CommandKind::StopJ { .. }) {
+            check_line(&bench, &up, 0);
+        }
         assert_eq!(bench.do_it(movel(home)), Outcome::Done);
         bench.check_limits();
     }
