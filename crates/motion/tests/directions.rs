@@ -45,7 +45,7 @@ fn check_line(bench: &Bench, along: &Vector3<f64>, from: usize) {
 
 #[test]
 fn in_any_direction_the_arm_goes_on_its_line_as_far_as_it_can_and_says_why_no_further() {
-    let (mut refused, mut ends) = (0, [0; 4]);
+    let (mut refused, mut ends, mut slowest) = (0, [0; 4], 0.0_f64);
     for seed in 0..150 {
         let mut draw = Draw::new(seed);
         let model = *draw.pick(&MODELS);
@@ -79,8 +79,8 @@ fn in_any_direction_the_arm_goes_on_its_line_as_far_as_it_can_and_says_why_no_fu
             *of == id
                 && matches!(warning, Warning::Direction { distance } if (distance - FAR).abs() < 1.0)
         });
-        let gone = Vector3::from(bench.now().target_tcp_pose.xyz)
-            - Vector3::from(bench.states[0].target_tcp_pose.xyz);
+        let start = Vector3::from(bench.states[0].target_tcp_pose.xyz);
+        let gone = Vector3::from(bench.now().target_tcp_pose.xyz) - start;
         assert!(
             (gone.dot(&along) - way).abs() < 1e-6,
             "{seed}: {gone} {way}"
@@ -97,12 +97,19 @@ fn in_any_direction_the_arm_goes_on_its_line_as_far_as_it_can_and_says_why_no_fu
         assert_eq!(bench.now().target_qd.max_abs(), 0.0);
         check_line(&bench, &along, 0);
         // Not long before the place where a line of that length is refused.
-        if way > 0.0 && !matches!(fault, PathFault::SelfCollision { .. }) {
+        // No crawling to where it can go no further.
+        let slow = bench.states.iter().filter(|state| {
+            let left = way - (Vector3::from(state.target_tcp_pose.xyz) - start).dot(&along);
+            left < 0.01
+        });
+        let slow = slow.count() as f64 * bench.cycle.step_time();
+        slowest = slowest.max(slow);
+        if way > 0.0 && matches!(fault, PathFault::OutOfReach) {
             let mut other = Bench::new(CycleConfig {
                 home: q,
                 ..ideal(model)
             });
-            let target = moved(&other.now().target_tcp_pose, (along * (way + 0.01)).into());
+            let target = moved(&other.now().target_tcp_pose, (along * (way + 0.05)).into());
             let beyond = other.do_it(movel(target));
             assert!(
                 matches!(beyond, Outcome::Refused(_)),
@@ -110,6 +117,8 @@ fn in_any_direction_the_arm_goes_on_its_line_as_far_as_it_can_and_says_why_no_fu
             );
         }
     }
+    println!("the last centimetre takes {slowest:.2} s at most");
+    assert!(slowest < 3.0, "{slowest}");
     println!("{refused} could go nowhere; out of reach, range, singular, links: {ends:?}");
     assert!(
         refused < 30 && [0, 2, 3].iter().all(|k| ends[*k] > 3),

@@ -127,16 +127,21 @@ impl CartesianPlanner {
             (Err(refusal), None) => return Err(refusal),
             (walked, Some(direction)) => {
                 direction.warn(&mut warnings);
-                let end = survey.end_here(&self.wish, arm, cells);
-                path = path.until(end, survey.reached());
+                let reached = survey.end_here(&self.wish, arm, cells);
+                let slow = direction.slowest(&self.wish);
+                let end = cells.end_before_slow(slow).unwrap_or(reached);
+                let q = path.positions(arm.model, end, &survey.reached());
+                path = path.until(end, q.unwrap_or(survey.reached()));
                 let fault = PathFault::OutOfReach;
                 let fraction = 1.0;
                 let refusal = walked.err().unwrap_or(Refusal::Path { fraction, fault });
                 Some(direction.end(end, refusal)?)
             }
         };
-        let path = path.ending_at(survey.reached());
-        warn(cells, path.length(), &self.wish, &mut warnings);
+        if beyond.is_none() {
+            path = path.ending_at(survey.reached());
+            warn(cells, path.length(), &self.wish, &mut warnings);
+        }
         let leg = Leg::new(Path::Cartesian(path), &self.wish, arm, &mut warnings);
         Ok(Some((Leg { beyond, ..leg }, warnings)))
     }

@@ -14,6 +14,10 @@ use super::{Arm, Warnings, Wish};
 
 /// A target farther away than this is a direction, m.
 const FARTHEST_TARGET: f64 = 10.0;
+/// The slowest that the arm goes at the end of a direction, m/s, and as share of the speed that is wanted.
+const SLOWEST_END: f64 = 0.02;
+/// See [`SLOWEST_END`].
+const SLOWEST_SHARE: f64 = 0.1;
 /// An arm behind a plane already may be as deep as it is, up to rounding, m.
 const DEPTH_SLACK: f64 = 1e-9;
 /// A way shorter than this is none, m.
@@ -92,6 +96,12 @@ impl Direction {
             let (plane, depth) = crossed(q, arm)?;
             (depth > self.depth + DEPTH_SLACK).then_some(PathFault::SafetyPlane { plane })
         })
+    }
+
+    /// The way ends where it bears less speed than this to its end, m/s: next to a singular position the arm would crawl to a
+    /// place that nobody asked for.
+    pub(super) fn slowest(&self, wish: &Wish) -> f64 {
+        SLOWEST_END.min(SLOWEST_SHARE * wish.speed)
     }
 
     /// How the command ends where the arm can go no further than `way`, m, because of `refusal`.
