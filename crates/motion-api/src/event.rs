@@ -106,6 +106,14 @@ pub enum Refusal {
         /// What is wrong there.
         fault: PathFault,
     },
+    /// The arm went in a direction as far as it can, and stands there.
+    #[error("the arm can go no further in this direction than {way:.3} m: {fault}")]
+    DirectionEnds {
+        /// How far the TCP can go, m.
+        way: f64,
+        /// What is wrong behind that.
+        fault: PathFault,
+    },
     /// Three points that make no circular arc.
     #[error(
         "start, via point and target make no circular arc: two of them coincide, or they lie on a straight line"
@@ -206,6 +214,12 @@ pub enum PathFault {
         links: [u8; 2],
         /// How far their capsules overlap, m.
         overlap: f64,
+    },
+    /// A safety plane would be crossed.
+    #[error("safety plane {} of the cell would be crossed there", plane + 1)]
+    SafetyPlane {
+        /// Index of the plane in the cell, from 0.
+        plane: u8,
     },
 }
 
@@ -356,6 +370,24 @@ impl StopReason {
     }
 }
 
+/// What the way of a motion is counted in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WayUnit {
+    /// Angle of the joint with the longest way.
+    Radian,
+    /// Way of the TCP.
+    Metre,
+}
+
+impl fmt::Display for WayUnit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Radian => "rad",
+            Self::Metre => "m",
+        })
+    }
+}
+
 /// What was changed about a motion, so that it could be done.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
@@ -370,13 +402,15 @@ pub enum Warning {
     },
     /// The wanted speed is more than the arm can do here.
     #[error(
-        "a speed of {wanted:.4} is more than the joints can do here, it is limited to {planned:.4}"
+        "a speed of {wanted:.4} {unit}/s is more than the joints can do here, it is limited to {planned:.4} {unit}/s"
     )]
     SpeedLimited {
         /// Asked for, rad/s or m/s.
         wanted: f64,
-        /// Planned, rad/s or m/s.
+        /// What the motion slows down to, rad/s or m/s.
         planned: f64,
+        /// Of the way.
+        unit: WayUnit,
     },
     /// An online mode cannot go on as asked.
     #[error("the arm slows down: joint {} is near the end of its range or turns too fast for the wanted motion", joint + 1)]
@@ -399,14 +433,32 @@ pub enum Warning {
         "the motion stopped at its end instead of blending: the next one came too late or turns too sharply for the speed"
     )]
     NotBlended,
+    /// The target is so far away that it only says where to go.
+    #[error(
+        "the target is {distance:.1} m away, no arm reaches that far: it is taken as a direction, and the arm goes there until something stops it"
+    )]
+    Direction {
+        /// From where the motion begins, m.
+        distance: f64,
+    },
+    /// A blend radius at the end of a direction.
+    #[error(
+        "a direction has no end that could be blended: the blend radius of {radius:.4} m is not used"
+    )]
+    DirectionNotBlended {
+        /// Asked for, m.
+        radius: f64,
+    },
     /// The wanted acceleration is more than the arm can do here.
     #[error(
-        "an acceleration of {wanted:.4} is more than the joints can do here, it is limited to {planned:.4}"
+        "an acceleration of {wanted:.4} {unit}/s² is more than the joints can do here, it is limited to {planned:.4} {unit}/s²"
     )]
     AccelerationLimited {
         /// Asked for, rad/s² or m/s².
         wanted: f64,
-        /// Planned, rad/s² or m/s².
+        /// The most that the motion does, rad/s² or m/s².
         planned: f64,
+        /// Of the way.
+        unit: WayUnit,
     },
 }

@@ -29,7 +29,7 @@ mod atomics {
 }
 
 pub use command::{Command, CommandId, CommandKind, Origin, ProgramId, ThreadNumber};
-pub use event::{Event, Outcome, PathFault, Refusal, StopReason, Warning};
+pub use event::{Event, Outcome, PathFault, Refusal, StopReason, Warning, WayUnit};
 pub use io::{
     AnalogDomain, DigitalBank, InputAction, IoChange, IoConfig, IoImage, IoPoint, RunStateChoice,
     ToolPin,

@@ -126,7 +126,7 @@ pub enum OffsetAxes {
     Base,
     /// The TCP's on the path without offsets.
     Tool,
-    /// X along the path's tangent, Z as near to the tool's Z as it can be.
+    /// X along the path's tangent, Y = X × the tool's Z, Z = X × Y: Universal Robots' rule.
     Motion,
 }
 

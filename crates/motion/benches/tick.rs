@@ -390,6 +390,7 @@ fn movej_planning(bencher: Bencher) {
         flange_from_tcp: &kinematics::Pose::IDENTITY,
         limits: &limits,
         dynamics: &config.model.dynamics(&config.payload, config.gravity),
+        planes: None,
     };
     let wish = Wish {
         speed: 1.0,
@@ -415,6 +416,7 @@ fn movel_planning(bencher: Bencher) {
         flange_from_tcp: &kinematics::Pose::IDENTITY,
         limits: &limits,
         dynamics: &config.model.dynamics(&config.payload, config.gravity),
+        planes: None,
     };
     let wish = Wish {
         speed: 0.25,

@@ -3,18 +3,14 @@
 //! Owns when tracking begins and ends; how it moves the arm is in `modes::conveyor`, what encoders count in
 //! `modes::encoder`.
 
-use kinematics::bounds::within;
-use kinematics::elementary::{cube, square};
 use kinematics::{JointSpeeds, Pose, RpyPose};
 use motion_api::form::check_tick_count;
 use motion_api::{CommandId, EncoderRange, PulseDecoding, Refusal, StopReason};
 use nalgebra::{Unit, Vector3};
 
-use crate::config::MotionLimits;
 use crate::constants::{LIMIT_SLACK, SHARE_OF_BELT, SHARE_ON_BELT, SLOWEST};
 use crate::cycle::{Cycle, Generator};
 use crate::intake::{Answer, Ending, bad_value};
-use crate::modes::axis::Axis;
 use crate::modes::conveyor::{Route, Tracking};
 use crate::modes::encoder::Encoder;
 use crate::modes::points::Points;
@@ -83,8 +79,16 @@ impl Cycle {
         let (start, _) = self.encoder(encoder)?.position();
         let tcp = (self.target_frames.base_from_flange * self.flange_from_tcp).translation;
         let encoder = usize::from(encoder);
-        let tracking = Tracking::new(route, encoder, unit / ticks, start, tcp, self.step);
+        let mut tracking = Tracking::new(route, encoder, unit / ticks, start, tcp, self.step);
+        self.limits_on_belt = self.limits.shared(SHARE_ON_BELT);
+        if !matches!(self.generator, Generator::Hold) {
+            tracking.wait();
+        }
         self.tracking = Some(tracking);
+        if matches!(self.generator, Generator::Path(_)) {
+            self.queue.forget_caps();
+            self.keep_way();
+        }
         Ok(Ending::Now)
     }
 
@@ -100,115 +104,195 @@ impl Cycle {
 
     /// The generator's setpoint carried along with the conveyor.
     pub(crate) fn carried(&mut self, nominal: &Setpoint) -> Result<Setpoint, StopReason> {
-        let Some(tracking) = &mut self.tracking else {
+        let Some(tracking) = &self.tracking else {
             return Ok(*nominal);
         };
         let belt = self.encoders[tracking.encoder].position();
-        let tcp = (self.target_frames.base_from_flange * self.flange_from_tcp).translation;
-        let twist = tracking.unit_twist(tcp);
-        let jacobian = self.target_frames.jacobian(tcp).lu();
-        if let Some(per_way) = jacobian.solve(&twist.to_vector()) {
-            let able = (0..6).fold(f64::INFINITY, |least, joint| {
-                least.min(self.limits.acceleration[joint] / per_way[joint].abs())
-            });
-            // While the arm does nothing else the belt may use what motions would need.
-            let share = match self.generator {
-                Generator::Hold if self.lag.is_none() => SHARE_OF_BELT + SHARE_ON_BELT,
-                _ => SHARE_OF_BELT,
-            };
-            let elbow = elbow_speed(&self.target_frames, &JointSpeeds(per_way.into()));
-            let points = [
-                (twist.linear.norm(), self.limits.tcp_speed),
-                (elbow, self.limits.elbow_speed),
-            ];
-            let rate = tracking.rate(belt.1);
-            let mut fastest = f64::INFINITY;
-            // Faster than the belt only as far as the joints bear it, where they are and in the bends that they are led through.
-            let unit = JointSpeeds(per_way.into());
-            let bias = self.target_frames.jacobian_rate_times_speeds(&unit, tcp);
-            let bend = tracking.unit_bend(tcp).to_vector() - bias.to_vector();
-            let bend = jacobian.solve(&bend).unwrap_or_default();
-            for joint in 0..6 {
-                let most = SHARE_OF_JOINT_SPEED * self.limits.speed[joint] / per_way[joint].abs();
-                let bent = SHARE_OF_BELT * self.limits.acceleration[joint] / bend[joint].abs();
-                fastest = fastest.min(most).min(bent.sqrt());
-            }
-            fastest = fastest.max(FASTER_THAN_BELT * rate);
-            for (number, (per_way, limit)) in points.into_iter().enumerate() {
-                let (value, most) = (rate * per_way, FASTEST_BELT * limit);
-                if value > most && !tracking.is_stopping() {
-                    return Err(match number {
-                        0 => StopReason::TcpSpeed { value, limit },
-                        _ => StopReason::ElbowSpeed { value, limit },
-                    });
-                }
-                fastest = fastest.min(value.max(BELT_SHARE_OF_POINTS * limit) / per_way);
-            }
-            tracking.limit(share * able, fastest);
-            // Motions that are planned now have what the belt leaves.
-            let speed = rate.max(tracking.speed());
-            let left = points.map(|(per_way, limit)| {
-                (BELT_SHARE_OF_POINTS * limit - speed * per_way).max(LEAST_POINT_SHARE * limit)
-            });
-            self.limits_on_belt.tcp_speed = left[0];
-            self.limits_on_belt.elbow_speed = left[1];
+        if let Some(budget) = self.belt_budget(tracking, belt)? {
+            self.share_with_belt(&budget);
         }
+        self.await_motion();
+        let Some(tracking) = &mut self.tracking else {
+            return Ok(*nominal);
+        };
         tracking.advance(belt, self.step);
-        let carried = tracking
+        tracking
             .carry(nominal, &self.commanded, &self.model, &self.flange_from_tcp)
-            .ok_or(StopReason::ConveyorLost)?;
-        Ok(carried)
+            .ok_or(StopReason::ConveyorLost)
     }
 
-    /// What was laid over the motion underneath must not ask more of the joints than they can do: a motion is planned where it
-    /// begins, not where it is carried. It is stopped while the joints can still come to rest within their limits.
-    pub(crate) fn check_laid_over(&mut self, wanted: &Setpoint) -> Result<(), StopReason> {
-        if self.tracking.is_none() && !self.path_offset.is_on() {
-            return Ok(());
-        }
-        let (able, checked) = (self.limit_sets.able(), self.limit_sets.checked());
-        let is_within = is_within_rates(wanted, &self.commanded, self.step, able);
-        if self.tracking.is_some() {
-            if !(is_within && leaves_a_way_to_rest(wanted, checked)) {
-                return Err(StopReason::ConveyorLost);
+    /// What the arm's way along the belt may be where the arm is, and what it leaves; `None` in a singular position.
+    fn belt_budget(
+        &self,
+        tracking: &Tracking,
+        belt: (f64, f64),
+    ) -> Result<Option<Budget>, StopReason> {
+        let frames = &self.target_frames;
+        let tcp = (frames.base_from_flange * self.flange_from_tcp).translation;
+        let twist = tracking.unit_twist(tcp);
+        let jacobian = frames.jacobian(tcp).lu();
+        let Some(per_way) = jacobian.solve(&twist.to_vector()) else {
+            return Ok(None);
+        };
+        let limits = &self.limits;
+        let able = (0..6).fold(f64::INFINITY, |least, joint| {
+            least.min(limits.acceleration[joint] / per_way[joint].abs())
+        });
+        // While the arm does nothing else the belt may use what motions would need.
+        let share = match self.generator {
+            Generator::Hold if self.lag.is_none() => SHARE_OF_BELT + SHARE_ON_BELT,
+            _ => SHARE_OF_BELT,
+        };
+        let unit = JointSpeeds(per_way.into());
+        let points = [
+            (twist.linear.norm(), limits.tcp_speed),
+            (elbow_speed(frames, &unit), limits.elbow_speed),
+        ];
+        let rate = tracking.rate(belt.1);
+        for (number, (per_way, limit)) in points.into_iter().enumerate() {
+            let value = rate * per_way;
+            if value > FASTEST_BELT * limit && !tracking.is_stopping() {
+                return Err(match number {
+                    0 => StopReason::TcpSpeed { value, limit },
+                    _ => StopReason::ElbowSpeed { value, limit },
+                });
             }
-            return self.slow_for_points(wanted);
         }
-        if is_within && leaves_a_way_to_rest(wanted, checked) {
-            Ok(())
-        } else {
-            Err(StopReason::PathOffsetLost)
+        // Faster than the belt only as far as the joints bear it, where they are and in the bends that they are led through.
+        let bias = frames.jacobian_rate_times_speeds(&unit, tcp);
+        let bend = tracking.unit_bend(tcp).to_vector() - bias.to_vector();
+        let bend = jacobian.solve(&bend).unwrap_or_default();
+        let mut fastest = f64::INFINITY;
+        for joint in 0..6 {
+            let most = SHARE_OF_JOINT_SPEED * limits.speed[joint] / per_way[joint].abs();
+            let bent = SHARE_OF_BELT * limits.acceleration[joint] / bend[joint].abs();
+            fastest = fastest.min(most).min(bent.sqrt());
         }
+        fastest = fastest.max(FASTER_THAN_BELT * rate);
+        // What the motion underneath leaves of the speeds of TCP and elbow.
+        let heading = tracking.heading(belt);
+        let way = tracking.way_speed();
+        let own = JointSpeeds(core::array::from_fn(|joint| {
+            self.commanded.qd[joint] - way * per_way[joint]
+        }));
+        let own_tcp = frames.twist(&own, tcp).linear;
+        let tcp_room = beside(
+            &own_tcp,
+            &(twist.linear * heading),
+            SHARE_OF_POINTS * limits.tcp_speed,
+        );
+        let elbow_left = SHARE_OF_POINTS * limits.elbow_speed - elbow_speed(frames, &own);
+        fastest = fastest.min(tcp_room).min(elbow_left.max(0.0) / points[1].0);
+        // Motions that are planned now have what the belt leaves.
+        let speed = rate.max(tracking.speed());
+        let left = points.map(|(per_way, limit)| {
+            (BELT_SHARE_OF_POINTS * limit - speed * per_way).max(LEAST_POINT_SHARE * limit)
+        });
+        Ok(Some(Budget {
+            acceleration: share * able,
+            speed: fastest,
+            left,
+        }))
+    }
+
+    /// Gives the belt its share, and motions what it leaves of the speeds of TCP and elbow: those that are planned now, and
+    /// the one under way.
+    fn share_with_belt(&mut self, budget: &Budget) {
+        if let Some(tracking) = &mut self.tracking {
+            tracking.limit(budget.acceleration, budget.speed);
+        }
+        [
+            self.limits_on_belt.tcp_speed,
+            self.limits_on_belt.elbow_speed,
+        ] = budget.left;
+        let kept = self.keeps_way.get_or_insert(budget.left);
+        if !matches!(self.generator, Generator::Path(_)) {
+            *kept = budget.left;
+            if let Some(tracking) = &mut self.tracking {
+                tracking.end_early_motion();
+            }
+            return;
+        }
+        let is_other = |(now, kept): (&f64, &f64)| (now - kept).abs() > OTHER_LIMITS * kept;
+        let is_due = self.out.cycle.is_multiple_of(CYCLES_APART);
+        if is_due && budget.left.iter().zip(kept.iter()).any(is_other) {
+            *kept = budget.left;
+            self.queue.forget_caps();
+        }
+    }
+
+    /// A motion that began before the belt was tracked was planned with everything the joints can do: the belt waits until it
+    /// has slowed down so far that it leaves the belt its share.
+    fn await_motion(&mut self) {
+        let Some(tracking) = &mut self.tracking else {
+            return;
+        };
+        if !tracking.is_waiting() {
+            return;
+        }
+        let is_slow = match &self.generator {
+            Generator::Path(_) => {
+                let pace = self.queue.kept_pace();
+                pace.is_some_and(|pace| tracking.pace() <= pace + LIMIT_SLACK)
+            }
+            Generator::Hold | Generator::Online(_) | Generator::Brake(_) => true,
+        };
+        let limits = &self.limits;
+        let leaves = |joint: usize| {
+            self.target.qdd[joint].abs() <= (1.0 - SHARE_OF_BELT) * limits.acceleration[joint]
+                && self.target.qd[joint].abs() <= (1.0 - SHARE_OF_BELT) * limits.speed[joint]
+        };
+        if is_slow && (0..6).all(leaves) {
+            tracking.end_wait();
+        }
+    }
+
+    /// The share of its speed at which a motion on a belt goes on.
+    pub(crate) fn pace(&self) -> f64 {
+        self.tracking.as_ref().map_or(1.0, Tracking::pace)
     }
 
     /// The setpoint of the belt within the speed limits of TCP and elbow, also while the joints come to rest; a motion on
-    /// the belt is slowed down when it comes near to them.
-    fn slow_for_points(&mut self, carried: &Setpoint) -> Result<(), StopReason> {
-        let arm = (&self.model, &self.flange_from_tcp);
-        let Some(points) = Points::new(arm.0, arm.1, &self.limits, &carried.q) else {
-            return Ok(());
-        };
-        let axes = online_axes(self.limit_sets.able(), self.step);
-        let braking = points.while_braking(&states(carried), &axes, self.step);
-        let checked = Points::new(arm.0, arm.1, self.limit_sets.checked(), &carried.q);
-        if let Some(reason) = checked.and_then(|points| points.exceeded(braking)) {
-            return Err(reason);
-        }
+    /// the belt is slowed down when it comes near to what joints, TCP and elbow can do.
+    pub(crate) fn slow_for_belt(&mut self, carried: &Setpoint) -> Result<(), StopReason> {
+        let able = self.limit_sets.able();
         let soon = states(carried).map(|state| state.after(AHEAD, 0.0));
-        let used = points.used(&carried.qd);
-        let used = used.max(points.used(&JointSpeeds(soon.map(|state| state.speed))));
-        // Joints that brake each for itself may lead the TCP on faster than together.
-        let used = used.max(points.share(braking));
-        let used = used.max(points.share(points.while_braking(&soon, &axes, self.step)));
+        let mut used = (0..6).fold(0.0_f64, |most, joint| {
+            let speed = carried.qd[joint].abs().max(soon[joint].speed.abs());
+            most.max(speed / self.limits.speed[joint])
+                .max(carried.qdd[joint].abs() / able.acceleration[joint])
+        });
+        let arm = (&self.model, &self.flange_from_tcp);
+        if let Some(points) = Points::new(arm.0, arm.1, &self.limits, &carried.q) {
+            let axes = online_axes(able, self.step);
+            let braking = points.while_braking(&states(carried), &axes, self.step);
+            let checked = Points::new(arm.0, arm.1, self.limit_sets.checked(), &carried.q);
+            if let Some(reason) = checked.and_then(|points| points.exceeded(braking)) {
+                return Err(reason);
+            }
+            // Online modes keep what the belt leaves of these speeds by themselves.
+            let is_online = matches!(self.generator, Generator::Online(_));
+            // Joints that brake each for itself may lead the TCP on faster than together.
+            let soon_braking = points.while_braking(&soon, &axes, self.step);
+            let soon = JointSpeeds(soon.map(|state| state.speed));
+            let of_points = points
+                .used(&carried.qd)
+                .max(points.used(&soon))
+                .max(points.share(braking))
+                .max(points.share(soon_braking));
+            used = used.max(if is_online { 0.0 } else { of_points });
+        }
+        // Who is still too fast for new limits comes down to them by those of the way ahead and of online modes; from then on
+        // the joints must be able to brake as well.
+        let used = if self.limit_sets.is_slowing() && self.used() > 1.0 {
+            0.0
+        } else {
+            used
+        };
+        let kept_pace = self.queue.kept_pace();
         if let Some(tracking) = &mut self.tracking {
-            let change = if used > SLOWING_FROM {
-                -SLOWING_RATE * self.step
-            } else if used < SPEEDING_UNTIL {
-                SPEEDING_RATE * self.step
-            } else {
-                0.0
-            };
-            tracking.slowing = within(tracking.slowing + change, 0.0, 1.0);
+            let most = kept_pace.filter(|_| tracking.has_early_motion());
+            tracking.adapt_pace(used, most.unwrap_or(1.0), self.step);
         }
         Ok(())
     }
@@ -219,6 +303,7 @@ impl Cycle {
         let has_stopped = self.tracking.as_ref().is_some_and(Tracking::has_stopped);
         if has_stopped && is_braked && matches!(self.generator, Generator::Hold) {
             self.tracking = None;
+            self.limits_on_belt = self.limits.shared(SHARE_ON_BELT);
             self.lag = None;
             self.commanded = Setpoint::standing(self.commanded.q);
             self.target = self.commanded;
@@ -302,56 +387,35 @@ const LEAST_POINT_SHARE: f64 = 0.1;
 const FASTER_THAN_BELT: f64 = 1.2;
 /// Share of the joints' speeds with which a belt is caught up with.
 const SHARE_OF_JOINT_SPEED: f64 = 0.8;
-/// A motion on a belt is slowed down above this share of those limits, looked at so far ahead, s, and so fast, 1/s; it is let go
-/// on below the other share.
-const SLOWING_FROM: f64 = 0.96;
-/// See [`SLOWING_FROM`].
+/// Share of them that a belt and the motion on it use while the belt is caught up with.
+const SHARE_OF_POINTS: f64 = 0.95;
+/// So far ahead the speeds of a motion on a belt are looked at, s.
 const AHEAD: f64 = 0.08;
-/// See [`SLOWING_FROM`].
-const SLOWING_RATE: f64 = 8.0;
-/// See [`SLOWING_FROM`].
-const SPEEDING_UNTIL: f64 = 0.85;
-/// See [`SLOWING_FROM`].
-const SPEEDING_RATE: f64 = 1.0;
+/// The way ahead is looked at again when limits have changed by this part, and once in so many cycles.
+const OTHER_LIMITS: f64 = 0.05;
+/// See [`OTHER_LIMITS`].
+const CYCLES_APART: u64 = 8;
 
-/// No joint exceeds its acceleration, or its jerk between two setpoints that are `step` seconds apart.
-pub(crate) fn is_within_rates(
-    next: &Setpoint,
-    before: &Setpoint,
-    step: f64,
-    limits: &MotionLimits,
-) -> bool {
-    (0..6).all(|joint| {
-        let most = limits.jerk[joint];
-        let jerk = (next.qdd[joint] - before.qdd[joint]) / step;
-        // Near singular positions inverse kinematics may go over into another branch: then position, speed and acceleration
-        // do not belong to one motion, although each is within its limit.
-        let evenly = 0.5 * step * (before.qd[joint] + next.qd[joint]);
-        let off = next.q[joint] - before.q[joint] - evenly;
-        let evenly = 0.5 * step * (before.qdd[joint] + next.qdd[joint]);
-        let speed_off = next.qd[joint] - before.qd[joint] - evenly;
-        next.qdd[joint].abs() <= limits.acceleration[joint] * (1.0 + RATE_SLACK)
-            && jerk.abs() <= most * (1.0 + RATE_SLACK)
-            && off.abs() <= most * cube(step) / 6.0 + OFF_SLACK * step
-            && speed_off.abs() <= most * square(step) / 4.0 + OFF_SLACK
-    })
+/// What the arm's way along a belt may do, in units of the way, and what it leaves.
+struct Budget {
+    /// Acceleration of the way.
+    acceleration: f64,
+    /// Speed of the way.
+    speed: f64,
+    /// Speeds of TCP and elbow that are left for motions, m/s.
+    left: [f64; 2],
 }
 
-/// No joint exceeds its speed or leaves its range when all of them brake from here.
-fn leaves_a_way_to_rest(from: &Setpoint, limits: &MotionLimits) -> bool {
-    states(from).iter().enumerate().all(|(joint, state)| {
-        let axis = Axis {
-            min: limits.position_min[joint] - LIMIT_SLACK,
-            max: limits.position_max[joint] + LIMIT_SLACK,
-            speed: limits.speed[joint] + LIMIT_SLACK / 2.0,
-            acceleration: limits.acceleration[joint] * (1.0 + RATE_SLACK),
-            jerk: limits.jerk[joint],
-        };
-        axis.is_safe(state)
-    })
+/// The largest speed along `unit` at which a point that already moves with `own` is no faster than `most`.
+fn beside(own: &Vector3<f64>, unit: &Vector3<f64>, most: f64) -> f64 {
+    let square = unit.norm_squared();
+    if most.is_infinite() || square == 0.0 {
+        return f64::INFINITY;
+    }
+    let along = own.dot(unit) / square;
+    let under = along * along + (most * most - own.norm_squared()) / square;
+    if under <= 0.0 {
+        return 0.0;
+    }
+    (under.sqrt() - along).max(0.0)
 }
-
-/// Positions and speeds may differ by this, rad/s, from what goes on from the ones before.
-const OFF_SLACK: f64 = 1e-6;
-/// Accelerations and jerks may exceed their limits by this part through rounding.
-const RATE_SLACK: f64 = 1e-6;

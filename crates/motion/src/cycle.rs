@@ -19,6 +19,7 @@ use crate::external::External;
 use crate::force_mode::ForceMode;
 use crate::hold::{Holding, Permit};
 use crate::io::Io;
+use crate::laid_over::Yields;
 use crate::limits_in_force::LimitSets;
 use crate::machine::Machine;
 use crate::micro_points::MicroPoints;
@@ -75,6 +76,9 @@ pub struct Cycle {
     pub(crate) limit_sets: LimitSets,
     /// What planned motions may use while a belt uses the rest.
     pub(crate) limits_on_belt: MotionLimits,
+    /// The speeds of TCP and elbow, m/s, that the way ahead is kept within because it was planned with others.
+    pub(crate) keeps_way: Option<[f64; 2]>,
+    pub(crate) yields: Yields,
     pub(crate) step: f64,
     pub(crate) gravity: Vector3<f64>,
 
@@ -173,6 +177,8 @@ impl Cycle {
         let is_powered = machine.robot_mode() != RobotMode::PowerOff;
         let mut cycle = Self {
             limits_on_belt: limits.shared(SHARE_ON_BELT),
+            keeps_way: None,
+            yields: Yields::default(),
             micro_points: MicroPoints::new(points),
             deferred: None,
             tracking: None,
@@ -241,6 +247,7 @@ impl Cycle {
         self.follow_input_actions();
         self.advance_machine();
         self.follow_reduced_mode();
+        self.yields.advance(self.step);
         self.feel_hand();
         let wanted = self.generate();
         let limited = self.limit(wanted);
@@ -287,8 +294,10 @@ impl Cycle {
             code: fault::PATH_LOST,
         };
         let queue = &self.queue;
+        let pace = self.tracking.as_ref().map_or(1.0, Tracking::pace);
         if let Generator::Path(motion) = &mut self.generator {
             motion.brake_hard(is_hard);
+            motion.slow_to(pace);
         }
         match &mut self.generator {
             Generator::Hold | Generator::Online(_) => Ok(Setpoint::standing(self.target.q)),
@@ -343,7 +352,9 @@ impl Cycle {
             let wanted = self.offset(&wanted)?;
             let wanted = self.pressed(&wanted)?;
             let wanted = self.with_lag(&wanted);
-            self.check_laid_over(&wanted)?;
+            if let Err(reason) = self.check_laid_over(&wanted) {
+                return self.yield_to_limits(&nominal, reason);
+            }
             let frames = if wanted.q.has_bits_of(&self.commanded.q) {
                 self.target_frames
             } else {

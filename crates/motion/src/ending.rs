@@ -72,8 +72,8 @@ impl Cycle {
         }
         while let Some(leg) = self.queue.reached(motion) {
             leg.has_ended = true;
-            let id = leg.id;
-            self.out.ended(id, Outcome::Done);
+            let (id, outcome) = (leg.id, leg.outcome());
+            self.out.ended(id, outcome);
         }
         if self.queue.is_over(motion) {
             self.generator = Generator::Hold;

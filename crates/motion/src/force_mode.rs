@@ -148,7 +148,7 @@ impl Cycle {
         let arm = OnlineArm::new(
             &self.model,
             &self.flange_from_tcp,
-            self.limit_sets.checked(),
+            [self.limit_sets.checked(); 2],
             &self.dynamics,
             &self.commanded,
             felt,

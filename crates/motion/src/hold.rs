@@ -88,8 +88,7 @@ impl Cycle {
         } else if self.is_behind() || self.speed_fraction < SLOWEST_FRACTION {
             Permit::Go(0.0)
         } else {
-            let slowing = self.tracking.as_ref().map_or(1.0, |t| t.slowing);
-            Permit::Go(self.speed_fraction * slowing)
+            Permit::Go(self.speed_fraction)
         }
     }
 
@@ -119,7 +118,10 @@ impl Cycle {
             Permit::Go(_) => {
                 return match &self.holding {
                     Some(holding) if holding.slows_only => {
-                        if holding.brake.is_over() || !self.limit_sets.is_reduced() {
+                        let is_slowing = self.limit_sets.is_slowing();
+                        if is_slowing && holding.brake.is_over() && !self.may_be_braked() {
+                            self.hold(true);
+                        } else if !is_slowing || holding.brake.is_over() {
                             self.let_go_slowed();
                         }
                         Ok(())
@@ -172,14 +174,15 @@ impl Cycle {
         matches!(&self.generator, Generator::Online(online) if online.follows_from_outside())
     }
 
-    fn hold(&mut self, slows_only: bool) {
+    /// Brakes the joints.
+    pub(crate) fn hold(&mut self, slows_only: bool) {
         let is_gentle = !slows_only
             && self.permit() == Permit::Rest
             && self.tracking.is_none()
             && self.lag.is_none();
         let able = self.limit_sets.able();
         let brake = if slows_only {
-            JointBrake::to_share(&self.commanded, self.slow_share(), &self.slowing_limits())
+            JointBrake::to_share(&self.commanded, self.braked_share(), &self.slowing_limits())
         } else if is_gentle {
             let acceleration = able.acceleration.map(|a| PAUSE_OF_STREAMS * a);
             JointBrake::new(

@@ -453,6 +453,7 @@ impl Cycle {
             flange_from_tcp: &self.flange_from_tcp,
             limits: self.planning_limits(),
             dynamics: &self.dynamics,
+            planes: (!self.has_no_planes()).then(|| (&self.safety, self.plane_switches())),
         }
     }
 
@@ -482,6 +483,7 @@ impl Cycle {
     fn set_tcp(&mut self, tcp: RpyPose) {
         self.tcp = tcp;
         self.flange_from_tcp = Pose::from_rpy(&tcp);
+        self.slow_down_for_tool();
         if let Generator::Online(mut online) = self.generator {
             online.take_tool(&self.online_arm(), &self.target);
             self.generator = Generator::Online(online);

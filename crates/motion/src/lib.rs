@@ -50,6 +50,7 @@ pub mod histogram;
 mod hold;
 mod intake;
 pub mod io;
+mod laid_over;
 mod limits_in_force;
 pub mod machine;
 mod micro_points;

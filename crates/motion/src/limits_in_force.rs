@@ -4,6 +4,7 @@
 //! then on. What is under way slows down: a planned motion on its path, as hard as the arm can or with its own acceleration
 //! (`set_safety_mode_transition_hardness`), online modes by braking their joints until they are slow enough. Until then setpoints
 //! are checked against the arm's limits, but no longer than [`LONGEST_SLOWING`]: then what is too fast is a protective stop.
+//! A tool that is set on the way, and whose TCP is too fast for its limit, is slowed down for in the same way.
 //! Braking is what the arm can do in either mode, and a motion under way keeps the accelerations it was planned with.
 
 use kinematics::JointPositions;
@@ -24,6 +25,8 @@ const SLOW_FOR: f64 = 0.1;
 const LONGEST_SLOWING: [f64; 2] = [1.0, 5.0];
 /// Online modes are slowed down to this share of the limits.
 const SLOW_SHARE: f64 = 0.9;
+/// Or so much slower at a time until joints may brake each for itself.
+const SLOWER_SHARE: f64 = 0.7;
 /// Share of the speeds of TCP and elbow that a path leaves to offsets laid over it.
 const SHARE_UNDER_OFFSETS: f64 = 0.7;
 /// Share of the joints' accelerations with which they are slowed down softly.
@@ -36,6 +39,8 @@ pub(crate) struct LimitSets {
     reduced: MotionLimits,
     is_reduced: bool,
     slowing: Option<SlowingDown>,
+    /// While the arm slows down for another tool: the limits in force without that of the TCP's speed.
+    without_tcp: Option<MotionLimits>,
 }
 
 /// An arm that is faster than reduced mode allows.
@@ -55,6 +60,7 @@ impl LimitSets {
             reduced,
             is_reduced: false,
             slowing: None,
+            without_tcp: None,
         }
     }
 
@@ -67,12 +73,17 @@ impl LimitSets {
         self.is_reduced
     }
 
+    /// The arm is still coming down to the limits in force.
+    pub(crate) const fn is_slowing(&self) -> bool {
+        self.slowing.is_some()
+    }
+
     /// What setpoints are checked against: the limits in force, unless the arm still slows down to them.
     pub(crate) const fn checked(&self) -> &MotionLimits {
-        if self.is_reduced && self.slowing.is_none() {
-            &self.reduced
-        } else {
-            &self.normal
+        match (&self.without_tcp, &self.slowing) {
+            (Some(limits), Some(_)) => limits,
+            (_, None) if self.is_reduced => &self.reduced,
+            _ => &self.normal,
         }
     }
 }
@@ -86,17 +97,17 @@ impl Cycle {
             let left = LONGEST_SLOWING[usize::from(self.slows_softly())];
             let slow_for = 0.0;
             self.limit_sets.slowing = is_reduced.then_some(SlowingDown { left, slow_for });
+            self.limit_sets.without_tcp = None;
             self.limits = if is_reduced {
                 self.limit_sets.reduced
             } else {
                 self.limit_sets.normal
             };
             self.limits_on_belt = self.limits.shared(SHARE_ON_BELT);
-            self.queue.forget_caps();
+            self.keep_way_anew();
         }
-        let is_slow = self.limit_sets.slowing.is_some()
-            && self.used() <= 1.0
-            && self.may_be_braked_on_a_belt();
+        let is_slow =
+            self.limit_sets.slowing.is_some() && self.used() <= 1.0 && self.may_be_braked();
         if let Some(slowing) = &mut self.limit_sets.slowing {
             slowing.left -= self.step;
             slowing.slow_for = if is_slow {
@@ -105,14 +116,15 @@ impl Cycle {
                 0.0
             };
             if slowing.left <= 0.0 || slowing.slow_for >= SLOW_FOR {
-                self.limit_sets.slowing = None;
+                self.is_slow_enough();
             }
         }
     }
 
-    /// On a belt TCP and elbow keep to their limits while the joints brake, too: from then on nothing faster passes.
-    fn may_be_braked_on_a_belt(&self) -> bool {
-        if self.tracking.is_none() {
+    /// On a belt and in online modes TCP and elbow keep to their limits while the joints brake, too: from then on nothing faster
+    /// passes.
+    pub(crate) fn may_be_braked(&self) -> bool {
+        if self.tracking.is_none() && !matches!(self.generator, Generator::Online(_)) {
             return true;
         }
         let at = &self.commanded;
@@ -122,7 +134,7 @@ impl Cycle {
     }
 
     fn slows_softly(&self) -> bool {
-        self.io.image.config.safety_hardness == 1
+        self.io.image.config.safety_hardness == 1 && self.limit_sets.without_tcp.is_none()
     }
 
     /// The motion under way has to come down to the limits of reduced mode as hard as the arm can.
@@ -130,12 +142,38 @@ impl Cycle {
         self.limit_sets.slowing.is_some() && !self.slows_softly()
     }
 
-    /// Keeps the way ahead of a planned motion within the limits of reduced mode.
+    /// The limits that online modes keep: what is laid over them has the rest.
+    pub(crate) fn online_limits(&self) -> &MotionLimits {
+        if self.tracking.is_some() || self.path_offset.is_on() {
+            &self.limits_on_belt
+        } else {
+            self.limit_sets.checked()
+        }
+    }
+
+    /// The way ahead is as fast as it was planned, until it has been looked at with the limits in force.
+    pub(crate) fn keep_way_anew(&mut self) {
+        self.queue.forget_caps();
+        if self.keeps_way.is_some() {
+            self.keep_way();
+        }
+    }
+
+    /// From now on the way ahead of the motion under way is kept within the limits in force: it was planned with others.
+    pub(crate) fn keep_way(&mut self) {
+        let limits = self.planning_limits();
+        self.keeps_way = Some([limits.tcp_speed, limits.elbow_speed]);
+    }
+
+    /// Keeps the way ahead of a planned motion within the limits in force, where it was planned with others.
     pub(crate) fn slow_the_way_down(&mut self) {
         let Generator::Path(motion) = self.generator else {
+            if self.upcoming.is_none() {
+                self.keeps_way = None;
+            }
             return;
         };
-        if !self.limit_sets.is_reduced {
+        if !self.limit_sets.is_reduced && self.keeps_way.is_none() {
             return;
         }
         let ground = Ground {
@@ -163,7 +201,7 @@ impl Cycle {
         self.limit_sets.slowing.is_some()
             && matches!(self.generator, Generator::Online(_))
             && self.is_path_all()
-            && self.slow_share() < 1.0
+            && (self.slow_share() < 1.0 || !self.may_be_braked())
     }
 
     /// With what joints brake that need not stand.
@@ -183,6 +221,30 @@ impl Cycle {
     /// The arm has come down to the limits in force.
     pub(crate) fn is_slow_enough(&mut self) {
         self.limit_sets.slowing = None;
+        self.limit_sets.without_tcp = None;
+    }
+
+    /// Another tool may be too fast for the limit of the TCP's speed where the one before was not: what is under way comes down
+    /// to it, as hard as the arm can.
+    pub(crate) fn slow_down_for_tool(&mut self) {
+        if self.limits.tcp_speed.is_infinite() || self.is_at_rest() {
+            return;
+        }
+        // One that still comes down to reduced limits goes on doing so.
+        if self.limit_sets.slowing.is_none() || self.limit_sets.without_tcp.is_some() {
+            self.limit_sets.slowing = Some(SlowingDown {
+                left: LONGEST_SLOWING[0],
+                slow_for: 0.0,
+            });
+            self.limit_sets.without_tcp = Some(MotionLimits {
+                tcp_speed: f64::INFINITY,
+                ..self.limits
+            });
+        }
+        if matches!(self.generator, Generator::Path(_)) || self.upcoming.is_some() {
+            self.queue.forget_caps();
+            self.keep_way();
+        }
     }
 
     /// Share of the joints' speeds at which the arm is as slow as online modes are to be.
@@ -190,8 +252,15 @@ impl Cycle {
         (SLOW_SHARE / self.used()).min(1.0)
     }
 
+    /// Share of the joints' speeds to which an arm is braked that is too fast: less where joints that brake each for itself
+    /// would lead the TCP on faster.
+    pub(crate) fn braked_share(&self) -> f64 {
+        let share = self.slow_share();
+        if share < 1.0 { share } else { SLOWER_SHARE }
+    }
+
     /// The largest share of the limits in force that a joint, TCP or elbow use.
-    fn used(&self) -> f64 {
+    pub(crate) fn used(&self) -> f64 {
         let (qd, limits) = (&self.commanded.qd, &self.limits);
         let tcp = (self.target_frames.base_from_flange * self.flange_from_tcp).translation;
         let tcp_speed = self.target_frames.twist(qd, tcp).linear.norm();

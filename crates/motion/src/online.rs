@@ -67,12 +67,12 @@ impl Cycle {
         OnlineArm::new(
             &self.model,
             &self.flange_from_tcp,
-            self.limit_sets.checked(),
+            [self.online_limits(), self.limit_sets.checked()],
             &self.dynamics,
             &self.target,
             self.felt(),
             self.step,
-            (self.fraction(), self.is_held()),
+            (self.fraction() * self.pace(), self.is_held()),
         )
     }
 

@@ -5,7 +5,7 @@
 
 use kinematics::{JointSpeeds, RpyPose};
 use motion_api::{Command, MotionMode, OffsetAxes, Outcome, StopReason};
-use nalgebra::Vector6;
+use nalgebra::{Rotation3, Vector3, Vector6};
 
 use crate::constants::{LONGEST, SLOWEST, STOP_ACCELERATION};
 use crate::cycle::{Cycle, Generator};
@@ -17,7 +17,9 @@ use crate::setpoint::{Setpoint, elbow_speed};
 use motion_api::form::{TOOL_REACH_MAX, check_within};
 
 /// Share of what the motion underneath leaves of the joints' accelerations that an offset may use.
-const SHARE_OF_ACCELERATION: f64 = 0.6;
+const SHARE_OF_ACCELERATION: f64 = 0.85;
+/// Share of the joints' jerks: the motion may use the rest.
+const SHARE_OF_JERK: f64 = 0.4;
 /// Share of what it leaves of the speeds of joints, TCP and elbow.
 const SHARE_OF_SPEED: f64 = 0.9;
 
@@ -124,10 +126,11 @@ impl Cycle {
         let tool = self.model.tcp_pose(&nominal.q, &self.flange_from_tcp);
         let frames = self.model.forward(&nominal.q);
         let velocity = frames.twist(&nominal.qd, tool.translation).linear;
-        let room = self.offset_room(nominal, velocity.norm());
+        self.path_offset.follow(&velocity);
+        let room = self.offset_room(nominal, &tool.rotation, velocity.norm());
         let is_held = self.is_held();
         self.path_offset
-            .advance(&tool.rotation, &velocity, &room, is_held, self.step);
+            .advance(&tool.rotation, &room, is_held, self.step);
         let arm = (&self.model, &self.flange_from_tcp);
         let laid = self
             .path_offset
@@ -136,48 +139,66 @@ impl Cycle {
         Ok(laid)
     }
 
-    /// What joints, TCP and elbow leave for changes of the offset where the arm is.
-    fn offset_room(&self, nominal: &Setpoint, tcp_speed: f64) -> OffsetRoom {
+    /// What joints, TCP and elbow leave for changes of the offset where the arm is, along and about the axes in which it is
+    /// asked for.
+    fn offset_room(&self, nominal: &Setpoint, tool: &Rotation3<f64>, tcp_speed: f64) -> OffsetRoom {
         let frames = &self.target_frames;
         let tcp = (frames.base_from_flange * self.flange_from_tcp).translation;
         let lu = frames.jacobian(tcp).lu();
         let limits = &self.limits;
+        let (axes, is_used) = self.path_offset.in_use(tool);
+        // What is in use may all move at once, with the worst signs.
+        let parts = is_used
+            .chunks(3)
+            .filter(|part| part.contains(&true))
+            .count();
+        let parts = parts.max(1) as f64;
+        let elbow_used = elbow_speed(&self.model.forward(&nominal.q), &nominal.qd);
         let mut room = OffsetRoom {
             speed: [f64::INFINITY; 2],
             acceleration: [f64::INFINITY; 2],
+            jerk: [f64::INFINITY; 2],
         };
         for part in 0..2 {
-            // All three components of a part at once, with the worst signs.
             let mut per_unit = [0.0_f64; 6];
             let mut elbow = 0.0;
-            for k in 0..3 {
+            let mut count = 0.0_f64;
+            for k in (0..3).filter(|k| is_used[3 * part + k]) {
+                let mut along = Vector3::zeros();
+                along[k] = 1.0;
                 let mut unit = Vector6::zeros();
-                unit[3 * part + k] = 1.0;
+                unit.fixed_rows_mut::<3>(3 * part)
+                    .copy_from(&(axes * along));
                 let Some(rates) = lu.solve(&unit) else {
                     return OffsetRoom {
                         speed: [0.0; 2],
                         acceleration: [0.0; 2],
+                        jerk: [0.0; 2],
                     };
                 };
                 let rates: [f64; 6] = rates.into();
                 (0..6).for_each(|joint| per_unit[joint] += rates[joint].abs());
                 elbow += elbow_speed(frames, &JointSpeeds(rates));
+                count += 1.0;
             }
             for (joint, per_unit) in per_unit.iter().enumerate() {
-                // Both parts may move at once.
-                let per_unit = 2.0 * per_unit;
+                let per_unit = parts * per_unit;
                 let left = limits.speed[joint] - nominal.qd[joint].abs();
                 room.speed[part] = room.speed[part].min(SHARE_OF_SPEED * left / per_unit);
                 let left = limits.acceleration[joint] - nominal.qdd[joint].abs();
-                let share = SHARE_OF_ACCELERATION * left / per_unit;
+                let share = SHARE_OF_ACCELERATION * self.yields.share() * left / per_unit;
                 room.acceleration[part] = room.acceleration[part].min(share);
+                let jerk = SHARE_OF_JERK * limits.jerk[joint] / per_unit;
+                room.jerk[part] = room.jerk[part].min(jerk);
             }
-            let used = elbow_speed(&self.model.forward(&nominal.q), &nominal.qd);
-            let left = SHARE_OF_SPEED * limits.elbow_speed - used;
-            room.speed[part] = room.speed[part].min(left / (2.0 * elbow));
+            let left = SHARE_OF_SPEED * limits.elbow_speed - elbow_used;
+            room.speed[part] = room.speed[part].min(left / (parts * elbow));
+            if part == 0 {
+                let left = SHARE_OF_SPEED * limits.tcp_speed - tcp_speed;
+                room.speed[0] = room.speed[0].min(left / count.max(1.0).sqrt());
+            }
         }
-        let left = SHARE_OF_SPEED * limits.tcp_speed - tcp_speed;
-        room.speed[0] = room.speed[0].min(left / 3.0_f64.sqrt());
+        // Nothing in use needs nothing, and what is used next has to begin somewhere.
         room.speed = room.speed.map(|x| x.max(0.0));
         room.acceleration = room.acceleration.map(|x| x.max(0.0));
         room

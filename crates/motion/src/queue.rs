@@ -7,7 +7,7 @@ mod kept;
 
 use kinematics::JointPositions;
 use kinematics::bounds::within;
-use motion_api::{CommandId, MotionMode, Origin};
+use motion_api::{CommandId, MotionMode, Origin, Outcome};
 
 use crate::constants::{
     AHEAD_TIME, CELLS_OF_ROUTE, DUE_ATTEMPTS, LEGS_AHEAD, LONGEST, START_OF_MOTION,
@@ -462,6 +462,14 @@ impl Queue {
         false
     }
 
+    /// The largest acceleration of the motion on the last leg, in the unit of its way.
+    pub(crate) fn hardest(&self, motion: &Motion) -> f64 {
+        let Some(span) = self.route.last() else {
+            return 0.0;
+        };
+        motion.travel.hardest(&self.track, span.begin) * span.rate
+    }
+
     /// Where the joints will be at the end.
     pub(crate) fn end(&self) -> Option<JointPositions> {
         self.route.end().map(|end| end.q)
@@ -469,6 +477,11 @@ impl Queue {
 }
 
 impl Queued {
+    /// How its command ends where the leg does.
+    pub(crate) fn outcome(&self) -> Outcome {
+        self.leg.beyond.map_or(Outcome::Done, Outcome::Refused)
+    }
+
     /// Where the joints are at the end of the leg.
     pub(crate) fn end_q(&self) -> JointPositions {
         self.leg.path.end().q
@@ -479,6 +492,11 @@ impl Motion {
     /// Whether it brakes as hard as the arm can where it is faster than its way allows.
     pub(crate) fn brake_hard(&mut self, is_hard: bool) {
         self.travel.brake_hard(is_hard);
+    }
+
+    /// The share of its speed that what is laid over it leaves it.
+    pub(crate) fn slow_to(&mut self, pace: f64) {
+        self.travel.slow_to(pace);
     }
 
     /// The speed fraction in effect.

@@ -84,7 +84,7 @@ impl Cycle {
             return Ok(true);
         };
         // Where the way ends is known only now: another solution than the nearest may be behind a plane with its elbow.
-        if !self.allows_all_places() {
+        if !self.allows_all_places() && leg.beyond.is_none() {
             self.check_target(&leg.path.end().q)?;
         }
         upcoming.plan = Planned::Ready(leg, warnings);
@@ -106,13 +106,42 @@ impl Cycle {
             Generator::Brake(_) => return Ok(false),
         };
         for warning in warnings.iter() {
-            self.out.warned(upcoming.id, warning);
+            if let Some(warning) = self.as_it_is(warning) {
+                self.out.warned(upcoming.id, warning);
+            }
         }
         if let Some((wanted, planned)) = too_short {
             let warning = Warning::DurationStretched { wanted, planned };
             self.out.warned(upcoming.id, warning);
         }
         Ok(false)
+    }
+
+    /// A warning about accelerations with the one that the motion does. Where the arm can do less only in places in which it is
+    /// not asked for, there is nothing to say; nor where the way is too short for it.
+    fn as_it_is(&self, warning: Warning) -> Option<Warning> {
+        let (
+            Warning::AccelerationLimited {
+                wanted,
+                planned,
+                unit,
+            },
+            Generator::Path(motion),
+        ) = (warning, &self.generator)
+        else {
+            return Some(warning);
+        };
+        let done = self.queue.hardest(motion);
+        let is_so = done < REACHED * wanted && done > TOO_SHORT * planned;
+        is_so.then_some(Warning::AccelerationLimited {
+            wanted,
+            planned: if (REACHED..=1.0 / REACHED).contains(&(done / planned)) {
+                planned
+            } else {
+                done
+            },
+            unit,
+        })
     }
 
     /// Joins the next leg to the way of the queue; `None` when that is not possible, or not yet.
@@ -158,5 +187,9 @@ impl Cycle {
     }
 }
 
+/// This share of an acceleration is that acceleration.
+const REACHED: f64 = 0.99;
+/// Who does not even reach this share of the least acceleration that is possible has too short a way.
+const TOO_SHORT: f64 = 0.95;
 /// Planner error: a leg that was planned bears no motion when it begins.
 const NO_MOTION: u32 = 2;

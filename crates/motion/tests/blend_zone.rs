@@ -190,7 +190,7 @@ impl Corner {
         }
         // A leg through nearly singular positions bears a small part of the speed that was asked for.
         let is_singular = bench.warnings.iter().any(|(_, warning)| {
-            matches!(warning, Warning::SpeedLimited { wanted, planned } if *planned < SINGULAR * wanted)
+            matches!(warning, Warning::SpeedLimited { wanted, planned, .. } if *planned < SINGULAR * wanted)
         });
         Found::Left {
             share: last.unwrap(),

@@ -14,7 +14,7 @@ use crate::common;
 use common::{Bench, MODELS, ideal, movej, movej_in, unwatched};
 use kinematics::{JointAccelerations, JointJerks, JointPositions, JointSpeeds};
 use motion::LimitOverrides;
-use motion_api::{CommandKind, MotionMode, Outcome, Refusal, Warning};
+use motion_api::{CommandKind, MotionMode, Outcome, Refusal, Warning, WayUnit};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
@@ -112,14 +112,16 @@ fn more_than_the_joints_can_do_is_limited_with_warnings() {
                 id,
                 Warning::SpeedLimited {
                     wanted: 100.0,
-                    planned: limits.speed[0]
+                    planned: limits.speed[0],
+                    unit: WayUnit::Radian,
                 }
             ),
             (
                 id,
                 Warning::AccelerationLimited {
                     wanted: 100.0,
-                    planned: limits.acceleration[0]
+                    planned: limits.acceleration[0],
+                    unit: WayUnit::Radian,
                 }
             ),
         ]

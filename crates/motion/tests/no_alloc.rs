@@ -14,6 +14,7 @@ use crate::common;
 use assert_no_alloc::{AllocDisabler, assert_no_alloc, violation_count};
 use common::{ideal, movej, movel};
 use kinematics::{JointPositions, Payload, RpyPose};
+use motion::modes::encoder::Belt;
 use motion::setpoint::{LimitedSetpoint, Setpoint, limit};
 use motion::{Cycle, CycleConfig, PlantKind, Timing};
 use motion_api::{BorderSizes, CommandId, CommandKind, Origin, ScriptEnd, border};
@@ -285,23 +286,32 @@ fn force_mode_allocates_only_inside_the_solver() {
 
 #[test]
 fn a_protective_stop_allocates_nothing() {
-    // The limit is configured below what a line needs at its own limits, by changing the tool on the way.
+    // A tool on the way slows the arm down; a belt that is too fast stops it.
     let mut config = ideal("cs66");
     config.limits.tcp_speed = Some(0.3);
+    config.belts[0] = Some(Belt {
+        encoder: 0,
+        ticks_per_second: 500.0,
+        start_at: 1.0,
+    });
     let (mut cycle, mut script) = controller(config);
+    let mut send = |script: &mut ScriptEnd, kind| {
+        script.commands.send(Origin::default(), kind).unwrap();
+        for _ in 0..120 {
+            assert_eq!(tick(&mut cycle, script), 0);
+        }
+    };
     let q = JointPositions([1.5, -1.5708, 1.5708, -1.5708, -1.5708, 0.0]);
-    script.commands.send(Origin::default(), movej(q)).unwrap();
-    for _ in 0..120 {
-        assert_eq!(tick(&mut cycle, &mut script), 0);
-    }
+    send(&mut script, movej(q));
     let far = RpyPose::from_array([0.0, -0.8, 0.0, 0.0, 0.0, 0.0]);
-    script
-        .commands
-        .send(Origin::default(), CommandKind::SetTcp(far))
-        .unwrap();
-    for _ in 0..300 {
-        assert_eq!(tick(&mut cycle, &mut script), 0);
-    }
+    send(&mut script, CommandKind::SetTcp(far));
+    assert_eq!(script.snapshot.read().stop_code, 0);
+    let track = CommandKind::TrackConveyorLinear {
+        direction: [0.0, 1.0, 0.0],
+        ticks_per_meter: 1000.0,
+        encoder: 0,
+    };
+    send(&mut script, track);
     assert_eq!(script.snapshot.read().stop_code, 4);
 }
 

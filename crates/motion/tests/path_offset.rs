@@ -8,9 +8,10 @@
 use crate::common;
 
 use common::draw::Draw;
-use common::{Bench, ideal, moved};
-use kinematics::{Pose, RpyPose};
-use motion_api::{CommandId, CommandKind, OffsetAxes, Outcome, Refusal, StopReason};
+use common::{Bench, MODELS, ideal, moved};
+use kinematics::{JointAccelerations, Pose, RpyPose};
+use motion::CycleConfig;
+use motion_api::{CommandId, CommandKind, IoChange, OffsetAxes, Outcome, Refusal, StopReason};
 use nalgebra::Vector3;
 
 fn set(offset: [f64; 6], axes: OffsetAxes) -> CommandKind {
@@ -272,5 +273,143 @@ fn offsets_that_jump_about_are_not_followed_beyond_them_and_stand_when_they_stan
         assert_eq!(state.target_qd.max_abs(), 0.0);
         assert!(bench.stops.is_empty(), "{:?}", bench.stops);
         bench.check_limits();
+    }
+}
+
+/// The largest parts of the offset along the path, across it and across both, m, of a weave across a line.
+fn weave(model: &str, frequency: f64, amplitude: f64, step_time: f64) -> [f64; 3] {
+    let mut bench = Bench::new(CycleConfig {
+        step_time,
+        ..ideal(model)
+    });
+    let start = bench.now().target_tcp_pose;
+    bench.do_it(CommandKind::PathOffsetEnable);
+    let way = Vector3::new(0.03, 0.11, -0.02);
+    let id = bench.send(movep(moved(&start, way.into()), 0.04));
+    let tool = Pose::from_rpy(&start).rotation * Vector3::z();
+    let x = way.normalize();
+    let y = x.cross(&tool).normalize();
+    let mut most = [0.0_f64; 3];
+    let mut cycle = 0;
+    while bench.outcome(id).is_none() {
+        let time = f64::from(cycle) * step_time;
+        let across = amplitude * (core::f64::consts::TAU * frequency * time).sin();
+        bench.send(set([0.0, across, 0.0, 0.0, 0.0, 0.0], OffsetAxes::Motion));
+        bench.tick();
+        if (0.8..2.0).contains(&time) {
+            let off = away(&bench);
+            for (most, axis) in most.iter_mut().zip([x, y, x.cross(&y)]) {
+                *most = most.max(off.dot(&axis).abs());
+            }
+        }
+        cycle += 1;
+    }
+    bench.do_it(DISABLE);
+    bench.run(20);
+    assert!(
+        bench.stops.is_empty(),
+        "{frequency} {amplitude}: {:?}",
+        bench.stops
+    );
+    bench.check_limits();
+    most
+}
+
+#[test]
+fn a_weave_goes_across_the_path_alone_and_as_far_as_it_is_asked_to() {
+    for model in MODELS {
+        for amplitude in [0.003, 0.006] {
+            for frequency in [0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 10.0] {
+                let step_time = if amplitude < 0.005 { 0.004 } else { 0.002 };
+                let [along, across, up] = weave(model, frequency, amplitude, step_time);
+                let share = across / amplitude;
+                println!(
+                    "{model} {:.0} mm at {frequency} Hz: {:.1} % across, {:.1e} m along",
+                    1e3 * amplitude,
+                    100.0 * share,
+                    along
+                );
+                assert!(
+                    along < 1e-6 && up < 1e-6,
+                    "{model} {frequency}: {along} {up}"
+                );
+                assert!(share < 1.02, "{model} {frequency}: {share}");
+                if frequency <= 3.0 {
+                    assert!(share > 0.95, "{model} {frequency}: {share}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn whatever_ends_offsets_their_targets_do_not_jump() {
+    let ends: [&[CommandKind]; 4] = [
+        &[CommandKind::Stop {
+            only: CommandId::NONE,
+        }],
+        &[CommandKind::SetIo(IoChange::ProgramRunning(false))],
+        &[
+            CommandKind::Stop {
+                only: CommandId::NONE,
+            },
+            CommandKind::SetIo(IoChange::ProgramRunning(false)),
+        ],
+        &[CommandKind::PathOffsetDisable { acceleration: 3.0 }],
+    ];
+    for seed in 0..120 {
+        let mut draw = Draw::new(seed);
+        let mut config = CycleConfig {
+            step_time: *draw.pick(&[0.002, 0.004, 0.008]),
+            ..ideal(draw.pick::<&str>(&MODELS))
+        };
+        config.limits.joint_acceleration = draw.chance(0.5).then_some(JointAccelerations([5.0; 6]));
+        let mut bench = Bench::new(config);
+        let h = bench.cycle.step_time();
+        let start = bench.now().target_tcp_pose;
+        bench.do_it(CommandKind::PathOffsetEnable);
+        bench.send(movep(
+            moved(&start, [0.03, 0.11, -0.02]),
+            draw.spread(0.03, 0.3),
+        ));
+        let axes = *draw.pick(&[OffsetAxes::Base, OffsetAxes::Tool, OffsetAxes::Motion]);
+        let size = [0.01, 0.01, 0.01, 0.1, 0.1, 0.1].map(|x| draw.between(0.0, x));
+        let rate = draw.between(3.0, 40.0);
+        let jumps = draw.chance(0.3);
+        for cycle in 0..(draw.between(0.3, 3.5) / h) as u32 {
+            let swing = (rate * h * f64::from(cycle)).sin();
+            let swing = if jumps { swing.signum() } else { swing };
+            bench.send(set(size.map(|x| x * swing), axes));
+            bench.tick();
+        }
+        let end = *draw.pick(&ends);
+        for kind in end {
+            let _ = bench.send(*kind);
+        }
+        bench.run((1.0 / h) as usize);
+        assert_eq!(bench.now().target_qd.max_abs(), 0.0, "{seed}");
+        assert!(bench.stops.is_empty(), "{seed}: {:?}", bench.stops);
+        // What is told and what the positions do belong together.
+        for three in bench.states.windows(3) {
+            for joint in 0..6 {
+                let [a, b, c] = [0, 1, 2].map(|k| three[k].target_q[joint]);
+                let told = [0, 1, 2].map(|k| three[k].target_qdd[joint]);
+                let done = (c - 2.0 * b + a) / (h * h);
+                let (low, high) = told
+                    .iter()
+                    .fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(*x), h.max(*x)));
+                // Within a cycle an acceleration may rise and fall again.
+                let slack =
+                    0.02 * bench.limits.acceleration[joint] + 0.15 * h * bench.limits.jerk[joint];
+                assert!(
+                    (low - slack..=high + slack).contains(&done),
+                    "{seed}: joint {joint} {done} of {told:?} in cycle {} of {}, {end:?}",
+                    three[2].cycle,
+                    bench.now().cycle
+                );
+            }
+        }
+        let faults = bench.limit_faults();
+        assert!(faults.is_empty(), "{seed}: {}", faults[0]);
     }
 }

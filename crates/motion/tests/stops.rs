@@ -12,11 +12,11 @@
 use crate::common;
 
 use common::{Bench, ideal, movej};
-use kinematics::{JointPositions, JointSpeeds, Payload, RobotModel, RpyPose};
+use kinematics::{JointPositions, JointSpeeds, Payload, RobotModel};
 use motion::{CycleConfig, LimitOverrides};
-use motion_api::{CommandKind, MotionMode, Outcome, Refusal, SafetyMode, StopReason};
+use motion_api::{CommandKind, EncoderRange, MotionMode, Outcome, Refusal, SafetyMode, StopReason};
 
-/// An arm whose TCP suddenly is far out, so that the speed it has is too much.
+/// A moving arm on a belt that becomes too fast for the limit of the TCP's speed.
 fn stopped_by_tcp_speed() -> (Bench, motion_api::CommandId) {
     let limits = LimitOverrides {
         tcp_speed: Some(0.3),
@@ -26,14 +26,25 @@ fn stopped_by_tcp_speed() -> (Bench, motion_api::CommandId) {
         limits,
         ..ideal("cs66")
     });
+    bench.do_it(CommandKind::EncoderEnableSetTickCount {
+        encoder: 0,
+        range: EncoderRange::Signed32,
+    });
+    bench.do_it(CommandKind::TrackConveyorLinear {
+        direction: [0.0, 1.0, 0.0],
+        ticks_per_meter: 1000.0,
+        encoder: 0,
+    });
     let id = bench.send(movej(JointPositions([
         1.5, -1.5708, 1.5708, -1.5708, -1.5708, 0.0,
     ])));
     bench.run(120);
-    bench.send(CommandKind::SetTcp(RpyPose::from_array([
-        0.0, -0.8, 0.0, 0.0, 0.0, 0.0,
-    ])));
-    bench.tick();
+    let mut count = 0.0;
+    while bench.stops.is_empty() && count < 30.0 {
+        count += 2.0;
+        bench.send(CommandKind::EncoderSetTickCount { encoder: 0, count });
+        bench.tick();
+    }
     (bench, id)
 }
 

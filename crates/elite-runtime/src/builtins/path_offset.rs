@@ -152,7 +152,7 @@ const AXES: Parameter = Parameter::new(
     "type",
     Kind::OneOf(&[1, 2, 3]),
     "",
-    "axes of the offset: 1 base, 2 TCP, 3 motion (X along the path, Z as near to the tool's Z as it can be)",
+    "axes of the offset: 1 base, 2 TCP, 3 motion (X along the path, Y = X × the tool's Z, Z = X × Y)",
 );
 
 fn movep(call: &mut Call<'_, '_>) -> Result<Value, Raised> {

@@ -25,21 +25,25 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "已在跟踪传送带；请先用 stop_conveyor_tracking() 结束",
     ),
     (
+        "a direction has no end that could be blended: the blend radius of {} m is not used",
+        "方向没有可交融的终点：交融半径 {0} m 不起作用",
+    ),
+    (
         "a duration of {} s is too short, the motion takes {} s",
         "{0} s 的时间太短，运动需要 {1} s",
     ),
     ("a protective stop was asked for", "保护性停止被触发"),
     (
-        "a speed of {} is more than the joints can do here, it is limited to {}",
-        "速度 {0} 超出关节在此的能力，限制为 {1}",
+        "a speed of {} {}/s is more than the joints can do here, it is limited to {} {}/s",
+        "速度 {0} {1}/s 超出关节在此的能力，限制为 {2} {3}/s",
     ),
     (
         "a turntable is tracked that does not turn the tool; end that first with stop_conveyor_tracking()",
         "正在跟踪不转动工具的转台；请先用 stop_conveyor_tracking() 结束",
     ),
     (
-        "an acceleration of {} is more than the joints can do here, it is limited to {}",
-        "加速度 {0} 超出关节在此的能力，限制为 {1}",
+        "an acceleration of {} {}/s² is more than the joints can do here, it is limited to {} {}/s²",
+        "加速度 {0} {1}/s² 超出关节在此的能力，限制为 {2} {3}/s²",
     ),
     (
         "an emergency stop was asked for; release it, then power on and release the brakes",
@@ -142,6 +146,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "rtsi_set_watchdog()：variable 必须是 RTSI 输入的名称，给出的是 {0}",
     ),
     (
+        "safety plane {} of the cell would be crossed there",
+        "在那里会越过单元的安全平面 {0}",
+    ),
+    (
         "set_payload(): m must be 0 to {} kg on {}, got {}",
         "set_payload()：{1} 上 m 必须为 0 到 {0} kg，给出的是 {2}",
     ),
@@ -169,6 +177,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "the TCP was about to exceed its speed limit: {} m/s, allowed {} m/s",
         "TCP 即将超速：{0} m/s，允许 {1} m/s",
+    ),
+    (
+        "the arm can go no further in this direction than {} m: {}",
+        "手臂沿该方向最多只能前进 {0} m：{1~}",
     ),
     (
         "the arm is led by hand; this is possible once the input with the action freedrive is low again",
@@ -230,6 +242,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "the robot mode is {}, this needs {}",
         "机器人模式为 {0}，此操作需要 {1}",
+    ),
+    (
+        "the target is {} m away, no arm reaches that far: it is taken as a direction, and the arm goes there until something stops it",
+        "目标在 {0} m 之外，没有手臂能到达：将其视为方向，手臂沿该方向运动，直到被停止",
     ),
     (
         "the target lies {} m behind safety plane {} of the cell",

@@ -4,6 +4,7 @@
 //! that way catches up with the belt under acceleration and jerk limits and then follows it without an error at constant
 //! speed; when tracking stops it comes to rest the same way. Moves during tracking are planned as if the belt stood.
 
+use kinematics::bounds::within;
 use kinematics::elementary::atan2;
 use kinematics::{JointAccelerations, JointSpeeds, Pose, RobotModel, Twist};
 use nalgebra::{Rotation3, Unit, Vector3};
@@ -43,6 +44,24 @@ pub enum Route {
     },
 }
 
+/// A motion on the belt is slowed down where more than this share of what joints, TCP and elbow can do is used, 1/s; below it
+/// is let go on, the faster the more there is left.
+const FULL_USE: f64 = 0.96;
+/// See [`FULL_USE`].
+const SLOWING_RATE: f64 = 8.0;
+/// See [`FULL_USE`].
+const RECOVERY_RATE: f64 = 2.0;
+/// See [`FULL_USE`]: with this less the recovery is at its fastest.
+const RECOVERY_USE: f64 = 0.06;
+/// A motion is never slower than this: belts leave that much.
+const SLOWEST_PACE: f64 = 0.03;
+/// Rate with which a motion is slowed down that began before the belt was tracked, 1/s.
+const ENTRY_RATE: f64 = 2.0;
+/// The belt waits for it no longer than this, s.
+const LONGEST_WAIT: f64 = 1.5;
+/// The pace of a motion for which the joints had to be braked, as share of what it was.
+const PACE_AFTER_BRAKING: f64 = 0.5;
+
 /// Tracking under way.
 #[derive(Clone, Copy, Debug)]
 pub struct Tracking {
@@ -59,8 +78,13 @@ pub struct Tracking {
     /// Acceleration and speed where the joints allow them, in units of the way.
     hardest: f64,
     fastest: f64,
-    /// Fraction at which a motion on the belt goes on, so that TCP and elbow are not too fast.
-    pub slowing: f64,
+    /// Share of its speed at which a motion on the belt goes on, so that it and the belt together keep what joints, TCP and elbow
+    /// can do.
+    pace: f64,
+    /// For so long, s, the belt waits for a motion that began before it was tracked and has to leave it its share.
+    waiting: f64,
+    /// The motion under way began before the belt was tracked.
+    has_early_motion: bool,
     law: Follower,
     is_stopping: bool,
     /// For so long, s, motions wait until the belt is caught up with.
@@ -99,11 +123,78 @@ impl Tracking {
             },
             hardest: acceleration,
             fastest: SPEED_MAX / lever,
-            slowing: 1.0,
+            pace: 1.0,
+            waiting: 0.0,
+            has_early_motion: false,
             law: Follower::new(BANDWIDTH, step),
             is_stopping: false,
             patience: 0.0,
         }
+    }
+
+    /// Which way the arm's way leads next, 1 or -1, when the encoder was at `ticks` with `rate` ticks/s.
+    pub fn heading(&self, (ticks, rate): (f64, f64)) -> f64 {
+        let gap = (ticks - self.start) * self.per_tick - self.way.position;
+        let leads = if gap.abs() > 10.0 * CAUGHT_UP {
+            gap
+        } else {
+            rate * self.per_tick
+        };
+        1.0_f64.copysign(leads)
+    }
+
+    /// Speed of the arm's way now, m/s or rad/s with its sign.
+    pub fn way_speed(&self) -> f64 {
+        self.way.speed
+    }
+
+    /// The share of its speed at which a motion on the belt goes on.
+    pub fn pace(&self) -> f64 {
+        self.pace
+    }
+
+    /// Slows the motion on the belt down, or lets it go on, by the share of what the arm can do that is used; it is no faster
+    /// than `most`.
+    pub fn adapt_pace(&mut self, used: f64, most: f64, step: f64) {
+        let room = (FULL_USE - used) / RECOVERY_USE;
+        let rate = if room < 0.0 {
+            -SLOWING_RATE
+        } else {
+            RECOVERY_RATE * room.min(1.0)
+        };
+        let now = within(self.pace + rate * step, SLOWEST_PACE, 1.0);
+        self.pace = now.min(most.max(self.pace - ENTRY_RATE * step));
+    }
+
+    /// The joints have to be braked for the motion on the belt, which is slower afterwards.
+    pub fn slow_motion_down(&mut self) {
+        self.pace = (PACE_AFTER_BRAKING * self.pace).max(SLOWEST_PACE);
+    }
+
+    /// The belt has to wait until a motion under way leaves it its share.
+    pub fn wait(&mut self) {
+        self.waiting = LONGEST_WAIT;
+        self.has_early_motion = true;
+    }
+
+    /// A motion that began before the belt was tracked is still under way.
+    pub fn has_early_motion(&self) -> bool {
+        self.has_early_motion
+    }
+
+    /// It has ended.
+    pub fn end_early_motion(&mut self) {
+        self.has_early_motion = false;
+    }
+
+    /// See [`wait`](Self::wait).
+    pub fn is_waiting(&self) -> bool {
+        self.waiting > 0.0
+    }
+
+    /// The motion leaves the belt its share.
+    pub fn end_wait(&mut self) {
+        self.waiting = 0.0;
     }
 
     /// The TCP is carried round, the tool keeps its angle.
@@ -217,6 +308,10 @@ impl Tracking {
     pub fn advance(&mut self, (ticks, rate): (f64, f64), step: f64) {
         if self.is_stopping {
             self.way = self.axis.towards_speed(&self.way, 0.0, step);
+            return;
+        }
+        if self.is_waiting() {
+            self.waiting -= step;
             return;
         }
         let (position, speed) = ((ticks - self.start) * self.per_tick, rate * self.per_tick);

@@ -55,6 +55,8 @@ pub(crate) struct OnlineArm<'a> {
     pub(crate) axes: [Axis; 6],
     /// The same with what the drives and the limits of TCP and elbow leave here.
     pub(crate) able: [Axis; 6],
+    /// The hard limits, and what a joint does already where that is more: a TCP that is too fast slows down on its line.
+    under_way: [Axis; 6],
     pub(crate) effort: &'a JointTorques,
     points: Option<Points<'a>>,
     /// What acts on the tool from outside: base axes, about the TCP.
@@ -71,7 +73,7 @@ impl<'a> OnlineArm<'a> {
     pub(crate) fn new(
         model: &'a RobotModel,
         flange_from_tcp: &'a Pose,
-        limits: &MotionLimits,
+        [limits, hard]: [&MotionLimits; 2],
         dynamics: &Dynamics,
         at: &Setpoint,
         hand: Wrench,
@@ -94,11 +96,24 @@ impl<'a> OnlineArm<'a> {
             acceleration: axis.acceleration * torque,
             ..axis
         });
+        let hard = online_axes(hard, step);
+        let under_way = core::array::from_fn(|joint| {
+            let (axis, hard): (&Axis, &Axis) = (&axes[joint], &hard[joint]);
+            let more = |now: f64, most: f64| (UNDER_WAY * now.abs()).min(most);
+            Axis {
+                speed: axis.speed.max(more(at.qd[joint], hard.speed)),
+                acceleration: axis
+                    .acceleration
+                    .max(more(at.qdd[joint], hard.acceleration)),
+                ..*axis
+            }
+        });
         Self {
             model,
             flange_from_tcp,
             axes,
             able,
+            under_way,
             effort,
             points,
             hand,
@@ -130,13 +145,15 @@ impl<'a> OnlineArm<'a> {
         TcpArm {
             model: self.model,
             flange_from_tcp: self.flange_from_tcp,
-            axes: &self.axes,
+            axes: &self.under_way,
             able: &self.able,
             points: self.points.as_ref(),
         }
     }
 }
 
+/// What a joint does already counts with so much room.
+const UNDER_WAY: f64 = 1.05;
 /// Largest change of speed by a jerk over one step, as share of the largest speed.
 const JERK_OF_SPEED: f64 = 0.5;
 

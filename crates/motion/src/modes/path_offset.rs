@@ -1,18 +1,22 @@
 //! Path offsets: a small pose laid over whatever moves the TCP, changed by the program while it moves (from controller
 //! output, not from the manual).
 //!
-//! What is asked for is kept in the axes it was given in and turns with them; what is in force is kept in base axes and moves
-//! there under speed, acceleration and jerk limits, so neither a new offset nor a corner of the path makes it jump.
+//! What is asked for is kept in the axes it was given in and turns with them. What is in force is kept in base axes, so that a
+//! corner of the path does not make it jump, and is moved along the axes of what is asked for: an offset across the path leads
+//! nowhere else, however little the joints leave for it. A stream of offsets is followed like one of joint positions
+//! ([`Servo`]): evenly, some cycles late, at its full size as far as the limits allow, and never beyond it.
 //! Rotations are small: they are kept as rotation vectors.
 
 use kinematics::elementary::{cos, sin};
 use kinematics::rotation::{rotation_from_rotvec, rotvec_from_rotation, rpy_from_rotation};
-use kinematics::{JointAccelerations, JointSpeeds, Pose, RobotModel, RpyPose, Twist};
+use kinematics::{
+    JointAccelerations, JointPositions, JointSpeeds, Pose, RobotModel, RpyPose, Twist,
+};
 use motion_api::OffsetAxes;
 use nalgebra::{Matrix3, Rotation3, Vector3, Vector6};
 
 use super::axis::Axis;
-use super::follower::Follower;
+use super::servo::{GAIN_RANGE, LOOKAHEAD_RANGE, Servo};
 use crate::constants::ACCELERATION_RISE;
 use crate::scalar::ScalarState;
 use crate::setpoint::Setpoint;
@@ -22,15 +26,19 @@ const MOST: [f64; 2] = [0.1, 0.5];
 /// Fastest change of an offset along an axis, m/s and rad/s, where the joints allow it.
 const SPEED: [f64; 2] = [0.25, 1.0];
 /// The same for its acceleration, m/s² and rad/s².
-const ACCELERATION: [f64; 2] = [5.0, 20.0];
-/// Bandwidth of the law that moves it, rad/s.
-const BANDWIDTH: f64 = 90.0;
+const ACCELERATION: [f64; 2] = [10.0, 40.0];
 /// An offset is given this speed at least, however little is left for it, m/s and rad/s.
 const SLOWEST: f64 = 1e-4;
 /// The path has a direction above this speed, m/s.
 const MOVING: f64 = 1e-4;
-/// This near to what is asked for it is there: m or rad, per second and per second².
-const THERE: [f64; 3] = [1e-9, 1e-7, 1e-4];
+/// This near to what is asked for the filter is there: m or rad.
+const THERE: f64 = 1e-9;
+/// Share of its acceleration with which it comes to rest within what is asked for: what the joints leave changes meanwhile.
+const COMING_TO_REST: f64 = 0.9;
+/// So far before and behind a moment its change is looked at, s.
+const NEARBY: f64 = 1e-4;
+/// Components that are smaller, m or rad and per second, are none.
+const NONE: f64 = 1e-9;
 
 /// Offsets of the path, in force or not.
 #[derive(Clone, Copy, Debug)]
@@ -49,16 +57,64 @@ pub struct PathOffset {
     now: [ScalarState; 6],
     /// Direction in which the path led last, base axes.
     tangent: Vector3<f64>,
-    law: Follower,
+    /// How it is led to what is asked for, in the axes of that, and what was asked for lately, which it does not exceed.
+    course: Servo,
+    lately: Lately,
 }
 
-/// What the joints leave for the offset in one cycle, per component: m/s or rad/s, and per second².
+/// Spans of time in which the largest and smallest offsets are known, and how long each is, s.
+const SPANS: usize = 8;
+/// See [`SPANS`].
+const SPAN: f64 = 0.064;
+
+/// The range of what was asked for in the last half second. Where the joints leave too little for a fast weave it would swing
+/// beyond it: each turn comes too late.
+#[derive(Clone, Copy, Debug)]
+struct Lately {
+    spans: [[(f64, f64); 6]; SPANS],
+    /// How long the newest span lasts so far, s.
+    newest: f64,
+}
+
+impl Lately {
+    /// Nothing but `at`.
+    fn only(at: &[f64; 6]) -> Self {
+        Self {
+            spans: [at.map(|x| (x, x)); SPANS],
+            newest: 0.0,
+        }
+    }
+
+    /// One step later, with what is asked for now.
+    fn add(&mut self, asked: &Vector6<f64>, step: f64) {
+        self.newest += step;
+        if self.newest >= SPAN {
+            self.newest -= SPAN;
+            self.spans.rotate_right(1);
+            self.spans[0] = core::array::from_fn(|k| (asked[k], asked[k]));
+        }
+        for (k, (low, high)) in self.spans[0].iter_mut().enumerate() {
+            (*low, *high) = (low.min(asked[k]), high.max(asked[k]));
+        }
+    }
+
+    /// The smallest and the largest of a component.
+    fn range(&self, k: usize) -> (f64, f64) {
+        let spans = self.spans.iter().map(|span| span[k]);
+        let all = (f64::INFINITY, f64::NEG_INFINITY);
+        spans.fold(all, |(low, high), span| (low.min(span.0), high.max(span.1)))
+    }
+}
+
+/// What the joints leave for the offset in one cycle, for each component that is in use: m/s or rad/s, and per second².
 #[derive(Clone, Copy, Debug)]
 pub struct OffsetRoom {
     /// Speeds of translation and rotation.
     pub speed: [f64; 2],
     /// Accelerations of translation and rotation.
     pub acceleration: [f64; 2],
+    /// Jerks of translation and rotation.
+    pub jerk: [f64; 2],
 }
 
 impl PathOffset {
@@ -74,7 +130,8 @@ impl PathOffset {
             most: MOST,
             now: [ScalarState::default(); 6],
             tangent: Vector3::x(),
-            law: Follower::new(BANDWIDTH, step),
+            course: Servo::new(&JointPositions([0.0; 6]), step),
+            lately: Lately::only(&[0.0; 6]),
         }
     }
 
@@ -91,6 +148,8 @@ impl PathOffset {
         self.wanted = Vector6::zeros();
         self.filtered = Vector6::zeros();
         self.now = [ScalarState::default(); 6];
+        self.course.go_on_from(&JointPositions([0.0; 6]));
+        self.lately = Lately::only(&[0.0; 6]);
     }
 
     /// As a new program finds it.
@@ -143,7 +202,11 @@ impl PathOffset {
         if axes != self.axes {
             let change = self.rotation(axes, tool).inverse() * self.rotation(self.axes, tool);
             self.filtered = turned(&change, &self.filtered);
+            self.course
+                .seen_from(|place| turned(&change, &Vector6::from(*place)).into());
             self.axes = axes;
+            let own = self.seen_from(&self.rotation(axes, tool));
+            self.lately = Lately::only(&own.map(|state| state.position));
         }
         let at = pose.translation;
         self.wanted = Vector6::new(at.x, at.y, at.z, turn.x, turn.y, turn.z);
@@ -172,12 +235,13 @@ impl PathOffset {
             OffsetAxes::Base => Rotation3::identity(),
             OffsetAxes::Tool => *tool,
             OffsetAxes::Motion => {
+                // Universal Robots' rule: with a tool that points down Z is up.
                 let x = self.tangent;
-                let y = (tool * Vector3::z()).cross(&x);
+                let y = x.cross(&(tool * Vector3::z()));
                 // Along the tool's own Z any Y across it does.
                 let y = y.try_normalize(1e-6).unwrap_or_else(|| {
-                    let across = (tool * Vector3::y()).cross(&x).cross(&x);
-                    -across.try_normalize(1e-6).unwrap_or_else(Vector3::y)
+                    let across = x.cross(&(tool * Vector3::y())).cross(&x);
+                    across.try_normalize(1e-6).unwrap_or_else(Vector3::y)
                 });
                 let axes = Matrix3::from_columns(&[x, y, x.cross(&y)]);
                 Rotation3::from_matrix_unchecked(axes)
@@ -197,60 +261,106 @@ impl PathOffset {
         [own[0], own[1], own[2], rpy[0], rpy[1], rpy[2]]
     }
 
-    /// One step further over a path whose TCP has the axes `tool` and the velocity `velocity`; held, it comes to rest.
-    pub fn advance(
-        &mut self,
-        tool: &Rotation3<f64>,
-        velocity: &Vector3<f64>,
-        room: &OffsetRoom,
-        is_held: bool,
-        step: f64,
-    ) {
+    /// The path leads on with the velocity `velocity` of its TCP, base axes.
+    pub fn follow(&mut self, velocity: &Vector3<f64>) {
         if velocity.norm() > MOVING {
             self.tangent = velocity.normalize();
         }
+    }
+
+    /// The axes of what is asked for, over a path whose TCP has the axes `tool`, and which of its components are in use.
+    pub fn in_use(&self, tool: &Rotation3<f64>) -> (Rotation3<f64>, [bool; 6]) {
+        let axes = self.rotation(self.axes, tool);
+        let own = self.seen_from(&axes);
+        let is_used = core::array::from_fn(|k| {
+            self.wanted[k] != 0.0
+                || self.filtered[k] != 0.0
+                || own[k].position.abs() > NONE
+                || own[k].speed.abs() > NONE
+        });
+        (axes, is_used)
+    }
+
+    /// What is in force along and about other axes.
+    fn seen_from(&self, axes: &Rotation3<f64>) -> [ScalarState; 6] {
+        in_axes(&axes.inverse(), &self.now)
+    }
+
+    /// One step further over a path whose TCP has the axes `tool`; held, it comes to rest.
+    pub fn advance(&mut self, tool: &Rotation3<f64>, room: &OffsetRoom, is_held: bool, step: f64) {
         if !is_held {
             self.filtered += (self.wanted - self.filtered) * self.share;
-            if (self.wanted - self.filtered).amax() < THERE[0] {
+            if (self.wanted - self.filtered).amax() < THERE {
                 self.filtered = self.wanted;
             }
         }
-        let goal = turned(&self.rotation(self.axes, tool), &self.filtered);
-        let is_held = is_held || self.is_stopping;
-        for (k, now) in self.now.iter_mut().enumerate() {
-            let part = k / 3;
+        let axes = self.rotation(self.axes, tool);
+        let own = self.seen_from(&axes);
+        let able: [Axis; 6] = core::array::from_fn(|k| {
+            let (part, now) = (k / 3, &own[k]);
             let acceleration = ACCELERATION[part].min(room.acceleration[part]).max(1e-3);
-            let axis = Axis {
-                // It comes to rest at what is asked for and not beyond, however that jumps about; held, wherever it can.
-                min: if is_held {
-                    f64::NEG_INFINITY
-                } else {
-                    goal[k].min(now.position)
-                },
-                max: if is_held {
-                    f64::INFINITY
-                } else {
-                    goal[k].max(now.position)
-                },
-                // Not below what it has already: it slows down by itself.
+            let jerk = (ACCELERATION[part] / ACCELERATION_RISE)
+                .min(room.jerk[part])
+                .max(1e-2);
+            Axis {
+                min: f64::NEG_INFINITY,
+                max: f64::INFINITY,
+                // One that is faster slows down as it can.
                 speed: SPEED[part]
                     .min(room.speed[part])
                     .max(SLOWEST)
-                    .max(now.speed.abs()),
-                acceleration: acceleration.max(now.acceleration.abs()),
-                jerk: acceleration / ACCELERATION_RISE,
-            };
-            if is_held {
-                *now = axis.towards_speed(now, 0.0, step);
-                continue;
+                    .max(now.speed.abs() - 0.5 * acceleration * step),
+                // Where the motion takes more of the joints it has less, as soon as it can; but one that comes to rest does so.
+                acceleration: acceleration.max(if now.acceleration * now.speed < 0.0 {
+                    now.acceleration.abs()
+                } else {
+                    now.acceleration.abs() - 0.99 * jerk * step
+                }),
+                jerk,
             }
-            let left = [goal[k] - now.position, now.speed, now.acceleration];
-            if left.iter().zip(THERE).all(|(x, there)| x.abs() <= there) {
-                *now = ScalarState::at_rest(goal[k]);
-                continue;
-            }
-            let wanted = self.law.acceleration(now, goal[k], 0.0, &axis);
-            *now = axis.nearest_safe(now, wanted, step);
+        });
+        let next = if is_held || self.is_stopping {
+            // It comes to rest wherever it can, and goes on from there.
+            let next = core::array::from_fn(|k| able[k].towards_speed(&own[k], 0.0, step));
+            let at = next.map(|state| state.position);
+            self.course.go_on_from(&JointPositions(at));
+            self.lately = Lately::only(&at);
+            next
+        } else {
+            let goal = JointPositions(self.filtered.into());
+            let (lookahead, gain) = (LOOKAHEAD_RANGE.0, GAIN_RANGE.1);
+            self.course.lead(&goal, step, lookahead, gain, step);
+            self.lately.add(&self.filtered, step);
+            let wanted = self.course.next_within(&own, [&able, &able], step, step);
+            core::array::from_fn(|k| self.within_range(k, &own[k], &wanted[k], &able[k], step))
+        };
+        self.now = in_axes(&axes, &next);
+    }
+
+    /// `wanted`, unless it leads beyond what was asked for lately: from where the component is to the nearest it can do.
+    fn within_range(
+        &self,
+        k: usize,
+        own: &ScalarState,
+        wanted: &ScalarState,
+        able: &Axis,
+        step: f64,
+    ) -> ScalarState {
+        let (low, high) = self.lately.range(k);
+        let within = Axis {
+            min: low.min(own.position),
+            max: high.max(own.position),
+            acceleration: (COMING_TO_REST * able.acceleration).max(own.acceleration.abs()),
+            ..*able
+        };
+        if within.is_safe(wanted) {
+            return *wanted;
+        }
+        let nearest = within.nearest_safe(own, wanted.acceleration, step);
+        if within.is_safe(&nearest) {
+            nearest
+        } else {
+            able.braked(own, step)
         }
     }
 
@@ -276,10 +386,13 @@ impl PathOffset {
         };
         let turn = part(3, |x| x.position);
         let rotation = rotation_from_rotvec(turn);
-        // Velocity of the rotation from that of its vector; its change by the main term, the rest is of third order.
+        // Velocity and acceleration of the rotation from those of its vector.
         let left = left_jacobian(&turn);
-        let omega = left * part(3, |x| x.speed);
-        let alpha = left * part(3, |x| x.acceleration);
+        let rate = part(3, |x| x.speed);
+        let omega = left * rate;
+        let ahead = left_jacobian(&(turn + rate * NEARBY));
+        let behind = left_jacobian(&(turn - rate * NEARBY));
+        let alpha = left * part(3, |x| x.acceleration) + (ahead - behind) * rate / (2.0 * NEARBY);
         let own = rotation * speed.angular;
         let pose = Pose::new(
             rotation * pose.rotation,
@@ -319,6 +432,21 @@ fn turned(by: &Rotation3<f64>, offset: &Vector6<f64>) -> Vector6<f64> {
     Vector6::new(at.x, at.y, at.z, turn.x, turn.y, turn.z)
 }
 
+/// The states of both halves turned.
+fn in_axes(by: &Rotation3<f64>, states: &[ScalarState; 6]) -> [ScalarState; 6] {
+    let part = |pick: fn(&ScalarState) -> f64| turned(by, &Vector6::from(states.map(|x| pick(&x))));
+    let [position, speed, acceleration] = [
+        part(|x| x.position),
+        part(|x| x.speed),
+        part(|x| x.acceleration),
+    ];
+    core::array::from_fn(|k| ScalarState {
+        position: position[k],
+        speed: speed[k],
+        acceleration: acceleration[k],
+    })
+}
+
 /// What makes the angular velocity of exp(v) out of the rate of v (Murray, Li and Sastry 1994, 2.2).
 fn left_jacobian(v: &Vector3<f64>) -> Matrix3<f64> {
     let angle = v.norm();
@@ -340,7 +468,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn motion_axes_have_x_along_the_path_and_z_near_the_tools() {
+    fn motion_axes_have_x_along_the_path_and_y_across_it_and_the_tools_z() {
         let mut offset = PathOffset::new(0.004);
         let tool = rotation_from_rotvec(Vector3::new(3.0, 0.2, 0.1));
         for tangent in [
@@ -352,9 +480,10 @@ mod tests {
             let axes = offset.rotation(OffsetAxes::Motion, &tool);
             assert!((axes.matrix().determinant() - 1.0).abs() < 1e-9);
             assert!((axes * Vector3::x() - offset.tangent).norm() < 1e-12);
-            let z = axes * Vector3::z();
-            assert!(z.dot(&offset.tangent).abs() < 1e-9);
-            assert!(z.dot(&(tool * Vector3::z())) >= -1e-9, "{z}");
+            let across = offset.tangent.cross(&(tool * Vector3::z()));
+            let y = axes * Vector3::y();
+            assert!(y.dot(&offset.tangent).abs() < 1e-9);
+            assert!(y.dot(&across) >= across.norm() - 1e-9, "{y}");
         }
     }
 

@@ -110,6 +110,14 @@ impl Servo {
         self.window = [q.0; WINDOW_MAX];
     }
 
+    /// The window as it is seen from other axes.
+    pub(crate) fn seen_from(&mut self, axes: impl Fn(&[f64; 6]) -> [f64; 6]) {
+        for place in &mut self.window {
+            *place = axes(place);
+        }
+        self.goal = JointPositions(axes(&self.goal.0));
+    }
+
     /// Where the last point is.
     pub fn goal(&self) -> &JointPositions {
         &self.goal
@@ -208,12 +216,22 @@ impl Servo {
         arm: &OnlineArm,
         time: f64,
     ) -> [ScalarState; 6] {
-        let step = arm.step;
+        self.next_within(now, [&arm.able, &arm.axes], arm.step, time)
+    }
+
+    /// The same of any six numbers: within what they can do and what they may do.
+    pub(crate) fn next_within(
+        &mut self,
+        now: &[ScalarState; 6],
+        [able, axes]: [&[Axis; 6]; 2],
+        step: f64,
+        time: f64,
+    ) -> [ScalarState; 6] {
         // The law leads to where the reference is now, so that both ends of the step belong together.
         let smoothed = self.smoothed(step);
         let (newest, oldest) = (self.back(0), self.back(self.length));
         let next = core::array::from_fn(|joint| {
-            let (now, wanted, able) = (&now[joint], &smoothed[joint], &arm.able[joint]);
+            let (now, wanted, able) = (&now[joint], &smoothed[joint], &able[joint]);
             if newest[joint] == oldest[joint]
                 && (wanted.position - now.position).abs() < SERVO_SETTLED
                 && (newest[joint] - wanted.position).abs() < SERVO_SETTLED
@@ -230,7 +248,7 @@ impl Servo {
             };
             let wanted = self.law.acceleration_with(now, &wanted, able);
             let kept = stopping_within(&band, able, now).nearest_safe(now, wanted, step);
-            arm.axes[joint].restrain(now, &kept, step).0
+            axes[joint].restrain(now, &kept, step).0
         });
         self.move_reference(time);
         next

@@ -146,6 +146,17 @@ impl CartesianPath {
         Self { end_q, ..self }
     }
 
+    /// The first part of the way, up to `s`, with the joint positions there.
+    #[must_use]
+    pub fn until(self, s: f64, end_q: JointPositions) -> Self {
+        Self {
+            end: self.pose(s),
+            end_q,
+            length: s.min(self.length),
+            ..self
+        }
+    }
+
     /// Joint positions at the end.
     pub fn end(&self) -> JointPositions {
         self.end_q

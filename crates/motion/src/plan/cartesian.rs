@@ -3,8 +3,9 @@
 //! The way is surveyed first, over several cycles if need be.
 
 use kinematics::{JointPositions, Pose, RpyPose};
-use motion_api::{Refusal, Warning};
+use motion_api::{PathFault, Refusal, Warning, WayUnit};
 
+use super::direction::Direction;
 use super::survey::Survey;
 use super::{Arm, Cells, Leg, Warnings, Wish};
 use crate::constants::LINE_PLACES_PER_CYCLE;
@@ -19,6 +20,8 @@ pub struct CartesianPlanner {
     survey: Option<Survey>,
     path: CartesianPath,
     wish: Wish,
+    /// The target only says where to go.
+    direction: Option<Direction>,
 }
 
 impl CartesianPlanner {
@@ -40,8 +43,18 @@ impl CartesianPlanner {
         let flange_from_tcp = *arm.flange_from_tcp;
         let base_from_tcp = arm.model.tcp_pose(start, &flange_from_tcp);
         let end = Pose::from_rpy(target);
+        let mut wish = *wish;
+        let direction = Direction::of(&base_from_tcp, &end, start, &mut wish, arm)?;
+        let (direction, end) = direction.map_or((None, end), |(to, end)| (Some(to), end));
         let line = CartesianPath::line(base_from_tcp, end, flange_from_tcp, *start);
-        Self::new(line, start, wish, arm)
+        let mut planner = Self::new(line, start, &wish, arm)?;
+        if let (Some(survey), Some(to)) = (&mut planner.survey, direction) {
+            *survey = survey.towards(to);
+        }
+        Ok(Self {
+            direction,
+            ..planner
+        })
     }
 
     /// Begins to plan a movec (manual 3.1.2) from `start` through the position of `via` to the TCP pose `target`.
@@ -86,6 +99,7 @@ impl CartesianPlanner {
             survey,
             path,
             wish: *wish,
+            direction: None,
         })
     }
 
@@ -105,13 +119,31 @@ impl CartesianPlanner {
             let leg = Leg::new(path, &self.wish, arm, &mut warnings);
             return Ok(Some((leg, warnings)));
         };
-        if !survey.walk(&self.path, LINE_PLACES_PER_CYCLE, &self.wish, arm, cells)? {
-            return Ok(None);
+        let mut path = self.path;
+        let walked = survey.walk(&path, LINE_PLACES_PER_CYCLE, &self.wish, arm, cells);
+        let beyond = match (walked, self.direction) {
+            (Ok(false), _) => return Ok(None),
+            (Ok(true), None) => None,
+            (Err(refusal), None) => return Err(refusal),
+            (walked, Some(direction)) => {
+                direction.warn(&mut warnings);
+                let reached = survey.end_here(&self.wish, arm, cells);
+                let slow = direction.slowest(&self.wish);
+                let end = cells.end_before_slow(slow).unwrap_or(reached);
+                let q = path.positions(arm.model, end, &survey.reached());
+                path = path.until(end, q.unwrap_or(survey.reached()));
+                let fault = PathFault::OutOfReach;
+                let fraction = 1.0;
+                let refusal = walked.err().unwrap_or(Refusal::Path { fraction, fault });
+                Some(direction.end(end, refusal)?)
+            }
+        };
+        if beyond.is_none() {
+            path = path.ending_at(survey.reached());
+            warn(cells, path.length(), &self.wish, &mut warnings);
         }
-        let path = Path::Cartesian(self.path.ending_at(survey.reached()));
-        warn(cells, self.path.length(), &self.wish, &mut warnings);
-        let leg = Leg::new(path, &self.wish, arm, &mut warnings);
-        Ok(Some((leg, warnings)))
+        let leg = Leg::new(Path::Cartesian(path), &self.wish, arm, &mut warnings);
+        Ok(Some((Leg { beyond, ..leg }, warnings)))
     }
 }
 
@@ -127,12 +159,14 @@ fn warn(cells: &Cells, length: f64, wish: &Wish, warnings: &mut Warnings) {
         warnings.add(Warning::SpeedLimited {
             wanted: wish.speed,
             planned: speed,
+            unit: WayUnit::Metre,
         });
     }
     if acceleration < wish.acceleration * SAME {
         warnings.add(Warning::AccelerationLimited {
             wanted: wish.acceleration,
             planned: acceleration,
+            unit: WayUnit::Metre,
         });
     }
 }

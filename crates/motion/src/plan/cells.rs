@@ -42,6 +42,14 @@ impl Cells {
         self.list.len()
     }
 
+    /// Leaves out the last cells as far as they bear less than `speed`; where the way ends then. The first one stays.
+    pub fn end_before_slow(&mut self, speed: f64) -> Option<f64> {
+        while self.list.len() > 1 && self.list.last()?.1.speed < speed {
+            self.list.pop();
+        }
+        self.list.last().map(|(until, _)| *until)
+    }
+
     /// The least speed, and the least acceleration at speed.
     pub fn least(&self) -> (f64, f64) {
         self.list

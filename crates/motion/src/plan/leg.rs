@@ -6,7 +6,7 @@
 
 use kinematics::elementary::cbrt;
 use kinematics::{Pose, RobotModel};
-use motion_api::Warning;
+use motion_api::{Refusal, Warning};
 
 use super::{Arm, Warnings, Wish};
 use crate::constants::{
@@ -36,6 +36,8 @@ pub struct Leg {
     pub flange_from_tcp: Pose,
     /// How distances from the end are measured.
     pub measure: Measure,
+    /// Why the arm goes no further than to the end, which is not where it was to go.
+    pub beyond: Option<Refusal>,
 }
 
 /// How far a place is from a waypoint.
@@ -60,6 +62,7 @@ impl Leg {
             zone_speed: f64::INFINITY,
             flange_from_tcp: *arm.flange_from_tcp,
             measure: Measure::Turning,
+            beyond: None,
         };
         if wish.radius <= 0.0 || path.length() <= 0.0 {
             leg.radius = 0.0;

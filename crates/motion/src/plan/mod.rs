@@ -6,6 +6,7 @@ mod able;
 mod cartesian;
 mod cells;
 mod corner;
+mod direction;
 mod junction;
 mod leg;
 mod micro_line;
@@ -21,6 +22,7 @@ pub use leg::{End, Leg, Measure};
 pub use micro_line::MicroLinePlanner;
 pub use movej::plan_movej;
 
+use kinematics::safety::{PlaneSwitches, SafetyBounds};
 use kinematics::{Dynamics, Pose, RobotModel};
 use motion_api::{Refusal, Warning};
 
@@ -61,6 +63,8 @@ pub struct Arm<'a> {
     pub limits: &'a MotionLimits,
     /// The arm's masses with its payload.
     pub dynamics: &'a Dynamics,
+    /// The safety planes, and which of them count.
+    pub planes: Option<(&'a SafetyBounds, PlaneSwitches)>,
 }
 
 /// How fast a motion is wanted.

@@ -1,7 +1,7 @@
 //! movej: a straight line in joint space, as fast as the leading joint is asked to go and every joint is able to.
 
 use kinematics::JointPositions;
-use motion_api::{Refusal, Warning};
+use motion_api::{Refusal, Warning, WayUnit};
 
 use super::torque::TorqueBounds;
 use super::{Arm, Cells, Leg, Warnings, Wish};
@@ -72,12 +72,14 @@ pub fn plan_movej(
             warnings.add(Warning::SpeedLimited {
                 wanted: wish.speed,
                 planned: chosen.speed,
+                unit: WayUnit::Radian,
             });
         }
         if chosen.acceleration < wish.acceleration * (1.0 - 1e-9) {
             warnings.add(Warning::AccelerationLimited {
                 wanted: wish.acceleration,
                 planned: chosen.acceleration,
+                unit: WayUnit::Radian,
             });
         }
     }

@@ -7,6 +7,7 @@ use kinematics::{JointPositions, JointSpeeds, RobotModel};
 use motion_api::{PathFault, Refusal};
 
 use super::able::{Bounds, largest_bend};
+use super::direction::Direction;
 use super::{Arm, Cells, Wish};
 use crate::config::MotionLimits;
 use crate::constants::{
@@ -36,6 +37,8 @@ pub struct Survey {
     since_cell: u32,
     per_cell: u32,
     watch: LinkWatch,
+    /// The line leads in a direction, as far as the arm can go.
+    direction: Option<Direction>,
 }
 
 impl Survey {
@@ -63,7 +66,25 @@ impl Survey {
             // Half of the cells are for where intervals are halved.
             per_cell: (2 * intervals).div_ceil(CELLS_OF_LEG) as u32,
             watch: LinkWatch::from(model, arm.limits.link_overlap, &q),
+            direction: None,
         })
+    }
+
+    /// The same along a line that leads in a direction.
+    pub(super) fn towards(self, direction: Direction) -> Self {
+        Self {
+            direction: Some(direction),
+            ..self
+        }
+    }
+
+    /// Ends the line where the walk has come to; the place.
+    pub(super) fn end_here(&mut self, wish: &Wish, arm: &Arm, cells: &mut Cells) -> f64 {
+        if self.since_cell > 0 {
+            cells.push(self.left.s, self.bounds.limits(wish, arm.limits));
+            self.since_cell = 0;
+        }
+        self.left.s
     }
 
     /// The joint positions up to where the walk has come: at the line's end once it is done.
@@ -96,7 +117,15 @@ impl Survey {
             let s = line.length() * (f64::from(step) / f64::from(self.steps));
             let reached = line.positions(arm.model, s, &self.left.q);
             let right = reached.and_then(|q| line.point(arm.model, s, q));
+            let forbidden = self.direction.zip(reached);
+            let forbidden = forbidden.and_then(|(direction, q)| direction.forbids(&q, arm));
             match right {
+                // Halving narrows down where that begins.
+                _ if let Some(fault) = forbidden => {
+                    if !self.halve(step) {
+                        return Err(self.refusal(step, fault));
+                    }
+                }
                 Some(right)
                     if is_smooth(&self.left, &right)
                         && self

@@ -17,17 +17,22 @@ pub(super) struct Kept {
     q: JointPositions,
     /// The largest speed of s there.
     pub(super) cap: f64,
+    /// The largest share of its speed at which the motion keeps the joints' accelerations as well, so far.
+    pace: f64,
 }
 
 /// Cells that are looked at in one cycle.
 const CELLS_KEPT_PER_CYCLE: usize = 64;
 /// Share of the limits that places leave for what lies between them.
 const KEPT_SHARE: f64 = 0.98;
+/// Speeds that differ by less than this part are the same.
+const SAME: f64 = 1e-6;
 /// Nothing is kept.
 pub(super) const NONE_KEPT: Kept = Kept {
     place: f64::NEG_INFINITY,
     q: JointPositions([0.0; 6]),
     cap: f64::INFINITY,
+    pace: 1.0,
 };
 
 impl Queue {
@@ -43,11 +48,11 @@ impl Queue {
     ) {
         let oldest = motion.travel.oldest();
         if self.kept.place < oldest {
-            let (q, cap) = (*near, f64::INFINITY);
             self.kept = Kept {
                 place: oldest,
-                q,
-                cap,
+                q: *near,
+                cap: f64::INFINITY,
+                ..self.kept
             };
         }
         let before = self.kept.place;
@@ -71,17 +76,36 @@ impl Queue {
             let cap = (0..6).fold(by_points, |least, joint| {
                 least.min(limits.speed[joint] / there.qd[joint].abs())
             });
-            self.track
-                .set_cap(cell, KEPT_SHARE * cap.min(self.kept.cap));
+            let planned = self.track.limits(cell);
+            let accelerations = [0, 1].map(|k| planned.asked[k].max(planned.braking[k]));
+            let square = planned.speed * planned.speed;
+            let pace = (0..6).fold(1.0_f64, |least, joint| {
+                let (first, second) = (there.qd[joint].abs(), there.qdd[joint].abs());
+                let fast = first * accelerations[1] + second * square;
+                let most = fast.max(first * accelerations[0]);
+                least.min((limits.acceleration[joint] / most).sqrt())
+            });
+            // What was planned within the limits stays as it is.
+            let bears = cap.min(self.kept.cap);
+            if planned.speed > bears * (1.0 + SAME) {
+                self.track.set_cap(cell, KEPT_SHARE * bears);
+            }
             self.kept = Kept {
                 place: until,
                 q: there.q,
                 cap,
+                pace: pace.min(self.kept.pace),
             };
         }
         if self.kept.place > before {
             self.track.settle();
         }
+    }
+
+    /// The share of its speed at which a motion whose way is kept keeps the joints' accelerations too; `None` until its whole
+    /// way has been looked at.
+    pub(crate) fn kept_pace(&self) -> Option<f64> {
+        (self.kept.place >= self.track.end()).then_some(self.kept.pace)
     }
 
     /// The way is as fast as it was planned.

@@ -202,6 +202,13 @@ impl Track {
         self.cells.get(cell).map(|found| (cell, found.until))
     }
 
+    /// What is asked for and possible in that cell.
+    pub fn limits(&self, cell: usize) -> CellLimits {
+        self.cells
+            .get(cell)
+            .map_or(CellLimits::NONE, |cell| cell.limits)
+    }
+
     /// Nobody may be faster than `cap` in that cell, until the caps are forgotten.
     pub fn set_cap(&mut self, cell: usize, cap: f64) {
         if let Some(cell) = self.cells.get_mut(cell) {

@@ -9,6 +9,8 @@
 //! A speed fraction slows its clock, so that the motion is the same, stretched. It is taken over where the motion stands; one
 //! that comes on the way, a pause and a stop change what the first motion aims for, so their accelerations are smoothed too.
 
+mod hardest;
+
 use super::extreme::{Extreme, Kind, Knot};
 use super::{ScalarLimits, ScalarState, Track};
 use crate::constants::WINDOW_RANGE;
@@ -67,6 +69,9 @@ pub struct Travel {
     rate: f64,
     wanted: Drive,
     fraction: f64,
+    /// Share of its speed that what is laid over the motion leaves it; at rest as well it is no other clock, so that a motion
+    /// that hardly moves is at full speed as soon as it may be.
+    pace: f64,
     /// Where it is faster than the track allows it brakes as hard as the arm can.
     is_hard: bool,
     /// The state after the last advance, on a track that ended there.
@@ -87,6 +92,7 @@ impl Travel {
             rate: 1.0,
             wanted: Drive::Halt,
             fraction: 0.0,
+            pace: 1.0,
             is_hard: false,
             known: None,
         }
@@ -100,6 +106,11 @@ impl Travel {
     /// Whether it brakes as hard as the arm can where it is faster than the track allows.
     pub fn brake_hard(&mut self, is_hard: bool) {
         self.is_hard = is_hard;
+    }
+
+    /// From now on it goes at this share of the speed that it would have otherwise, more than 0.
+    pub fn slow_to(&mut self, pace: f64) {
+        self.pace = pace;
     }
 
     /// Whether it is to go on.
@@ -252,6 +263,7 @@ impl Travel {
     pub fn foresee(&self, track: &Track, place: f64) -> (f64, f64) {
         let mut travel = *self;
         travel.wanted = Drive::Go(travel.rate);
+        travel.pace = 1.0;
         if travel.rests() && travel.knots[0].place < track.end() {
             travel.begin(1.0, track);
             travel.wanted = Drive::Go(1.0);
@@ -265,31 +277,35 @@ impl Travel {
             if passed.is_none() && travel.middle() >= place {
                 passed = Some(time);
             }
-            // Where the speed stays the same nothing has to be stepped through.
-            let (first, last) = (travel.knots[0], travel.knots[STEPS + 1]);
-            if first.speed == last.speed && first.speed > 0.0 {
-                let even = track
-                    .even_until(last.place, last.speed)
-                    .min(if passed.is_none() {
-                        place
-                    } else {
-                        f64::INFINITY
-                    });
-                let way = even - last.place - last.speed * (track.window() + 2.0 * travel.step);
-                let steps = (way / (last.speed * travel.step)).floor();
-                if steps >= 1.0 {
-                    let skipped = steps * travel.step;
-                    travel
-                        .knots
-                        .iter_mut()
-                        .for_each(|knot| knot.place += knot.speed * skipped);
-                    time += skipped;
-                }
-            }
+            let until = if passed.is_none() {
+                place
+            } else {
+                f64::INFINITY
+            };
+            time += travel.skip_evenly(track, until);
             travel.step_on(track);
             time += travel.step;
         }
         (time, passed.unwrap_or(time))
+    }
+
+    /// Where the speed stays the same, at most until `place`, nothing has to be stepped through; the time skipped, s.
+    fn skip_evenly(&mut self, track: &Track, place: f64) -> f64 {
+        let (first, last) = (self.knots[0], self.knots[STEPS + 1]);
+        if first.speed != last.speed || first.speed <= 0.0 {
+            return 0.0;
+        }
+        let even = track.even_until(last.place, last.speed).min(place);
+        let way = even - last.place - last.speed * (track.window() + 2.0 * self.step);
+        let steps = (way / (last.speed * self.step)).floor();
+        if steps < 1.0 {
+            return 0.0;
+        }
+        let skipped = steps * self.step;
+        self.knots
+            .iter_mut()
+            .for_each(|knot| knot.place += knot.speed * skipped);
+        skipped
     }
 
     fn middle(&self) -> f64 {
@@ -372,7 +388,7 @@ impl Travel {
         }
         let gear = match self.wanted {
             // A slow clock goes no faster than it is before it is hastened.
-            Drive::Go(fraction) => (fraction / self.rate).min(1.0),
+            Drive::Go(fraction) => (fraction / self.rate).min(1.0) * self.pace,
             Drive::Halt | Drive::HaltHard | Drive::HaltBeside(_) => 0.0,
         };
         let here = track.index(now.place);

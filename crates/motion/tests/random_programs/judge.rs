@@ -20,6 +20,8 @@ const BELT: f64 = 0.05e-3;
 const BELT_ANGLE: f64 = 0.25e-3;
 /// Time in which a paused arm comes to rest, s.
 const RESTING: f64 = 0.5;
+/// Time in which joints that are braked come to rest, s.
+const BRAKING: f64 = 0.5;
 /// Time to catch up with a belt, s.
 const CATCHING_UP: f64 = 0.8;
 /// Faults of one program that are told.
@@ -373,11 +375,23 @@ impl Follower<'_> {
                 }
             }
         }
+        // Joints that were braked, because motion and belt asked too much of them, stand although the belt goes on.
+        let mut stood: Vec<u64> = Vec::new();
+        for state in states.iter().filter(caught_up).filter(is_moving) {
+            let is_new = stood.last().is_none_or(|last| state.cycle > last + 1);
+            if state.target_qd == JointSpeeds::ZERO && is_new {
+                stood.push(state.cycle);
+            }
+        }
         let goes_along = |s: &&&RobotState| {
             let is_behind = |(from, until): &(u64, u64)| {
                 (*from..until + cycles(CATCHING_UP)).contains(&s.cycle)
             };
-            !pauses.iter().any(is_behind)
+            let is_braked = |stood: &u64| {
+                (stood.saturating_sub(cycles(BRAKING))..stood + cycles(CATCHING_UP))
+                    .contains(&s.cycle)
+            };
+            !pauses.iter().any(is_behind) && !stood.iter().any(is_braked)
         };
         for state in states
             .iter()

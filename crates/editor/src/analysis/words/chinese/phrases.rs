@@ -164,8 +164,8 @@ pub(super) const PHRASES: &[(&str, &str)] = &[
     ),
     ("argument", "自变量"),
     (
-        "axes of the offset: 1 base, 2 TCP, 3 motion (X along the path, Z as near to the tool's Z as it can be)",
-        "偏移所用的轴：1 基座，2 TCP，3 运动（X 沿路径，Z 尽量接近工具的 Z）",
+        "axes of the offset: 1 base, 2 TCP, 3 motion (X along the path, Y = X × the tool's Z, Z = X × Y)",
+        "偏移所用的轴：1 基座，2 TCP，3 运动（X 沿路径，Y = X × 工具的 Z，Z = X × Y）",
     ),
     ("axis times angle", "转轴乘以转角"),
     ("base", "底数"),
