@@ -8,6 +8,7 @@ mod common;
 mod api;
 mod bad_input;
 mod calibration;
+mod chains;
 mod children;
 mod closed_doors;
 mod contact;

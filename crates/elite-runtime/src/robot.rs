@@ -92,6 +92,7 @@ impl Awaited {
             outcome: None,
             ended_in: u64::MAX,
             queued_in: u64::MAX,
+            due_in: u64::MAX,
         };
         self.open.insert(command.id, entry);
     }
@@ -156,8 +157,9 @@ struct Entry {
     outcome: Option<Outcome>,
     /// The cycle in which it ended.
     ended_in: u64,
-    /// The cycle since which the next motion may follow it.
+    /// The cycle since which the next motion may follow it, and since which that is due.
     queued_in: u64,
+    due_in: u64,
 }
 
 impl Entry {
@@ -437,6 +439,19 @@ impl Robot {
         }
     }
 
+    /// True once a requested motion has ended, or the next one is due.
+    pub fn is_next_due(&self, id: CommandId) -> bool {
+        self.is_next_due_by(id, u64::MAX - 1)
+    }
+
+    /// The same as of an earlier cycle.
+    pub(crate) fn is_next_due_by(&self, id: CommandId, cycle: u64) -> bool {
+        let awaited = self.awaited();
+        let entry = awaited.open.get(&id);
+        // Motions whose outcome nobody has asked for are open until then.
+        entry.is_none_or(|entry| entry.has_ended(cycle) || entry.due_in <= cycle)
+    }
+
     /// Gives up waiting for a command; its outcome is dropped when it comes.
     pub fn forget(&self, id: CommandId) {
         let mut awaited = self.awaited();
@@ -533,6 +548,11 @@ impl Robot {
             Event::Queued { id, cycle } => {
                 if let Some(entry) = self.awaited().open.get_mut(&id) {
                     entry.queued_in = cycle;
+                }
+            }
+            Event::Due { id, cycle } => {
+                if let Some(entry) = self.awaited().open.get_mut(&id) {
+                    entry.due_in = cycle;
                 }
             }
             Event::Warned { id, warning, .. } => {

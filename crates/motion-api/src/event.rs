@@ -27,6 +27,14 @@ pub enum Event {
         /// The cycle in which that is so.
         cycle: u64,
     },
+    /// The arm has come so near to the blend of a motion, or to its end, that it slows down unless the next motion comes at once:
+    /// what its sender does before that he does now, although the command may not have ended.
+    Due {
+        /// Which.
+        id: CommandId,
+        /// The cycle in which that is so.
+        cycle: u64,
+    },
     /// Something a person should read, concerning a command.
     Warned {
         /// Which.

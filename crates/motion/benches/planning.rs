@@ -205,7 +205,7 @@ fn chain() {
                 match event {
                     Event::Ended { .. } => has_ended = true,
                     Event::Warned { .. } => warnings += 1,
-                    Event::Stopped { .. } | Event::Queued { .. } => {}
+                    Event::Stopped { .. } | Event::Queued { .. } | Event::Due { .. } => {}
                 }
             }
         }

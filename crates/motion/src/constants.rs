@@ -180,6 +180,27 @@ pub const LEGS_AHEAD: usize = 64;
 /// A sender is told that the next motion may follow so long before the arm would have to slow down without it, s.
 pub const AHEAD_TIME: f64 = 0.15;
 
+/// From when its sender hears that a motion is due until it is planned, s: three cycles of the usual length.
+pub const LATE_TIME: f64 = 0.012;
+/// A zone that is short for the speed leaves this much more time to brake for a sharp corner, s.
+pub const LEAD_TIME: f64 = 0.016;
+/// A motion is due at the latest so that its curve can begin when this share of the zone is passed; and the arm goes through no
+/// more of it in the time that a command takes that is sent when the zone is entered.
+pub const DUE_SHARE: f64 = 0.3;
+
+/// Where an arm that enters a zone at full speed is slow again while it is not known what follows: behind this share of the zone, and
+/// to this share of the speed with which any corner can be taken on a curve through the whole zone.
+pub const LATE_CURVE: (f64, f64) = (0.75, 0.5);
+
+/// Timed motions of a chain speed up and slow down in this part of their time, about.
+pub const RAMPS: f64 = 8.0;
+/// A chain that is behind its times makes that good at no more than this times the speed that they ask for.
+pub const CATCH_UP: f64 = 1.25;
+/// One that is ahead of its times is no slower than this times that speed.
+pub const EASE: f64 = 0.95;
+/// Lest one that is followed by nothing ends too late, it is this much faster at most.
+pub const EARLY: f64 = 1.1;
+
 /// Shortest and longest time over which a motion is smoothed, s.
 pub const WINDOW_RANGE: (f64, f64) = (0.004, 0.5);
 
@@ -241,7 +262,7 @@ pub const MICRO_START: f64 = 1e-4;
 pub const STRAIGHT_ARC: f64 = 1e-6;
 
 /// Share of the speed at which a curve through the whole zone could turn straight back: a motion whose successor is not known
-/// yet enters the zone no faster, so that the sharpest turn finds it slow enough. The curve begins a cycle or two into the
+/// yet is no faster some way in the zone, so that the sharpest turn finds it slow enough. The curve begins a cycle or two into the
 /// zone and is then a little shorter.
 pub const ZONE_TURNING_SHARE: f64 = 0.57;
 

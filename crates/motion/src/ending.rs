@@ -77,12 +77,23 @@ impl Cycle {
         }
         if self.queue.is_over(motion) {
             self.generator = Generator::Hold;
-        } else if self.upcoming.is_none()
-            && let Some(leg) = self.queue.awaits_next(motion)
-        {
+            return;
+        }
+        if self.upcoming.is_some() {
+            return;
+        }
+        let due = self.queue.urges_next(motion).map(|leg| {
+            leg.is_urged = true;
+            leg.id
+        });
+        // What is due may be sent.
+        if let Some(leg) = self.queue.awaits_next(motion) {
             leg.is_told = true;
             let id = leg.id;
             self.out.queued(id);
+        }
+        if let Some(id) = due {
+            self.out.due(id);
         }
     }
 

@@ -84,6 +84,12 @@ impl Outbox {
         self.event(Event::Queued { id, cycle });
     }
 
+    /// The motion behind this one is due.
+    pub(crate) fn due(&mut self, id: CommandId) {
+        let cycle = self.cycle;
+        self.event(Event::Due { id, cycle });
+    }
+
     /// Something to read about a command.
     pub(crate) fn warned(&mut self, id: CommandId, warning: Warning) {
         let cycle = self.cycle;

@@ -3,32 +3,27 @@
 //! A leg is added while the arm moves on the way before it, as long as the arm has not come too near to where the blend
 //! begins. Owns the way; moving along it is `scalar::Travel`, what commands hear of it is said in `upcoming` and `cycle`.
 
+mod due;
 mod kept;
+mod time;
 
 use kinematics::JointPositions;
-use kinematics::bounds::within;
 use motion_api::{CommandId, MotionMode, Origin, Outcome};
 
-use crate::constants::{
-    AHEAD_TIME, CELLS_OF_ROUTE, DUE_ATTEMPTS, LEGS_AHEAD, LONGEST, START_OF_MOTION,
-};
+use crate::constants::{CELLS_OF_ROUTE, LEGS_AHEAD, START_OF_MOTION};
 use crate::path::{Ground, Path, Route, Span};
-use crate::plan::{Cells, Joint, Leg};
+use crate::plan::{Cells, Joint, Leg, Over};
 use crate::scalar::{Drive, ScalarState, Track, Travel};
 use crate::setpoint::Setpoint;
+use due::Corner;
 use kept::{Kept, NONE_KEPT};
 
 /// Steps on the way to rest that are looked at, and how many s each is.
 const HALT_STEPS: usize = 2000;
 
-/// How much harder than asked for the arm may slow down for a curve, tried one after the other.
-const HARDNESS: [f64; 2] = [1.0, 2.0];
-
-/// The arm goes through no more than this share of a zone in the time that it takes until a command that is sent when the zone is
-/// entered is planned, s.
-const LATE_SHARE: f64 = 0.25;
-/// See [`LATE_SHARE`].
-const LATE_TIME: f64 = 0.02;
+/// How much harder than asked for the arm may slow down for what follows, tried one after the other; the last as hard as it can,
+/// but not between two legs of joints, see [`HARDER_IN_BLENDS`](crate::constants::HARDER_IN_BLENDS).
+const HARDNESS: [f64; 3] = [1.0, 2.0, f64::INFINITY];
 
 /// A list of points that takes longer than its own time by this factor is worth a warning; starting and stopping take theirs.
 const LONGER: f64 = 1.05;
@@ -47,8 +42,14 @@ pub(crate) struct Queued {
     end: f64,
     /// When it has to be at its end, on the clock of the travel, s; 0 where no duration is wanted.
     due: f64,
+    /// The speed of the route's s that keeps this time; infinite where no duration is wanted.
+    speed: f64,
+    /// By when it has to be known what follows.
+    corner: Corner,
     /// The sender has been told that the next may follow.
     pub(crate) is_told: bool,
+    /// The sender has been told that the next is due.
+    pub(crate) is_urged: bool,
     /// The command has ended.
     pub(crate) has_ended: bool,
 }
@@ -110,9 +111,7 @@ impl Queue {
         self.route.restart(leg.path);
         self.track.restart(cells.window(whole));
         self.add_leg(leg, cells, (0.0, 0.0), 1.0)?;
-        self.track.settle();
-        self.legs.clear();
-        self.legs.push(Queued {
+        let mut queued = Queued {
             id,
             mode,
             origin,
@@ -120,10 +119,17 @@ impl Queue {
             zone: leg.zone,
             end: leg.path.length(),
             due: 0.0,
+            speed: f64::INFINITY,
+            corner: Corner::default(),
             is_told: false,
+            is_urged: false,
             has_ended: false,
-        });
-        let mut too_short = self.pace(None, 0.0, 0.0);
+        };
+        self.open_zone(&mut queued, 1.0);
+        self.track.settle();
+        self.legs.clear();
+        self.legs.push(queued);
+        let mut too_short = self.keep_time(None, (0.0, 0.0));
         if let Path::Micro(line) = &leg.path {
             let wanted = line.length();
             let (planned, _) = Travel::new(&self.track).foresee(&self.track, wanted);
@@ -147,54 +153,30 @@ impl Queue {
         cells: &Cells,
     ) -> Option<TooShort> {
         let first = *self.route.last()?;
-        let before = self.legs.last().copied()?;
-        let (curve, next) = (&joint.curve, &joint.next);
-        let entry = first.on_route(curve.entry);
-        let exit = entry + curve.path.length() / first.rate;
-        let rate = first.rate * curve.rate;
-        let new = cells
-            .iter()
-            .filter(|(until, _)| *until > curve.exit)
-            .count();
-        if self.route.room() < 2 || self.track.room() < new + 1 + curve.cells().count() + 1 {
+        let next = &joint.next;
+        let (entry, exit, from, rate, count) = match &joint.over {
+            Over::Straight(rate) => {
+                let end = self.track.end();
+                (end, end, 0.0, first.rate * rate, 0)
+            }
+            Over::Curve(curve) => {
+                let entry = first.on_route(curve.entry);
+                let exit = entry + curve.path.length() / first.rate;
+                let rate = first.rate * curve.rate;
+                (entry, exit, curve.exit, rate, curve.cells().count())
+            }
+        };
+        let new = cells.iter().filter(|(until, _)| *until > from).count();
+        if self.route.room() < 2 || self.track.room() < new + 1 + count + 1 {
             return None;
         }
-        let place = motion.travel.committed();
-        let is_slow_enough = HARDNESS.into_iter().any(|hardness| {
-            self.track.cut(place, entry);
-            let added = self.add_cells(joint, cells, (entry, first.rate), (exit, rate));
-            if hardness > 1.0 {
-                self.track.harden(place, exit, hardness);
-            }
-            self.track.settle();
-            if added.is_some() && motion.travel.fits(&self.track) {
-                return true;
-            }
-            self.track.restore();
-            self.track.settle();
-            false
-        });
-        if !is_slow_enough {
-            return None;
-        }
-        if self.kept.place > entry {
-            self.kept.place = entry;
-            self.kept.cap = f64::INFINITY;
-        }
-        self.route.push(Span {
-            path: curve.path,
-            from: 0.0,
-            rate: first.rate,
-            begin: entry,
-        });
         let span = Span {
             path: next.path,
-            from: curve.exit,
+            from,
             rate,
             begin: exit,
         };
-        self.route.push(span);
-        self.legs.push(Queued {
+        let mut queued = Queued {
             id,
             mode,
             origin,
@@ -202,17 +184,58 @@ impl Queue {
             zone: span.on_route(next.zone),
             end: span.on_route(next.path.length()),
             due: 0.0,
+            speed: f64::INFINITY,
+            corner: Corner::default(),
             is_told: false,
+            is_urged: false,
             has_ended: false,
-        });
-        // The time of a leg counts from the waypoint before: from when that leg is due, otherwise from the middle of the curve.
-        let begins = if before.due > 0.0 {
-            before.due
-        } else {
-            let middle = 0.5 * (entry + exit);
-            motion.travel.time() + motion.travel.foresee(&self.track, middle).1
         };
-        Some(self.pace(Some(&motion.travel), exit, begins))
+        let are_joints = matches!((&first.path, &next.path), (Path::Joint(_), Path::Joint(_)));
+        let hardness = HARDNESS.into_iter();
+        let hardness = hardness.filter(|times| times.is_finite() || !are_joints);
+        let place = motion.travel.committed();
+        // Going straight on bears at least what the end bore.
+        let before = match &joint.over {
+            Over::Straight(_) => motion.travel.leeway(&self.track),
+            Over::Curve(_) => 0.0,
+        };
+        let speed = motion.travel.committed_speed();
+        let reach = 0.5 * self.track.window() * speed;
+        let mut is_slow_enough = hardness.map(|times| {
+            self.track.cut(place, entry);
+            let added = self.add_cells(joint, cells, (entry, first.rate), &span);
+            if times > 1.0 {
+                // What lies behind the curve is felt half a window before.
+                self.track.harden(place, exit + reach, times);
+            }
+            self.keep_pace_about(exit, &queued, speed);
+            self.open_zone(&mut queued, rate);
+            self.track.settle();
+            if added.is_some() && motion.travel.fits_as_before(&self.track, before) {
+                return true;
+            }
+            self.track.restore();
+            self.track.settle();
+            false
+        });
+        if !is_slow_enough.any(|is_it| is_it) {
+            return None;
+        }
+        if self.kept.place > entry {
+            self.kept.place = entry;
+            self.kept.cap = f64::INFINITY;
+        }
+        if let Over::Curve(curve) = &joint.over {
+            self.route.push(Span {
+                path: curve.path,
+                from: 0.0,
+                rate: first.rate,
+                begin: entry,
+            });
+        }
+        self.route.push(span);
+        self.legs.push(queued);
+        Some(self.keep_time(Some(&motion.travel), (entry, exit)))
     }
 
     fn add_cells(
@@ -220,18 +243,18 @@ impl Queue {
         joint: &Joint,
         cells: &Cells,
         (entry, first): (f64, f64),
-        (exit, second): (f64, f64),
+        span: &Span,
     ) -> Option<()> {
-        let curve = &joint.curve;
-        for (until, limits) in curve.cells() {
-            self.track
-                .push(entry + until / first, limits.counted(first), 1.0)?;
+        if let Over::Curve(curve) = &joint.over {
+            for (until, limits) in curve.cells() {
+                self.track
+                    .push(entry + until / first, limits.counted(first))?;
+            }
         }
-        self.add_leg(&joint.next, cells, (curve.exit, exit), second)
+        self.add_leg(&joint.next, cells, (span.from, span.begin), span.rate)
     }
 
-    /// The cells of a leg from a place on it, which is a place on the route, on. In its zone it is slower until the next is
-    /// known.
+    /// The cells of a leg from a place on it, which is a place on the route, on.
     fn add_leg(
         &mut self,
         leg: &Leg,
@@ -244,70 +267,12 @@ impl Queue {
         for (until, limits) in cells.iter().filter(|(until, _)| *until > from) {
             let own = limits.counted(rate);
             if (done..until).contains(&leg.zone) {
-                self.track.push(on_route(leg.zone), own, 1.0)?;
+                self.track.push(on_route(leg.zone), own)?;
             }
-            self.track.push(on_route(until), own, 1.0)?;
+            self.track.push(on_route(until), own)?;
             done = until;
         }
-        if leg.radius > 0.0 {
-            let room = leg.path.length() - leg.zone;
-            let in_time = LATE_SHARE * room / (0.5 * self.track.window() + LATE_TIME);
-            let speed = leg.zone_speed.min(in_time);
-            self.track.set_zone(on_route(leg.zone), speed / rate);
-        }
         Some(())
-    }
-
-    /// Slows the last leg, which begins at `from`, so that it ends in the time that is wanted of it from `begins` on. Without
-    /// a travel the motion begins from rest.
-    fn pace(&mut self, travel: Option<&Travel>, from: f64, begins: f64) -> TooShort {
-        let leg = self.legs.last_mut()?;
-        let wanted = leg.leg.wish.duration;
-        if wanted <= 0.0 {
-            return None;
-        }
-        let due = begins + wanted;
-        leg.due = due;
-        let now = travel.map_or(0.0, Travel::time);
-        let left = due - now;
-        if self.track.end() <= from {
-            return None;
-        }
-        let mut time_at = |pace: f64| {
-            self.track.set_pace(from, pace);
-            self.track.settle();
-            let travel = travel.copied().unwrap_or_else(|| Travel::new(&self.track));
-            travel.foresee(&self.track, f64::INFINITY).0
-        };
-        let mut fastest = (1.0, time_at(1.0));
-        if fastest.1 > left {
-            leg.due = now + fastest.1;
-            let late = fastest.1 - left;
-            return (late > START_OF_MOTION * left).then_some((wanted, wanted + late));
-        }
-        // The time grows nearly evenly with the inverse of the pace.
-        let mut slowest: Option<(f64, f64)> = None;
-        let mut inverse = within(left / fastest.1, 1.0, LONGEST);
-        for _ in 0..DUE_ATTEMPTS {
-            let time = time_at(1.0 / inverse);
-            if time <= left {
-                fastest = (inverse, time);
-                if left - time < 1e-4 {
-                    break;
-                }
-            } else {
-                slowest = Some((inverse, time));
-            }
-            inverse = match slowest {
-                Some((slow, late)) => {
-                    let share = (left - fastest.1) / (late - fastest.1);
-                    fastest.0 + (slow - fastest.0) * within(share, 0.02, 0.98)
-                }
-                None => inverse * (left / time).max(1.0 + 1e-6),
-            };
-        }
-        time_at(1.0 / fastest.0);
-        None
     }
 
     /// The last leg and the place on its path up to which nothing can be changed any more; `None` while the motion is held or
@@ -373,21 +338,6 @@ impl Queue {
             .find(|(_, leg)| !leg.has_ended)?;
         let is_in_zone = leg.leg.radius > 0.0 && place >= leg.zone;
         (is_in_zone && !motion.is_stopping || k == last && is_over).then_some(leg)
-    }
-
-    /// The last leg, when the arm is so near to its end that the next had better be there, and its sender does not know yet.
-    pub(crate) fn awaits_next(&mut self, motion: &Motion) -> Option<&mut Queued> {
-        let window = self.track.window();
-        let place = motion.travel.state(&self.track).position;
-        let rate = self.route.last()?.rate;
-        let has_room = self.has_room();
-        let leg = self.legs.last_mut()?;
-        let wish = &leg.leg.wish;
-        let speed = wish.speed / rate;
-        let braking = speed * speed * rate / (2.0 * wish.acceleration);
-        let ahead = braking + speed * (2.0 * window + AHEAD_TIME);
-        let is_due = leg.leg.radius > 0.0 && wish.duration <= 0.0 && leg.zone - place < ahead;
-        (is_due && has_room && !leg.is_told && !leg.has_ended && !motion.is_stopping).then_some(leg)
     }
 
     /// True when the end is reached, in the time that was wanted.

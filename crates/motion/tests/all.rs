@@ -14,6 +14,7 @@ mod blend_smooth;
 mod blend_zone;
 mod blends;
 mod border;
+mod chains;
 mod clocks;
 mod commands;
 mod contact;

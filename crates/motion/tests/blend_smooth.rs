@@ -57,9 +57,11 @@ fn in_a_blend_the_tcp_slows_down_once_and_speeds_up_once() {
                     }
                 };
                 let id = bench.send(first);
+                bench.until_due(id);
+                let next = bench.send(second);
                 assert_eq!(bench.finish(id), Outcome::Done);
                 let entered = bench.states.len();
-                let id = bench.send(second);
+                let id = next;
                 assert_eq!(bench.finish(id), Outcome::Done, "{model} {name}");
                 let stops = bench
                     .warnings
@@ -93,8 +95,8 @@ fn in_a_blend_the_tcp_slows_down_once_and_speeds_up_once() {
                     .fold(0.0, f64::max);
                 // Braking into the zone, the curve's own dip, and the way out: five. A course in many parts has 13 to 17.
                 assert!(turns <= 7, "{model} {name} {speed} {radius}: {turns} turns");
-                // Turning back sharply shortens and lengthens the way of the TCP fast.
-                let most = if angle < 2.5 { 185.0 } else { 570.0 };
+                // An arm that did not know what follows brakes late and hard. Turning back sharply shortens and lengthens the way of the TCP fast.
+                let most = if angle < 2.5 { 240.0 } else { 900.0 };
                 assert!(jerk < most, "{model} {name} {speed} {radius}: {jerk} m/s³");
             }
         }

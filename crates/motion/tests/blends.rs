@@ -53,18 +53,17 @@ fn arc(via: RpyPose, target: RpyPose, radius: f64) -> CommandKind {
     }
 }
 
-/// Sends each command when the one before has ended; the last one's end.
+/// Sends each command when it is due; until the last one has ended.
 fn chain(bench: &mut Bench, kinds: &[CommandKind]) -> Vec<CommandId> {
     let mut ids = Vec::new();
     for kind in kinds {
         let id = bench.send(*kind);
-        assert_eq!(
-            bench.finish(id),
-            Outcome::Done,
-            "{kind:?} {:?}",
-            bench.stops
-        );
+        bench.until_due(id);
         ids.push(id);
+    }
+    for (id, kind) in ids.iter().zip(kinds) {
+        let outcome = bench.finish(*id);
+        assert_eq!(outcome, Outcome::Done, "{kind:?} {:?}", bench.stops);
     }
     ids
 }

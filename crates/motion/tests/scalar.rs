@@ -6,7 +6,9 @@
     reason = "a test that cannot go on should say where"
 )]
 
-use motion::scalar::{CellLimits, Drive, ScalarLimits, ScalarState, Track, Travel, window_for};
+use motion::scalar::{
+    CellLimits, Drive, Pace, ScalarLimits, ScalarState, Track, Travel, window_for,
+};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use rsruckig::prelude::*;
@@ -59,7 +61,7 @@ fn cell(limits: &ScalarLimits) -> CellLimits {
 fn even(length: f64, limits: &ScalarLimits) -> Track {
     let mut track = Track::new(4);
     track.restart(window_for(limits, length));
-    track.push(length, cell(limits), 1.0).unwrap();
+    track.push(length, cell(limits)).unwrap();
     track.settle();
     track
 }
@@ -125,7 +127,7 @@ proptest! {
         let limits = |speed| ScalarLimits { speed, acceleration, jerk: acceleration / 0.03 };
         track.restart(window_for(&limits(10.0), f64::INFINITY));
         for (k, speed) in speeds.iter().enumerate() {
-            track.push((k + 1) as f64 * cell_length, cell(&limits(*speed)), 1.0).unwrap();
+            track.push((k + 1) as f64 * cell_length, cell(&limits(*speed))).unwrap();
         }
         track.settle();
         let states = walk(&track, |_| Drive::Go(1.0));
@@ -150,7 +152,7 @@ proptest! {
         track.restart(window_for(&limits(10.0), f64::INFINITY));
         for (k, speed) in speeds.iter().enumerate() {
             let until = length * (k + 1) as f64 / speeds.len() as f64;
-            track.push(until, cell(&limits(*speed)), 1.0).unwrap();
+            track.push(until, cell(&limits(*speed))).unwrap();
         }
         track.settle();
         let states = walk(&track, |time| {
@@ -210,7 +212,7 @@ fn at_any_pace_the_time_that_is_foreseen_is_the_time_it_takes() {
     };
     for pace in [1.0, 0.5, 0.2, 0.07, 0.01] {
         let mut track = even(0.5, &limits);
-        track.set_pace(0.0, pace);
+        track.set_pace(0.0, Pace::stretched(pace));
         track.settle();
         let (foreseen, _) = Travel::new(&track).foresee(&track, f64::INFINITY);
         let taken = (walk(&track, |_| Drive::Go(1.0)).len() - 4) as f64 * STEP;
@@ -247,7 +249,7 @@ fn a_way_is_lengthened_under_way_without_slowing_down() {
     let mut track = Track::new(64);
     track.restart(window_for(&limits, f64::INFINITY));
     let mut end = 0.1;
-    track.push(end, cell(&limits), 1.0).unwrap();
+    track.push(end, cell(&limits)).unwrap();
     track.settle();
     let mut travel = Travel::new(&track);
     travel.drive(Drive::Go(1.0));
@@ -258,7 +260,7 @@ fn a_way_is_lengthened_under_way_without_slowing_down() {
         if end < 1.0 && end - state.position < 0.08 {
             track.forget_before(travel.oldest());
             end += 0.005;
-            track.push(end, cell(&limits), 1.0).unwrap();
+            track.push(end, cell(&limits)).unwrap();
             track.settle();
         }
     }

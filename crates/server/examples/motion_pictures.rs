@@ -85,7 +85,7 @@ impl Stage {
                 Event::Ended { outcome, .. } => panic!("{outcome:?}"),
                 Event::Warned { warning, .. } => println!("{warning}"),
                 Event::Stopped { reason, .. } => panic!("{reason}"),
-                Event::Queued { .. } => {}
+                Event::Queued { .. } | Event::Due { .. } => {}
             }
         }
         self.states.push(self.script.snapshot.read());

@@ -363,11 +363,16 @@ impl<'a, 'n> Call<'a, 'n> {
     }
 
     /// Waits until the arm has caught up with the motions of this thread whose calls have returned already: what a builtin
-    /// reads and changes is that of the moment when the last of them has entered its blend.
-    pub(super) fn catch_up(&mut self) -> Result<(), Raised> {
-        while let Some(id) = self.context.first_ahead() {
-            self.wait(Wait::Command(id))?;
-            self.context.forget_ahead(id);
+    /// reads and changes is that of the moment when the last of them has entered its blend. Where the arm would have to slow down
+    /// for that, who `may_hurry` does not wait so long: only until the next motion is due.
+    pub(super) fn catch_up(&mut self, may_hurry: bool) -> Result<(), Raised> {
+        if let Some(last) = self.context.last_ahead() {
+            self.wait(match may_hurry {
+                true => Wait::Due(last),
+                false => Wait::Command(last),
+            })?;
+        }
+        while let Some(id) = self.context.take_ended_ahead() {
             self.ended(id)?;
         }
         Ok(())

@@ -87,7 +87,7 @@ pub(crate) fn natives(context: &Rc<TaskContext>) -> Vec<NativeFunction> {
                     let called = Call::new(builtin, &context, native);
                     let result = called.and_then(|mut call| {
                         if sees_the_robot(builtin, &call) {
-                            call.catch_up()?;
+                            call.catch_up(may_hurry(builtin))?;
                         }
                         match asks_outside(builtin) {
                             true => call.ask_outside(run),
@@ -113,6 +113,33 @@ fn sees_the_robot(builtin: &Builtin, call: &Call<'_, '_>) -> bool {
         "get_inverse_kin" | "get_inverse_kin_has_solution" => call.given(1).is_none(),
         "get_forward_kin" => call.given(0).is_none(),
         _ => !matches!(builtin.category, Category::Math | Category::Text),
+    }
+}
+
+/// Whether a call that has to wait for motions does so only until the next one is due, although the last may not have come to its
+/// blend: it reads, writes or waits, and changes nothing about how the arm moves.
+fn may_hurry(builtin: &Builtin) -> bool {
+    match builtin.category {
+        Category::Io
+        | Category::Register
+        | Category::Modbus
+        | Category::Socket
+        | Category::Rpc
+        | Category::Serial
+        | Category::ModbusRtu => true,
+        _ => {
+            let names = [
+                "textmsg",
+                "set_flag",
+                "controller_timestamp",
+                "sync",
+                "sleep",
+            ];
+            names.contains(&builtin.name)
+                || ["get_", "is_"]
+                    .iter()
+                    .any(|begin| builtin.name.starts_with(begin))
+        }
     }
 }
 

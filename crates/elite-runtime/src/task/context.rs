@@ -200,7 +200,14 @@ impl TaskContext {
     /// The call of a motion returns before it has ended.
     pub fn go_ahead(&self, id: CommandId) {
         let mut ahead = self.ahead.borrow_mut();
-        ahead.retain(|(_, id)| !self.robot.has_ended(*id));
+        ahead.retain(|(_, id)| {
+            let has_ended = self.robot.has_ended(*id);
+            if has_ended {
+                // Nobody will ask how.
+                self.robot.forget(*id);
+            }
+            !has_ended
+        });
         ahead.push((self.running.get().number, id));
     }
 
@@ -224,19 +231,21 @@ impl TaskContext {
         })
     }
 
-    /// The first of the running thread's motions whose calls have returned before they ended.
-    pub fn first_ahead(&self) -> Option<CommandId> {
+    /// The last of the running thread's motions whose calls have returned before they ended.
+    pub fn last_ahead(&self) -> Option<CommandId> {
         let running = self.running.get().number;
         let ahead = self.ahead.borrow();
-        ahead
-            .iter()
-            .find(|(thread, _)| *thread == running)
-            .map(|(_, id)| *id)
+        let mut own = ahead.iter().filter(|(thread, _)| *thread == running);
+        own.next_back().map(|(_, id)| *id)
     }
 
-    /// The motion has ended, and somebody has waited for that.
-    pub fn forget_ahead(&self, id: CommandId) {
-        self.ahead.borrow_mut().retain(|(_, other)| *other != id);
+    /// The first of these motions, if it has ended: somebody has waited for that.
+    pub fn take_ended_ahead(&self) -> Option<CommandId> {
+        let running = self.running.get().number;
+        let mut ahead = self.ahead.borrow_mut();
+        let first = ahead.iter().position(|(thread, _)| *thread == running)?;
+        let (_, id) = ahead[first];
+        self.robot.has_ended(id).then(|| ahead.remove(first).1)
     }
 
     /// Whether a motion is one whose call has returned already.

@@ -67,6 +67,7 @@ impl Task {
             && match wait {
                 Wait::Command(id) => robot.has_ended(id),
                 Wait::Motion(id) => robot.may_be_followed(id),
+                Wait::Due(id) => robot.is_next_due(id),
                 Wait::Cycle(wanted) => robot.moment().cycle >= wanted,
                 Wait::CycleOrAlone(wanted) => {
                     let attendant = self.settings.extras.attendant.as_ref();

@@ -91,6 +91,14 @@ impl View {
         }
     }
 
+    /// See [`Robot::is_next_due`].
+    pub fn is_next_due(&self, id: CommandId) -> bool {
+        match &*self.seen.borrow() {
+            Some(state) => self.robot.is_next_due_by(id, state.cycle),
+            None => self.robot.is_next_due(id),
+        }
+    }
+
     /// See [`Robot::protective_stops`].
     pub fn protective_stops(&self) -> (u64, Option<StopReason>) {
         match &*self.seen.borrow() {

@@ -15,6 +15,8 @@ pub(crate) enum Wait {
     Command(CommandId),
     /// The end of a motion, or that the next one may follow it.
     Motion(CommandId),
+    /// The end of a motion, or that the next one is due.
+    Due(CommandId),
     /// The beginning of a cycle with at least this number.
     Cycle(u64),
     /// The same, or the end of the program beside this one.

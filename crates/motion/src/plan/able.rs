@@ -146,11 +146,12 @@ impl Bounds {
         } else {
             wish.acceleration
         };
-        let in_time = |way: Way| {
+        let in_time_by = |way: Way, wanted: f64| {
             let able = able[way as usize];
             let most = self.in_time(way, able, wanted, speed, limits);
             able.map(|a| a.min(most))
         };
+        let in_time = |way| in_time_by(way, wanted);
         let (asked, braking) = (in_time(Way::Faster), in_time(Way::Slower));
         let left = self
             .jerk_left(Way::Faster, asked, speed, limits)
@@ -162,11 +163,12 @@ impl Bounds {
             .copied()
             .fold(0.0, f64::max);
         let hardest = self.hardest(speed, limits);
+        let late = in_time_by(Way::Slower, f64::INFINITY);
         CellLimits {
             speed,
             asked,
             braking,
-            planned: hardest,
+            planned: core::array::from_fn(|k| late[k].min(hardest[k])),
             hardest,
             jerk: left.max(most / ACCELERATION_RISE),
         }

@@ -51,6 +51,28 @@ pub(super) enum Scale {
     Speeds,
 }
 
+/// Two ways meet without a corner where no joint's speed has a larger step than this, rad/s, nor its acceleration, rad/s²: less
+/// than a twentieth of what the jerk allows in the shortest cycle.
+const STRAIGHT: (f64, f64) = (2e-5, 0.02);
+
+/// What one of the first leg's s is on the second where that goes straight on, so that there is no corner.
+pub(super) fn goes_straight_on(first: &Leg, next: &Leg, arm: &Arm) -> Option<f64> {
+    if next.path.length() <= 0.0 {
+        return None;
+    }
+    let corner = first.path.end().q;
+    let left = first.path.point(arm.model, first.path.length(), &corner)?;
+    let right = next.path.point(arm.model, 0.0, &corner)?;
+    let rate = norm(&left.first) / norm(&right.first);
+    let speed = first.wish.speed.max(next.wish.speed / rate);
+    let is_straight = (0..6).all(|joint| {
+        let kink = (left.first[joint] - rate * right.first[joint]).abs() * speed;
+        let bend = (left.second[joint] - rate * rate * right.second[joint]).abs();
+        kink <= STRAIGHT.0 && bend * speed * speed <= STRAIGHT.1
+    });
+    (rate.is_finite() && rate > 0.0 && is_straight).then_some(rate)
+}
+
 /// A curve, and what it bears cell by cell.
 #[derive(Clone, Copy, Debug)]
 pub struct Curve {

@@ -10,7 +10,8 @@ use motion_api::{Refusal, Warning};
 
 use super::{Arm, Warnings, Wish};
 use crate::constants::{
-    BEND_SHARES, HARDER_IN_BLENDS, PROCESS_ZONE, ROTATION_LENGTH, ZONE_PLACES, ZONE_TURNING_SHARE,
+    BEND_SHARES, HARDER_IN_BLENDS, PROCESS_ZONE, ROTATION_LENGTH, SLOWEST, ZONE_PLACES,
+    ZONE_TURNING_SHARE,
 };
 use crate::path::Path;
 
@@ -30,7 +31,7 @@ pub struct Leg {
     pub touch: f64,
     /// The path's s where the blend zone begins; the end without a radius.
     pub zone: f64,
-    /// Speed of s at which the zone may be entered while the next leg is not known.
+    /// Speed of s at which the arm may be some way in the zone while the next leg is not known.
     pub zone_speed: f64,
     /// The TCP whose distance counts.
     pub flange_from_tcp: Pose,
@@ -53,9 +54,14 @@ impl Leg {
     /// Finds the blend zone. A radius that the leg is too short for is shortened, with a warning.
     pub fn new(path: Path, wish: &Wish, arm: &Arm, warnings: &mut Warnings) -> Self {
         let touch = if wish.is_process { wish.radius } else { 0.0 };
+        let mut wish = *wish;
+        if wish.duration > 0.0 {
+            // What neighbours are told: how fast it is on the whole.
+            wish.speed = (path.length() / wish.duration).max(SLOWEST);
+        }
         let mut leg = Self {
             path,
-            wish: *wish,
+            wish,
             radius: wish.radius,
             touch,
             zone: path.length(),

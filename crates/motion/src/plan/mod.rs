@@ -17,7 +17,7 @@ mod torque;
 pub use able::Bounds;
 pub use cartesian::CartesianPlanner;
 pub use cells::Cells;
-pub use junction::{Joint, Junction};
+pub use junction::{Joint, Junction, Over};
 pub use leg::{End, Leg, Measure};
 pub use micro_line::MicroLinePlanner;
 pub use movej::plan_movej;

@@ -11,12 +11,37 @@ pub struct CellLimits {
     pub asked: [f64; 2],
     /// The same for slowing down, which bends of the way may make easier than speeding up, or harder.
     pub braking: [f64; 2],
-    /// The hardest slowing down that a plan may ask for, at rest and at that speed.
+    /// The hardest slowing down that a plan may ask for, at rest and at that speed: every limit is kept, that of the jerk as well.
     pub planned: [f64; 2],
     /// The hardest slowing down that the joints can do, at rest and at that speed: for stops, whatever the program asked for.
     pub hardest: [f64; 2],
     /// Largest jerk.
     pub jerk: f64,
+}
+
+/// How much slower a way is gone along than it could be, so that it takes the time that is wanted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pace {
+    /// Share of the speeds, and its square of the accelerations: the motion is the same, stretched.
+    pub share: f64,
+    /// The most that the speed may be besides.
+    pub speed: f64,
+    /// The most that speeding up and slowing down may be besides.
+    pub acceleration: f64,
+}
+
+impl Pace {
+    /// As fast as it can be.
+    pub const FULL: Self = Self::stretched(1.0);
+
+    /// The same motion at a share of its speed.
+    pub const fn stretched(share: f64) -> Self {
+        Self {
+            share,
+            speed: f64::INFINITY,
+            acceleration: f64::INFINITY,
+        }
+    }
 }
 
 impl CellLimits {
@@ -59,25 +84,58 @@ impl CellLimits {
     }
 
     /// What is left of them at a pace, where accelerations are reached within `window` seconds.
-    pub(super) fn paced(&self, pace: f64, window: f64) -> Self {
+    pub(super) fn paced(&self, pace: &Pace, window: f64) -> Self {
         let most = self.jerk * window;
+        let square = pace.share * pace.share;
+        let asked = most.min(pace.acceleration);
         // At a lower speed bends leave more of what the joints can do.
-        let at_pace = |[rest, fast]: [f64; 2]| {
-            [rest, rest + (fast - rest) * pace * pace].map(|a| a.min(most))
+        let at_share = |[rest, fast]: [f64; 2]| [rest, rest + (fast - rest) * square];
+        let stretched = Self {
+            speed: self.speed * pace.share,
+            asked: self.asked.map(|a| a * square),
+            braking: self.braking.map(|a| a * square),
+            planned: at_share(self.planned),
+            hardest: at_share(self.hardest),
+            ..*self
         };
+        let slowed = stretched.up_to(pace.speed);
         Self {
-            speed: self.speed * pace,
-            asked: self.asked.map(|a| (a * pace * pace).min(most)),
-            braking: self.braking.map(|a| (a * pace * pace).min(most)),
-            planned: at_pace(self.planned),
-            hardest: at_pace(self.hardest),
+            asked: slowed.asked.map(|a| a.min(asked)),
+            braking: slowed.braking.map(|a| a.min(asked)),
+            planned: slowed.planned.map(|a| a.min(most)),
+            hardest: slowed.hardest.map(|a| a.min(most)),
+            ..slowed
+        }
+    }
+
+    /// The same where nobody is faster than `speed`.
+    pub(super) fn up_to(&self, speed: f64) -> Self {
+        if speed >= self.speed {
+            return *self;
+        }
+        let left = |pair: [f64; 2]| [pair[0], self.left(pair, speed * speed)];
+        Self {
+            speed,
+            asked: left(self.asked),
+            braking: left(self.braking),
+            planned: left(self.planned),
+            hardest: left(self.hardest),
             jerk: self.jerk,
         }
     }
 
-    /// The lower of both, each at its own speed.
+    /// Slows down so many times as hard as asked, as far as that is possible.
+    pub(super) fn brake_harder(&mut self, times: f64) {
+        for k in 0..2 {
+            let most = self.planned[k].max(self.braking[k]);
+            self.braking[k] = (times * self.braking[k]).min(most);
+        }
+    }
+
+    /// The lower of both.
     pub fn lower(&mut self, other: &Self) {
-        self.speed = self.speed.min(other.speed);
+        let other = other.up_to(self.speed);
+        *self = self.up_to(other.speed);
         for k in 0..2 {
             self.asked[k] = self.asked[k].min(other.asked[k]);
             self.braking[k] = self.braking[k].min(other.braking[k]);

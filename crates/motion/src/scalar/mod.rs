@@ -17,9 +17,9 @@ pub mod ramp;
 pub mod track;
 pub mod travel;
 
-pub use cell_limits::CellLimits;
+pub use cell_limits::{CellLimits, Pace};
 pub use profile::Profile;
-pub use track::Track;
+pub use track::{Track, Zone};
 pub use travel::{Drive, Travel, window_for};
 
 /// Limits of a scalar motion, all positive and finite; unit of s over powers of seconds.

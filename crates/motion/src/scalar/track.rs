@@ -6,7 +6,7 @@
 //! afterwards ([`Travel`](super::Travel)): for half of that time before and behind a cell nobody may be faster than the cell
 //! allows, so that the mean keeps its limits too.
 
-use super::CellLimits;
+use super::{CellLimits, Pace};
 use crate::constants::{HARDEST_SHARE, PAUSE_SHARE};
 
 /// A cell that is passed within so many windows counts as short, and a step to a next one whose square of the speed is such a
@@ -22,8 +22,8 @@ pub struct Cell {
     pub until: f64,
     /// What is asked for and possible on it.
     pub limits: CellLimits,
-    /// Share of the speed at which it is done, below 1 when a longer duration is wanted.
-    pub pace: f64,
+    /// Slower than it could be when a longer duration is wanted.
+    pub pace: Pace,
     /// The most it may be done at, whatever was planned.
     pub cap: f64,
     /// What its neighbours leave of the limits, and of the caps.
@@ -50,18 +50,38 @@ pub struct Track {
     cells: Vec<Cell>,
     /// Time over which the motion is smoothed, s.
     window: f64,
-    /// From this place on nobody may be faster than this while it is not known what comes behind the end.
-    zone: (f64, f64),
+    /// What is so while it is not known what comes behind the end.
+    zone: Zone,
     /// What stood from a place on, for [`restore`](Self::restore), and the zone.
     saved: (usize, Vec<Cell>),
-    saved_zone: (f64, f64),
+    saved_zone: Zone,
 }
 
 /// Least cap of a cell.
 const SLOWEST_CAP: f64 = 1e-6;
 
-/// No zone.
-const NO_ZONE: (f64, f64) = (f64::INFINITY, f64::INFINITY);
+/// The end of a way while it is not known what comes behind it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Zone {
+    /// From this place on the motion may slow down so many times as hard as asked.
+    pub hard_from: f64,
+    /// See [`Zone::hard_from`].
+    pub times: f64,
+    /// From this place on nobody may be faster than that.
+    pub slow_from: f64,
+    /// See [`Zone::slow_from`].
+    pub speed: f64,
+}
+
+impl Zone {
+    /// Nothing is so.
+    pub const NONE: Self = Self {
+        hard_from: f64::INFINITY,
+        times: 1.0,
+        slow_from: f64::INFINITY,
+        speed: f64::INFINITY,
+    };
+}
 
 impl Track {
     /// A way of no length; room for `room` cells, more are never taken.
@@ -70,9 +90,9 @@ impl Track {
             begin: 0.0,
             cells: Vec::with_capacity(room),
             window: 0.0,
-            zone: NO_ZONE,
+            zone: Zone::NONE,
             saved: (0, Vec::with_capacity(room)),
-            saved_zone: NO_ZONE,
+            saved_zone: Zone::NONE,
         }
     }
 
@@ -81,7 +101,7 @@ impl Track {
         self.begin = 0.0;
         self.cells.clear();
         self.window = window;
-        self.zone = NO_ZONE;
+        self.zone = Zone::NONE;
     }
 
     /// Places for further cells.
@@ -105,7 +125,7 @@ impl Track {
     }
 
     /// Adds a cell; `None` when there is no room or it cannot be used. One of no length is left out.
-    pub fn push(&mut self, until: f64, limits: CellLimits, pace: f64) -> Option<()> {
+    pub fn push(&mut self, until: f64, limits: CellLimits) -> Option<()> {
         if until <= self.end() + 1e-12 * (1.0 + until.abs()) {
             return Some(());
         }
@@ -115,7 +135,7 @@ impl Track {
         self.cells.push(Cell {
             until,
             limits,
-            pace,
+            pace: Pace::FULL,
             cap: f64::INFINITY,
             eroded: limits,
             capped: f64::INFINITY,
@@ -129,7 +149,7 @@ impl Track {
     /// next cut.
     pub fn cut(&mut self, from: f64, place: f64) {
         self.saved_zone = self.zone;
-        self.zone = NO_ZONE;
+        self.zone = Zone::NONE;
         let kept = self
             .cells
             .partition_point(|cell| cell.until < from.min(place));
@@ -147,18 +167,14 @@ impl Track {
 
     /// Lets the motion slow down so many times harder in the cells between two places, as far as that is possible.
     pub fn harden(&mut self, from: f64, to: f64, times: f64) {
-        let first = self.index(from);
-        for cell in self
-            .cells
-            .iter_mut()
-            .skip(first)
-            .take_while(|cell| cell.until <= to)
-        {
-            let limits = &mut cell.limits;
-            for k in 0..2 {
-                let most = limits.planned[k].max(limits.braking[k]);
-                limits.braking[k] = (times * limits.braking[k]).min(most);
+        let mut begin = from;
+        for cell in self.cells.iter_mut().filter(|cell| cell.until > from) {
+            if begin >= to {
+                break;
             }
+            begin = cell.until;
+            cell.limits.brake_harder(times);
+            cell.pace.acceleration *= times;
         }
     }
 
@@ -182,18 +198,75 @@ impl Track {
         }
     }
 
-    /// From `place`, where a cell begins, on nobody may be faster than `speed` until the way is cut.
-    pub fn set_zone(&mut self, place: f64, speed: f64) {
-        self.zone = (place, speed);
+    /// What is so until the way is cut.
+    pub fn set_zone(&mut self, zone: Zone) {
+        self.zone = zone;
     }
 
     /// Sets the pace of the cells from `place` on.
-    pub fn set_pace(&mut self, place: f64, pace: f64) {
+    pub fn set_pace(&mut self, place: f64, pace: Pace) {
         let from = self.cells.partition_point(|cell| cell.until <= place);
         self.cells
             .iter_mut()
             .skip(from)
             .for_each(|cell| cell.pace = pace);
+    }
+
+    /// What the way bears behind a place at its pace, whatever neighbours leave of that.
+    pub fn bears(&self, place: f64) -> CellLimits {
+        let cell = self.cells.get(self.index(place));
+        cell.map_or(CellLimits::NONE, |cell| {
+            cell.limits.paced(&cell.pace, self.window)
+        })
+    }
+
+    /// Where the cell at a place begins.
+    pub fn begin_of(&self, place: f64) -> f64 {
+        let k = self.index(place);
+        self.cells
+            .get(k)
+            .map_or(place, |cell| cell.until - self.length(k))
+    }
+
+    /// The largest speed of any cell behind `place`.
+    pub fn fastest(&self, place: f64) -> f64 {
+        let first = self.cells.partition_point(|cell| cell.until <= place);
+        let ahead = self.cells.iter().skip(first);
+        ahead.fold(0.0, |most, cell| most.max(cell.limits.speed))
+    }
+
+    /// The least time that the way from `place` to the end takes, s.
+    pub fn least_time(&self, place: f64) -> f64 {
+        let mut begin = place;
+        let first = self.cells.partition_point(|cell| cell.until <= place);
+        let ahead = self.cells.iter().skip(first);
+        ahead.fold(0.0, |time, cell| {
+            let way = cell.until - begin;
+            begin = cell.until;
+            time + way / cell.limits.speed
+        })
+    }
+
+    /// From where on the speed only falls, because the way ends, or to what is allowed while it is not known what comes behind.
+    pub fn falls_from(&self) -> f64 {
+        let mut place = self.end();
+        let slow = if self.zone.slow_from < place {
+            self.zone.speed * self.zone.speed * (1.0 + 1e-9)
+        } else {
+            0.0
+        };
+        for k in (0..self.cells.len()).rev() {
+            let (length, cell) = (self.length(k), self.cells.get(k));
+            let Some(Cell { until, speeds, .. }) = cell else {
+                break;
+            };
+            if speeds.most > slow && speeds.end + speeds.fall * length > speeds.most {
+                // Even before that.
+                return place.min(until - (speeds.most - speeds.end).max(0.0) / speeds.fall);
+            }
+            place = until - length;
+        }
+        place
     }
 
     /// The first cell that ends behind `place`, and where it ends.
@@ -252,9 +325,13 @@ impl Track {
         let Some(cell) = self.cells.get(k) else {
             return CellLimits::NONE;
         };
-        let mut own = cell.limits.paced(cell.pace, self.window);
-        if cell.until > self.zone.0 + 1e-12 * (1.0 + cell.until.abs()) {
-            own.speed = own.speed.min(self.zone.1);
+        let mut own = cell.limits.paced(&cell.pace, self.window);
+        let is_behind = |place: f64| cell.until > place + 1e-12 * (1.0 + cell.until.abs());
+        if is_behind(self.zone.hard_from) {
+            own.brake_harder(self.zone.times);
+        }
+        if cell.until - self.length(k) >= self.zone.slow_from {
+            own = own.up_to(self.zone.speed);
         }
         own
     }

@@ -146,6 +146,17 @@ impl Travel {
     /// Whether the motion can go on over a track that has been changed: it is not too fast, and one that speeds up has time
     /// to end that first.
     pub fn fits(&self, track: &Track) -> bool {
+        self.fits_as_before(track, 0.0)
+    }
+
+    /// The same, or it has at least as much leeway as on another track.
+    pub fn fits_as_before(&self, track: &Track, before: f64) -> bool {
+        let speed = self.committed_speed();
+        self.leeway(track) >= before.min(0.0) - 1e-9 * speed * speed
+    }
+
+    /// By how much the square of its speed is less than what the track bears where that cannot be changed any more.
+    pub fn leeway(&self, track: &Track) -> f64 {
         let (place, speed) = (self.committed(), self.committed_speed());
         let least = if self.speeding_up() > 0.0 {
             track.least_square(
@@ -155,7 +166,7 @@ impl Travel {
         } else {
             track.square(place)
         };
-        least >= speed * speed * (1.0 - 1e-9)
+        least - speed * speed
     }
 
     /// True when the end of the track is reached.

@@ -34,6 +34,8 @@ pub struct Bench {
     pub stops: Vec<StopReason>,
     /// Motions whose sender was told that the next may follow.
     pub queued: Vec<CommandId>,
+    /// Motions whose successor is due.
+    pub due: Vec<CommandId>,
     pub limits: MotionLimits,
     /// By this part differences of positions may exceed the jerk.
     pub jerk_slack: f64,
@@ -67,6 +69,7 @@ impl Bench {
             warnings: Vec::new(),
             stops: Vec::new(),
             queued: Vec::new(),
+            due: Vec::new(),
             limits,
             jerk_slack: 1e-3,
         }
@@ -102,6 +105,7 @@ impl Bench {
                 Event::Warned { id, warning, .. } => self.warnings.push((id, warning)),
                 Event::Stopped { reason, .. } => self.stops.push(reason),
                 Event::Queued { id, .. } => self.queued.push(id),
+                Event::Due { id, .. } => self.due.push(id),
             }
         }
         self.now()
@@ -132,6 +136,13 @@ impl Bench {
             self.tick();
         }
         panic!("{id:?} does not end: {:?}", self.now());
+    }
+
+    /// Ticks until the command has ended or the next one is due.
+    pub fn until_due(&mut self, id: CommandId) {
+        while !self.due.contains(&id) && self.outcome(id).is_none() {
+            self.tick();
+        }
     }
 
     pub fn do_it(&mut self, kind: CommandKind) -> Outcome {
