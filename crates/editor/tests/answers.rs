@@ -349,7 +349,7 @@ fn renaming_reaches_arguments_by_name() {
     let partial = "import functools\ndef f(a, c=1): return a + c\ng = functools.partial(f, c=9)\n";
     assert_eq!(
         renamed(partial, 1, 9, "d"),
-        Ok(vec![(1, 9), (1, 25), (2, 25)])
+        Ok(vec![(1, 9), (1, 26), (2, 25)])
     );
     // What may be meant, and nobody can tell.
     for text in [
