@@ -13,7 +13,7 @@ features=""
 dictionary=""
 case "$target" in
 lexer | evaluator) features="--no-default-features" dictionary="-dict=tokens.dict" ;;
-parser | library | containers | chains | growth) features="--no-default-features" ;;
+parser | library | containers | chains | stacks | growth) features="--no-default-features" ;;
 esac
 # shellcheck disable=SC2086 # options, in words
 RUSTFLAGS="$passes --cfg fuzzing" cargo build --release --target "$host" --bin any $features

@@ -96,6 +96,41 @@ fn a_panic_in_a_task_ends_the_program_with_an_internal_error_and_the_next_one_ru
     }
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_native_stack_that_overflows_ends_its_program_and_the_next_one_runs() {
+    let _machine = alone();
+    let in_generator = "def gone():\n def walk():\n  try:\n   yield get_actual_joint_positions()\n  finally:\n   textmsg(\"never\")\n  end\n end\n while True:\n  list(walk())\n  sync()\n end\nend\n";
+    for program in [WAVE, in_generator] {
+        let folder = tempfile::tempdir().unwrap();
+        let server = Server::start(folder.path(), &REAL);
+        let (mut sender, mut other) = (server.primary(), server.primary());
+        sender.send(program);
+        other.wait_for("it runs", |state| state.task_running);
+        order(folder.path(), "builtin overflow");
+        for client in [&mut sender, &mut other] {
+            let (_, _, text) = client.script_error();
+            assert!(
+                text.contains("InternalError: a native stack of script thread"),
+                "{text}"
+            );
+        }
+        other.wait_for("it stands", |state| !state.task_running);
+        next_program_runs(&server);
+        let (_, page) = server.page("/metrics");
+        assert!(
+            page.contains("elite_faults_total{kind=\"task\"} 1"),
+            "{page}"
+        );
+        assert_eq!(server.terminate().code(), Some(0));
+        assert!(
+            !read_recording(&folder.path().join("out.mcap"))
+                .cycles
+                .is_empty()
+        );
+    }
+}
+
 #[test]
 fn a_program_of_run_that_meets_a_fault_fails() {
     let _machine = alone();

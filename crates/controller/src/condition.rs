@@ -8,9 +8,9 @@ use std::collections::BTreeSet;
 use std::rc::Rc;
 
 use elite_lang::{
-    ExceptionKind, Host, Interpreter, KnownNames, Limits, NativeFunction, Param, Resume,
-    ScriptThread, Severity, SourceFile, Step, ThreadId, Value, check, compile, render_human,
-    render_script_error,
+    ExceptionKind, Host, Interpreter, KnownNames, Limits, NativeBody, NativeFunction, Param,
+    Resume, ScriptThread, Severity, SourceFile, Step, ThreadId, Value, check, compile,
+    render_human, render_script_error,
 };
 use motion_api::{MotionMode, RobotMode, SafetyMode};
 use recorder::{Cycle, FieldValue};
@@ -215,7 +215,7 @@ fn norm() -> NativeFunction {
     NativeFunction {
         name: "norm",
         params: vec![Param::required("vector")],
-        call: Rc::new(|call| {
+        call: NativeBody::new(|call| {
             let numbers = call.arg(0).and_then(Value::as_items).and_then(|items| {
                 items
                     .iter()

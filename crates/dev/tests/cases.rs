@@ -47,6 +47,7 @@ targets_and_counts! {
     library: 300,
     containers: 150,
     chains: 40,
+    stacks: 40,
     growth: 10,
     builtins: 60,
     primary: 3000,

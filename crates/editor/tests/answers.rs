@@ -331,6 +331,44 @@ fn renaming_changes_every_place_or_says_why_not() {
 }
 
 #[test]
+fn renaming_reaches_arguments_by_name() {
+    let points = "from dataclasses import dataclass, replace\n@dataclass\nclass Pt:\n    px: float\n    py: float = 0.0\n\
+                  a = Pt(px=3)\nb = replace(a, px=4)\nprint(a.px, b)\n";
+    let all = vec![(3, 4), (5, 7), (6, 15), (7, 8)];
+    for (line, column) in &all {
+        let column = u32::try_from(*column).unwrap();
+        let line = u32::try_from(*line).unwrap();
+        assert_eq!(renamed(points, line, column, "x"), Ok(all.clone()));
+    }
+    let named = "from typing import NamedTuple\nclass Pt(NamedTuple):\n    px: float\na = Pt(px=3)._replace(px=4)\nb = Pt(1)\n\
+                 c = b._replace(px=5)\nprint(b.px)\n";
+    assert_eq!(
+        renamed(named, 2, 4, "x"),
+        Ok(vec![(2, 4), (3, 7), (3, 22), (5, 15), (6, 8)])
+    );
+    let partial = "import functools\ndef f(a, c=1): return a + c\ng = functools.partial(f, c=9)\n";
+    assert_eq!(
+        renamed(partial, 1, 9, "d"),
+        Ok(vec![(1, 9), (1, 26), (2, 25)])
+    );
+    // What may be meant, and nobody can tell.
+    for text in [
+        "class Pt:\n    px = 1\ndef make(k, **rest): return k(**rest)\nmake(Pt, px=3)\n",
+        "class Pt:\n    px = 1\nd = {'px': 1}\nPt(**d)\n",
+        "class Pt:\n    px = 1\nprint(getattr(Pt(), 'px'))\n",
+        "class Pt:\n    px = 1\ndef make(k): return k(px=3)\n",
+    ] {
+        let refused = renamed(text, 1, 4, "x");
+        assert!(
+            refused
+                .as_ref()
+                .is_err_and(|why| why.contains("may be meant")),
+            "{text}: {refused:?}"
+        );
+    }
+}
+
+#[test]
 fn the_outline_and_the_folds_follow_the_blocks() {
     let mut client = Client::of(PROGRAM);
     let symbols = client.whole("textDocument/documentSymbol");

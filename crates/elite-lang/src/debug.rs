@@ -50,6 +50,8 @@ pub enum Onward {
     Later,
     /// Nothing of the program runs any more.
     End,
+    /// Stop, as a stop from outside would: `finally` and `with` blocks run.
+    Stop,
 }
 
 /// The place of a statement in its text.
@@ -236,6 +238,10 @@ impl Debugger {
                 Onward::Later => {
                     let now = core.host.monotonic();
                     ev.suspend(Request::Park { until: Some(now) })?;
+                }
+                Onward::Stop => {
+                    core.begin_stop();
+                    return Err(Raised::Stop);
                 }
                 Onward::End => {
                     self.is_over.set(true);

@@ -46,6 +46,11 @@ impl Findings {
         self.kept.truncate(length);
     }
 
+    /// Changes those from number `length` on.
+    pub fn change_from(&mut self, length: usize, change: impl FnMut(&mut Diagnostic)) {
+        self.kept.iter_mut().skip(length).for_each(change);
+    }
+
     /// Gives up those that `keep` does not want.
     pub fn retain(&mut self, keep: impl FnMut(&Diagnostic) -> bool) {
         self.kept.retain(keep);

@@ -41,6 +41,15 @@ impl Access {
     }
 }
 
+/// What ends the clean-up of a thread that is being stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cut {
+    /// It has computed for as long as it may.
+    Time,
+    /// It would have to wait.
+    Wait,
+}
+
 /// What the embedder provides: output, time, randomness. The evaluator itself reads no clock and opens no file, so a
 /// program under a deterministic host is deterministic.
 pub trait Host {
@@ -72,6 +81,15 @@ pub trait Host {
     fn may_wait(&self) -> Result<(), String> {
         Ok(())
     }
+
+    /// Whether a thread that is being stopped may compute on in its `finally` and `with` blocks. Asked now and then, after some
+    /// thousand safepoints.
+    fn unwinding_goes_on(&self) -> bool {
+        true
+    }
+
+    /// A `finally` or `with` block of a thread that is being stopped is ended before its end, at a line of the program.
+    fn unwinding_is_cut(&self, _thread: ThreadId, _line: u32, _cut: Cut) {}
 
     /// A thread that is parked (`Step::Parked`) has become ready: resume it soon.
     fn wake(&self, thread: ThreadId);

@@ -18,6 +18,7 @@ use crate::eval::node::{NodeState, Passage, TaskNode};
 use crate::eval::{Core, Evaluator};
 use crate::host::{Host, ThreadId};
 use crate::limits::memory::Budget;
+use crate::limits::overflow::{Exit, Watch};
 use crate::limits::{Limits, memory};
 use crate::native::{NativeFunction, WaitToken};
 use crate::program::{Program, ProgramKind};
@@ -241,6 +242,9 @@ impl Interpreter {
 
 impl Drop for Interpreter {
     fn drop(&mut self) {
+        if self.core.is_left.get() {
+            return;
+        }
         self.core.memory_look();
         while trash::drop_some() {}
         self.core.dismantle();
@@ -284,6 +288,7 @@ pub struct ScriptThread {
     id: ThreadId,
     state: ThreadState,
     coroutine: Option<ThreadCoroutine>,
+    exit: Rc<Exit>,
     /// The fuel it had when it was suspended for a search.
     fuel_kept: Option<u32>,
     /// What to report when it has no coroutine any more.
@@ -293,8 +298,9 @@ pub struct ScriptThread {
 impl ScriptThread {
     pub(crate) fn new(core: &Rc<Core>, body: impl FnOnce(&Evaluator<'_>) -> R + 'static) -> Self {
         let number = core.new_thread();
+        let exit = Rc::new(Exit::new(std::ptr::null()));
         let (coroutine, ended) = match core.stacks.take(StackKind::Thread) {
-            Some(stack) => (Some(start(core.clone(), stack, body)), None),
+            Some(stack) => (Some(start(core.clone(), stack, exit.clone(), body)), None),
             None => (None, Some(Step::Failed(Box::new(no_stack())))),
         };
         let state = ThreadState {
@@ -308,6 +314,7 @@ impl ScriptThread {
             id: ThreadId(number),
             state,
             coroutine,
+            exit,
             fuel_kept: None,
             ended,
         }
@@ -346,6 +353,10 @@ impl ScriptThread {
     /// Runs it until it waits, ends, or has passed `fuel` safepoints (back-edges of loops and calls). With
     /// `Resume::Stop` it unwinds: `finally` blocks and `with` exits run, with the fuel of `Limits::stop_fuel` in
     /// total; a second stop unwinds without running more code.
+    ///
+    /// # Panics
+    /// When a native stack has overflowed, which is a fault of ours. The interpreter and its threads are to be dropped then; they
+    /// leave everything as it is, and no interpreter is made on this OS thread any more.
     pub fn resume(&mut self, resume: Resume, fuel: u32) -> Step {
         let Some(mut coroutine) = self.coroutine.take() else {
             return self.ended.take().unwrap_or(Step::Stopped);
@@ -368,7 +379,14 @@ impl ScriptThread {
         core.memory_watch();
         let outer_puts_off = trash::put_off(true);
         trash::drop_some();
+        let watch = Watch::begin(&self.exit);
         let result = coroutine.resume(resume);
+        if let CoroutineResult::Yield(Request::Overflow) = result {
+            watch.give_up();
+            std::mem::forget(coroutine);
+            self.overflowed();
+        }
+        drop(watch);
         trash::put_off(outer_puts_off);
         self.state = core.switch_to(outer);
         let debugger = core.debugger.borrow().clone();
@@ -387,6 +405,8 @@ impl ScriptThread {
                     Request::OutOfFuel => Step::OutOfFuel,
                     Request::Wait(token) => Step::Waiting(token),
                     Request::Park { until } => Step::Parked { until },
+                    // Dealt with above.
+                    Request::Overflow => Step::Stopped,
                 }
             }
             CoroutineResult::Return(end) => {
@@ -401,9 +421,22 @@ impl ScriptThread {
     }
 }
 
+impl ScriptThread {
+    #[cold]
+    fn overflowed(&mut self) -> ! {
+        self.core.leave();
+        self.state.line = self.core.line.get();
+        let (line, thread) = (self.state.line, self.id.0);
+        panic!("a native stack of script thread {thread} has overflowed, at line {line}");
+    }
+}
+
 impl Drop for ScriptThread {
     /// A thread that is given up unwinds like a stopped one, but without running more code.
     fn drop(&mut self) {
+        if self.core.is_left.get() {
+            return std::mem::forget(self.coroutine.take());
+        }
         self.state.stopping = Stopping::Abandoned;
         while self.coroutine.is_some() {
             self.resume(Resume::Stop, 0);
@@ -414,10 +447,12 @@ impl Drop for ScriptThread {
 fn start(
     core: Rc<Core>,
     stack: DefaultStack,
+    exit: Rc<Exit>,
     body: impl FnOnce(&Evaluator<'_>) -> R + 'static,
 ) -> ThreadCoroutine {
     let limit = limit_of(&stack);
     Coroutine::with_stack(stack, move |yielder, _| {
+        exit.set(yielder);
         let ev = Evaluator::new(core, Outlet::Thread(yielder), limit);
         match body(&ev) {
             Ok(value) => End::Done(value),

@@ -52,11 +52,13 @@ pub use host::process::{
     Command as HostCommand, HostProcess, HostProcesses, Output as ProcessOutput,
     Stream as ProcessStream,
 };
-pub use host::{Access, Host, HostSocket, Interest, ThreadId};
+pub use host::{Access, Cut, Host, HostSocket, Interest, ThreadId};
 pub use interpreter::{Interpreter, Leftovers, ScriptThread, Step};
 pub use limits::{Limits, memory};
 pub use lint::{CallArgument, CallHint, CallHook, CallSite, Literal};
-pub use native::{NativeBody, NativeCall, NativeFunction, Param, ParamKind, WaitToken};
+pub use native::{
+    Letters, NativeBody, NativeCall, NativeContext, NativeFunction, Param, ParamKind, WaitToken,
+};
 pub use program::{Program, ProgramKind, check, compile};
 pub use remote::AnyMethod;
 pub use resolve::KnownNames;

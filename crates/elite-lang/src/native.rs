@@ -7,7 +7,7 @@ use crate::eval::coroutine::Request;
 use crate::eval::node::NodeState;
 use crate::eval::{Evaluator, Frame};
 use crate::host::ThreadId;
-use crate::value::{R, Raised, Value};
+use crate::value::{R, Raised, Str, Value};
 
 /// Whether and how a parameter may be omitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,8 +66,36 @@ impl Param {
     }
 }
 
-/// The body of a native function.
-pub type NativeBody = Rc<dyn Fn(&mut NativeCall<'_>) -> R>;
+/// The body of a native function. It holds no values: what nothing can find, neither the search for cycles nor the queue that takes
+/// deep chains apart would know of.
+#[derive(Clone)]
+pub struct NativeBody(Rc<dyn Fn(&mut NativeCall<'_>) -> R>);
+
+/// What natives need of their embedder: it is there for the whole task, and who drops the last native drops no values with it.
+pub trait NativeContext: 'static {}
+
+impl<C: NativeContext + ?Sized> NativeContext for Rc<C> {}
+
+impl NativeBody {
+    /// A function. Values do not go from thread to thread, so that one which has captured a value does not compile.
+    pub fn new(body: impl Fn(&mut NativeCall<'_>) -> R + Send + 'static) -> Self {
+        NativeBody(Rc::new(body))
+    }
+
+    /// A function with a context.
+    pub fn with<C: NativeContext>(
+        context: C,
+        body: impl Fn(&C, &mut NativeCall<'_>) -> R + Send + 'static,
+    ) -> Self {
+        NativeBody(Rc::new(move |call| body(&context, call)))
+    }
+
+    /// Runs it.
+    #[inline]
+    pub(crate) fn run(&self, call: &mut NativeCall<'_>) -> R {
+        (self.0)(call)
+    }
+}
 
 /// A function the embedder provides: binding of arguments and the errors for wrong ones are done before it is called.
 #[derive(Clone)]
@@ -89,6 +117,57 @@ pub struct NativeCall<'c> {
     pub(crate) ev: &'c Evaluator<'c>,
     pub(crate) args: &'c [Value],
     pub(crate) caller: Option<Frame<'c>>,
+}
+
+/// A text whose letters are counted.
+pub struct Letters<'c> {
+    ev: &'c Evaluator<'c>,
+    text: Rc<Str>,
+}
+
+impl<'c> NativeCall<'c> {
+    /// The letters of a text, each found at once wherever it stands; None if the value is no text.
+    ///
+    /// # Errors
+    /// The thread is to stop.
+    pub fn letters(&self, value: &Value) -> R<Option<Letters<'c>>> {
+        let Value::Str(text) = self.ev.plain(value) else {
+            return Ok(None);
+        };
+        self.ev.mark(&text)?;
+        Ok(Some(Letters { ev: self.ev, text }))
+    }
+}
+
+impl Letters<'_> {
+    /// The text.
+    pub fn as_str(&self) -> &str {
+        self.text.as_str()
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.text.len()
+    }
+
+    /// Those from number `start` to before number `end`, as a text.
+    ///
+    /// # Errors
+    /// `MemoryError`; the thread is to stop.
+    pub fn part(&self, start: usize, end: usize) -> R<Value> {
+        let end = end.min(self.count());
+        self.ev.string_of(self.text.slice(start.min(end), end))
+    }
+
+    /// The byte that number `letter` begins at, or the length of the text.
+    pub fn byte_of(&self, letter: usize) -> usize {
+        self.text.byte_offset(letter.min(self.count()))
+    }
+
+    /// The number of the letter that begins at a byte.
+    pub fn letter_at(&self, byte: usize) -> usize {
+        self.text.char_index(byte)
+    }
 }
 
 impl NativeCall<'_> {
@@ -170,6 +249,16 @@ impl NativeCall<'_> {
     /// Python's truth of a value.
     pub fn truth(&self, value: &Value) -> R<bool> {
         self.ev.truth(value)
+    }
+
+    /// Runs work that comes back to itself through a value's parts, within the depth and the native stack there is. All recursion
+    /// through values goes through here.
+    ///
+    /// # Errors
+    /// `RecursionError`, or what `inner` raises.
+    pub fn recurse<T>(&mut self, inner: impl FnOnce(&mut Self) -> R<T>) -> R<T> {
+        let ev = self.ev;
+        ev.recurse(|| inner(self))
     }
 
     /// All items of any iterable.

@@ -3,15 +3,34 @@
 use std::rc::Rc;
 
 use crate::builtins::Builtin;
+use crate::builtins::EMBEDDER;
 use crate::errors::ExceptionKind;
-use crate::native::NativeCall;
+use crate::native::{NativeCall, NativeContext};
 use crate::value::class::Base;
+use crate::value::data::{Data, no_values};
 use crate::value::instance::Payload;
 use crate::value::symbol::known;
 use crate::value::{Class, Instance, R, Value};
 
-/// What a call of any method does, given its name and its positional arguments.
-pub type AnyMethod = Rc<dyn Fn(&mut NativeCall<'_>, &str, &[Value]) -> R>;
+/// What a call of any method does, given its name and its positional arguments. It holds no values.
+#[derive(Clone)]
+pub struct AnyMethod(Rc<AnyMethodFn>);
+
+type AnyMethodFn = dyn Fn(&mut NativeCall<'_>, &str, &[Value]) -> R;
+
+no_values!(AnyMethod);
+
+impl AnyMethod {
+    /// A function with a context.
+    pub fn with<C: NativeContext>(
+        context: C,
+        body: impl Fn(&C, &mut NativeCall<'_>, &str, &[Value]) -> R + Send + 'static,
+    ) -> Self {
+        AnyMethod(Rc::new(move |call, name, args| {
+            body(&context, call, name, args)
+        }))
+    }
+}
 
 impl NativeCall<'_> {
     /// An object of a class of its own whose methods, all names but `__special__` ones, are `call`.
@@ -22,39 +41,45 @@ impl NativeCall<'_> {
             class_name,
             Base::Object,
             vec![object.clone()],
-            vec![object],
+            vec![object.clone()],
             false,
         );
-        let getattr = Builtin::closure("__getattr__", Vec::new(), move |ev, _, args| {
+        let call = Instance::new(object, Payload::Object(Data::new(call)));
+        let held = vec![Value::Instance(call)];
+        let getattr = Builtin::closure("__getattr__", held, |ev, held, args| {
             let name = args.positional.last().and_then(Value::as_str);
             let name = name.unwrap_or_default().to_owned();
             if name.starts_with("__") {
                 let text = format!("a remote object has no attribute '{name}'");
                 return Err(ev.raise(ExceptionKind::AttributeError, text));
             }
-            let call = Rc::clone(&call);
-            Ok(Builtin::closure(
-                "remote method",
-                Vec::new(),
-                move |ev, _, args| {
-                    if !args.keywords.is_empty() {
-                        let text = format!(
-                            "{name}() takes no keyword arguments: remote calls have only positions"
-                        );
-                        return Err(ev.raise(ExceptionKind::TypeError, text));
-                    }
-                    let mut native = NativeCall {
-                        ev,
-                        args: &[],
-                        caller: None,
-                    };
-                    call(&mut native, &name, args.positional)
-                },
-            ))
+            Ok(method(name, held.to_vec()))
         });
         class.set(known::GETATTR, getattr);
         Value::Instance(Instance::new(class, Payload::None))
     }
+}
+
+/// The method of this name; what its calls do is held.
+fn method(name: String, held: Vec<Value>) -> Value {
+    Builtin::closure("remote method", held, move |ev, held, args| {
+        if !args.keywords.is_empty() {
+            let text =
+                format!("{name}() takes no keyword arguments: remote calls have only positions");
+            return Err(ev.raise(ExceptionKind::TypeError, text));
+        }
+        let mut native = NativeCall {
+            ev,
+            args: &[],
+            caller: None,
+        };
+        match held {
+            [Value::Instance(held)] if let Some(call) = held.object::<AnyMethod>() => {
+                ev.with_stack(EMBEDDER, || (call.0)(&mut native, &name, args.positional))
+            }
+            _ => Ok(Value::None),
+        }
+    })
 }
 
 impl Value {
@@ -67,7 +92,7 @@ impl Value {
     pub fn as_bytes(&self) -> Option<Vec<u8>> {
         match self {
             Value::Bytes(bytes) => Some(bytes.data().to_vec()),
-            Value::ByteArray(bytes) => Some(bytes.borrow().clone()),
+            Value::ByteArray(bytes) => Some(bytes.borrow().to_vec()),
             _ => None,
         }
     }

@@ -225,15 +225,15 @@ fn is_meant(text: &str, ours_accepts: bool) -> bool {
         ["if", "and", "or", "is", "in"].contains(&word)
     };
     let odd = |rest: &str| odd_yield(rest) || odd_word(rest);
+    // Robot programs have no coroutines: the words of those are names.
+    let coroutine = ["await", "async"].iter().any(|word| text.contains(word));
     if ours_accepts {
-        return text.contains("raise;") || text.contains('\t');
+        return coroutine || text.contains("raise;") || text.contains('\t');
     }
     // It also takes a blank after a conversion, as CPython does from 3.12 on.
     let blank_after_conversion = ["!r }", "!s }", "!a }", "!r :", "!s :", "!a :"]
         .iter()
         .any(|part| text.contains(part));
-    // Robot programs have no coroutines.
-    let coroutine = ["await", "async"].iter().any(|word| text.contains(word));
     // It takes an `else` after `try` that has no `except`, as long as there is a `finally`.
     let bare_else =
         ["else:", "finally:"].iter().all(|word| text.contains(word)) && !text.contains("except");

@@ -17,5 +17,7 @@ mod pace;
 mod reading;
 mod robustness;
 mod scripts;
+mod stacks;
 mod statements;
+mod stops;
 mod warnings;

@@ -384,7 +384,7 @@ fn reports_advise_on_names_and_calls() {
             Param::optional("a"),
             Param::optional("v"),
         ],
-        call: std::rc::Rc::new(|_| Ok(Value::None)),
+        call: elite_lang::NativeBody::new(|_| Ok(Value::None)),
     };
     let cases = [
         "speed = 1\nprint(sped)",
@@ -413,4 +413,70 @@ fn reports_advise_on_names_and_calls() {
         .map(|case| Task::with(vec![movej.clone()], Default::default()).run(case))
         .collect();
     insta::assert_snapshot!(shown.join("\n"));
+}
+
+#[test]
+fn directives_that_cannot_be_read_say_so_once_on_their_line() {
+    for (directive, message) in [
+        (
+            "$ LINE: (7, \"a\"",
+            "expected ')', found the end of the line",
+        ),
+        ("$ LINE: (7, \"a)", "this string is never closed"),
+        (
+            "$ LINE: (7, [",
+            "expected an expression, found the end of the line",
+        ),
+        (
+            "$ LINE: (7, \"a\") x",
+            "expected the end of the expression, found 'x'",
+        ),
+    ] {
+        let text = format!("def main():\n    x = 1\n    {directive}\n    print(x)\nend\n");
+        let file = elite_lang::SourceFile::new("a.script", text.as_str());
+        let found = elite_lang::check(file.clone(), &elite_lang::KnownNames::default());
+        let shown: Vec<String> = found
+            .iter()
+            .map(|finding| elite_lang::render_human(finding, &file, false))
+            .collect();
+        assert_eq!(found.len(), 1, "{shown:?}");
+        assert_eq!(found[0].message, message);
+        assert_eq!(found[0].code, "directive");
+        assert!(
+            shown[0].contains("a.script:3:") && shown[0].contains("help: write '$ LINE"),
+            "{shown:?}"
+        );
+    }
+}
+
+#[test]
+fn async_and_await_are_names_where_nothing_says_otherwise() {
+    let program = "\
+async = 1
+await = [2]
+class Task:
+    def await(self, async=3): return async
+def async_(await): return await
+print(async, await[0], Task().await(), Task().await(async=4), async_(5), -await[0])
+for async in await: print(async)
+await.append(async)
+print(await, async in await)
+";
+    assert_eq!(
+        crate::support::run(program),
+        "1 2 3 4 5 -2\n2\n[2, 2] True\n"
+    );
+    for (text, what) in [
+        ("async def f(): pass", "'async'"),
+        ("x = [i async for i in y]", "'async'"),
+        ("x = await f()", "'await'"),
+        ("await 1", "'await'"),
+    ] {
+        let file = elite_lang::SourceFile::new("a.script", text);
+        let found = elite_lang::check(file, &elite_lang::KnownNames::default());
+        assert!(
+            found.iter().any(|finding| finding.message.contains(what)),
+            "{text}: {found:?}"
+        );
+    }
 }

@@ -1,25 +1,25 @@
 //! The interpreter as an embedder drives it: fuel, waits, stops, natives, limits.
+#![allow(clippy::unwrap_used, clippy::expect_used)] // a test
 
 use crate::support;
 
-use std::cell::{Cell, RefCell};
-use std::rc::Rc;
+use std::sync::{Arc, Mutex};
 
 use elite_lang::{
-    ExceptionKind, Interpreter, Limits, NativeCall, NativeFunction, Param, ProgramKind, Resume,
-    ScriptResult, Step, ThreadId, Value, WaitToken, compile,
+    ExceptionKind, Interpreter, Limits, NativeBody, NativeCall, NativeFunction, Param, ProgramKind,
+    Resume, ScriptResult, Step, ThreadId, Value, WaitToken, compile,
 };
 use support::{Task, drive, last_line, run};
 
 fn native(
     name: &'static str,
     params: Vec<Param>,
-    call: impl Fn(&mut NativeCall<'_>) -> ScriptResult + 'static,
+    call: impl Fn(&mut NativeCall<'_>) -> ScriptResult + Send + 'static,
 ) -> NativeFunction {
     NativeFunction {
         name,
         params,
-        call: Rc::new(call),
+        call: NativeBody::new(call),
     }
 }
 
@@ -227,7 +227,7 @@ fn a_thread_stopped_before_it_starts_never_runs() {
 
 #[test]
 fn natives_get_their_arguments_by_position_name_and_alias() {
-    let seen = Rc::new(RefCell::new(Vec::new()));
+    let seen = Arc::new(Mutex::new(Vec::new()));
     let log = seen.clone();
     let params = vec![
         Param::required("a"),
@@ -236,7 +236,8 @@ fn natives_get_their_arguments_by_position_name_and_alias() {
     ];
     let f = native("f", params, move |call| {
         let t = call.arg(1).and_then(Value::as_f64);
-        log.borrow_mut()
+        log.lock()
+            .unwrap()
             .push(format!("{:?} {t:?} {:?}", call.arg(0), call.arg(2)));
         Ok(Value::None)
     });
@@ -252,7 +253,7 @@ fn natives_get_their_arguments_by_position_name_and_alias() {
         "Some(4) Some(5.0) Some([])",
         "Some(1) Some(2.0) Some([3, 4])",
     ];
-    assert_eq!(*seen.borrow(), expected);
+    assert_eq!(*seen.lock().unwrap(), expected);
     let error = |text: &str| support::last_but_help(&task.run(text));
     assert_eq!(
         error("f()"),
@@ -270,14 +271,14 @@ fn natives_get_their_arguments_by_position_name_and_alias() {
 
 #[test]
 fn natives_raise_call_back_and_know_their_caller() {
-    let place = Rc::new(Cell::new((0, 0)));
+    let place = Arc::new(Mutex::new((0, 0)));
     let at = place.clone();
     let natives = vec![
         native("fail", vec![], |call| {
             Err(call.raise(ExceptionKind::ValueError, "no solution"))
         }),
         native("twice", vec![Param::required("f")], move |call| {
-            at.set((call.thread().0, call.line()));
+            *at.lock().unwrap() = (call.thread().0, call.line());
             assert_eq!(call.program_name(), "test.script");
             let f = call.args()[0].clone();
             call.call_value(&f, &[Value::Int(1)])?;
@@ -288,7 +289,7 @@ fn natives_raise_call_back_and_know_their_caller() {
     let text =
         "try:\n    fail()\nexcept ValueError as e:\n    print(e)\nprint(twice(lambda n: n * 10))\n";
     assert_eq!(task.run(text), "no solution\n20\n");
-    assert_eq!(place.get(), (1, 5));
+    assert_eq!(*place.lock().unwrap(), (1, 5));
 }
 
 #[test]
@@ -572,8 +573,8 @@ fn interpreters_on_one_thread_do_not_disturb_each_other() {
 #[test]
 fn an_ended_interpreter_leaves_nothing_behind() {
     // Cycles through globals, closures, classes and instances are broken when the interpreter goes.
-    let alive = Rc::new(());
-    let weak = Rc::downgrade(&alive);
+    let alive = Arc::new(());
+    let weak = Arc::downgrade(&alive);
     let keep = native("keep", vec![], move |_| {
         let _ = &alive;
         Ok(Value::None)

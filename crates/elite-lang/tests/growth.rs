@@ -399,6 +399,26 @@ const LOOPS: &[(&str, &str)] = &[
     ),
     ("growing text", "s = ''\nfor i in range(n): s += 'a'"),
     (
+        "bytearray as a queue",
+        "b = bytearray(n)\nfor i in range(n // 4):\n    del b[:4]\n    b += b'abcd'",
+    ),
+    (
+        "bytearray from the front",
+        "b = bytearray(n)\nfor i in range(n // 2): b.pop(0)\nwhile b: del b[0]",
+    ),
+    (
+        "bytes written in memory",
+        "import io\nf = io.BytesIO(bytes(n))\nfor i in range(n // 10):\n    f.seek(i)\n    f.write(b'ab')\n    f.read(1)",
+    ),
+    (
+        "bytes written and read in memory",
+        "import io\nf = io.BytesIO()\nfor i in range(n // 10):\n    f.write(b'ab')\n    f.seek(-1, 2)\n    f.read(1)",
+    ),
+    (
+        "branches of a tee",
+        "import itertools\na, b = itertools.tee(range(n))\nfor x in a: pass\nfor x in b: pass",
+    ),
+    (
         "growing bytearray",
         "b = bytearray()\nfor i in range(n): b += b'a'",
     ),

@@ -12,7 +12,7 @@ const MANY: usize = 20_000;
 const LINKS: usize = 3_000;
 
 /// What nests: before, what is repeated, the innermost, what closes each level, after.
-const NESTED: &[(&str, &str, &str, &str, &str)] = &[
+pub const NESTED: &[(&str, &str, &str, &str, &str)] = &[
     ("x = ", "(", "1", ")", ""),
     ("x = ", "[", "1", "]", ""),
     ("x = ", "{", "1", "}", ""),
@@ -98,7 +98,7 @@ const NESTED: &[(&str, &str, &str, &str, &str)] = &[
 ];
 
 /// What goes on without nesting: the first one, what follows again and again.
-const CHAINS: &[(&str, &str)] = &[
+pub const CHAINS: &[(&str, &str)] = &[
     ("x = 1", " + 1"),
     ("x = a", " + a"),
     ("x = a", " - a * a"),

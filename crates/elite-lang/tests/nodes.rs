@@ -2,11 +2,9 @@
 
 use crate::support;
 
-use std::rc::Rc;
-
 use elite_lang::{
-    KnownNames, Limits, NativeFunction, Param, Passage, Resume, ScriptThread, Severity, Step,
-    Value, WaitToken, check, compile,
+    KnownNames, Limits, NativeBody, NativeFunction, Param, Passage, Resume, ScriptThread, Severity,
+    Step, Value, WaitToken, check, compile,
 };
 use support::{Task, drive};
 
@@ -15,7 +13,7 @@ fn motion() -> NativeFunction {
     NativeFunction {
         name: "move",
         params: vec![Param::required("ok")],
-        call: Rc::new(|call| {
+        call: NativeBody::new(|call| {
             call.wait(WaitToken(1))?;
             let fails = call.arg(0).and_then(Value::as_i64) == Some(0);
             call.motion_ended(fails);
@@ -400,7 +398,7 @@ fn bad_directives_are_errors_with_their_place() {
         ),
         (
             "$ LINE: (1, 'a'",
-            "1:16-1:16 expected ')', found the end of the program",
+            "1:16-1:16 expected ')', found the end of the line",
         ),
         ("$ LINE: (1, 'a)", "1:13-1:14 this string is never closed"),
         (

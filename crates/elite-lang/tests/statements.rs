@@ -1,14 +1,15 @@
 //! Statements that run in the place of a native that waits, as interpreter mode needs them.
+#![allow(clippy::unwrap_used, clippy::expect_used)] // a test
 
 use crate::support;
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
-use std::rc::Rc;
+use std::sync::{Arc, Mutex};
 
 use elite_lang::{
-    KnownNames, Limits, NativeCall, NativeFunction, Param, Resume, ScriptResult, SourceFile,
-    Statement, Step, Value, WaitToken, compile_statement, render_script_error,
+    KnownNames, Limits, NativeBody, NativeCall, NativeFunction, Param, Resume, ScriptResult,
+    SourceFile, Statement, Step, Value, WaitToken, compile_statement, render_script_error,
 };
 use support::{Task, drive};
 
@@ -19,19 +20,19 @@ fn statement(text: &str) -> Statement {
 
 fn native(
     name: &'static str,
-    call: impl Fn(&mut NativeCall<'_>) -> ScriptResult + 'static,
+    call: impl Fn(&mut NativeCall<'_>) -> ScriptResult + Send + 'static,
 ) -> NativeFunction {
     NativeFunction {
         name,
         params: vec![Param::optional("n")],
-        call: Rc::new(call),
+        call: NativeBody::new(call),
     }
 }
 
 /// A task whose native `statements()` runs the given texts, one list a call, each after a wait; errors are collected.
 struct Mode {
     task: Task,
-    errors: Rc<RefCell<Vec<String>>>,
+    errors: Arc<Mutex<Vec<String>>>,
 }
 
 fn mode(calls: &[&[&str]]) -> Mode {
@@ -39,7 +40,7 @@ fn mode(calls: &[&[&str]]) -> Mode {
         .iter()
         .map(|texts| texts.iter().map(|text| statement(text)).collect());
     let calls: RefCell<VecDeque<Vec<Statement>>> = RefCell::new(calls.collect());
-    let errors = Rc::new(RefCell::new(Vec::new()));
+    let errors = Arc::new(Mutex::new(Vec::new()));
     let seen = errors.clone();
     let run = native("statements", move |call| {
         for statement in calls.borrow_mut().pop_front().unwrap_or_default() {
@@ -48,7 +49,7 @@ fn mode(calls: &[&[&str]]) -> Mode {
                 let Some(report) = call.report(&raised) else {
                     return Err(raised);
                 };
-                seen.borrow_mut().push(render_script_error(&report));
+                seen.lock().unwrap().push(render_script_error(&report));
             }
         }
         Ok(Value::None)
@@ -71,14 +72,14 @@ fn mode(calls: &[&[&str]]) -> Mode {
 fn output(program: &str, calls: &[&[&str]]) -> String {
     let mode = mode(calls);
     let output = mode.task.run(program);
-    assert_eq!(*mode.errors.borrow(), Vec::<String>::new());
+    assert_eq!(*mode.errors.lock().unwrap(), Vec::<String>::new());
     output
 }
 
 fn errors(program: &str, calls: &[&[&str]]) -> Vec<String> {
     let mode = mode(calls);
     mode.task.run(program);
-    mode.errors.take()
+    std::mem::take(&mut *mode.errors.lock().unwrap())
 }
 
 #[test]
@@ -181,7 +182,7 @@ fn an_error_names_the_statement_and_does_not_end_the_thread() {
     let mode = mode(&[&["x = 1", "x = 2; x / 0", "x += 1"]]);
     assert_eq!(mode.task.run(program), "went on 3\n");
     assert_eq!(
-        mode.errors.take(),
+        std::mem::take(&mut *mode.errors.lock().unwrap()),
         [
             "Traceback (most recent call last):\n  statement 7, line 1, column 8, in <module>\n    x = 2; x / 0\n           ^^^^^\nZeroDivisionError: division by zero\n"
         ]
@@ -255,7 +256,7 @@ fn an_endless_recursion_in_a_statement_is_an_error_of_the_statement() {
     let program = "def f():\n    statements()\n    print('alive')\nf()\n";
     let mode = mode(&[&["def r(): return r()", "r()"]]);
     assert_eq!(mode.task.run(program), "alive\n");
-    let errors = mode.errors.take();
+    let errors = std::mem::take(&mut *mode.errors.lock().unwrap());
     assert!(errors[0].ends_with("RecursionError: maximum recursion depth exceeded\n"));
 }
 

@@ -10,6 +10,7 @@ pub mod clock;
 pub mod files;
 pub mod machine;
 pub mod memory;
+pub mod overflow;
 pub mod priority;
 pub mod processes;
 mod said;

@@ -10,7 +10,9 @@ use std::sync::Arc;
 use controller::ProgramResult;
 use controller::cell::point::Point;
 use controller::points::{PointChange, PointValue, Reading};
-use elite_lang::{ExceptionKind, NativeCall, NativeFunction, Param, Raised, Value};
+use elite_lang::{
+    ExceptionKind, NativeBody, NativeCall, NativeContext, NativeFunction, Param, Raised, Value,
+};
 use elite_runtime::{Attendance, ProgramText};
 use io_bus::StandIns;
 use motion_api::{CommandKind, RobotMode, SafetyMode, Seconds};
@@ -88,6 +90,9 @@ pub fn function_parameters() -> impl Iterator<Item = (&'static str, &'static [&'
         .map(|(name, parameters, _)| (*name, *parameters))
 }
 
+/// What it holds of the script are the functions that answer for machines; the circle ends with the task.
+impl NativeContext for Site {}
+
 /// The functions for one test.
 pub(crate) fn functions(bench: &Arc<Bench>, attendance: &Attendance) -> Vec<NativeFunction> {
     let site = Rc::new(Site {
@@ -109,11 +114,11 @@ pub(crate) fn functions(bench: &Arc<Bench>, attendance: &Attendance) -> Vec<Nati
             Some(name) => Param::optional(name),
             None => Param::required(text),
         };
-        let (site, body) = (site.clone(), *body);
+        let body = *body;
         NativeFunction {
             name,
             params: parameters.iter().map(parameter).collect(),
-            call: Rc::new(move |call| body(&site, call)),
+            call: NativeBody::with(site.clone(), move |site, call| body(site, call)),
         }
     });
     functions.collect()

@@ -5,6 +5,7 @@ pub mod queue;
 
 use std::io::{self, IsTerminal, Write, stderr};
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use thiserror::Error;
@@ -15,7 +16,7 @@ use tracing_subscriber::layer::SubscriberExt as _;
 
 use crate::log_limit::LogLimit;
 use crate::options::LogFormat;
-use queue::{Events, LogQueue, harmless};
+use queue::{Events, LogQueue, harmless, harmless_object};
 
 /// The way to stderr of this process.
 static STDERR: OnceLock<LogQueue> = OnceLock::new();
@@ -51,9 +52,17 @@ fn queue() -> io::Result<LogQueue> {
     Ok(STDERR.get_or_init(|| started).clone())
 }
 
-/// Says something to the person at the terminal, without time and level. Like the log it waits for nobody.
+/// Whether each line on stderr is a JSON object.
+static IS_JSON: AtomicBool = AtomicBool::new(false);
+
+/// Says something to the person at the terminal, without time and level. Like the log it waits for nobody. Where the log is JSON, it is
+/// the `message` of an object.
 pub fn say(text: &str) {
-    let shown = harmless(text.trim_end_matches('\n'), false, "");
+    let text = text.trim_end_matches('\n');
+    let shown = match IS_JSON.load(Ordering::Relaxed) {
+        true => harmless_object(&serde_json::json!({ "message": text }).to_string()),
+        false => harmless(text, false, ""),
+    };
     match queue() {
         Ok(queue) => queue.push(shown.into_bytes()),
         // Without threads nothing runs that could be held up; that stderr is gone changes nothing either.
@@ -84,11 +93,13 @@ pub fn init(format: LogFormat) -> Result<(), LoggingError> {
         }
         _ => EnvFilter::new(DEFAULT_FILTER),
     };
+    IS_JSON.store(format == LogFormat::Json, Ordering::Relaxed);
     let ansi = format == LogFormat::Text && stderr().is_terminal();
     let queue = queue().map_err(LoggingError::Thread)?;
     let events = move || Events {
         queue: queue.clone(),
         coloured: ansi,
+        format,
     };
     let log = subscriber(format, filter, ansi, BoxMakeWriter::new(events));
     tracing::subscriber::set_global_default(log).map_err(|_| LoggingError::Twice)

@@ -1,7 +1,7 @@
 //! Faults on demand, for tests of the whole program; nothing at all without the feature `fault-injection`.
 //!
-//! The environment variable [`VARIABLE`] names a file. Each line of it is an order, `POINT panic` or `POINT hang`: the
-//! next thread that passes [`point`] with that name panics once, or every one that passes stops there for ever. The file
+//! The environment variable [`VARIABLE`] names a file. Each line of it is an order, `POINT panic`, `POINT overflow` or `POINT hang`: the
+//! next thread that passes [`point`] with that name panics once, or overflows its stack, or every one that passes stops there for ever. The file
 //! is read at [`begin`] and then watched; orders that were taken are gone from it.
 
 /// Names the file of orders.
@@ -33,7 +33,17 @@ mod on_demand {
     #[derive(Clone, Copy, PartialEq)]
     enum Action {
         Panic,
+        Overflow,
         Hang,
+    }
+
+    /// Recursion that asks nobody whether there is room.
+    fn fall(level: u64) -> u64 {
+        let frame = std::hint::black_box([level; 20]);
+        match level {
+            u64::MAX => 0,
+            _ => fall(level + 1) + frame[level as usize % 20],
+        }
     }
 
     /// The way of a point when nothing is ordered, which the control cycle takes, too.
@@ -76,6 +86,7 @@ mod on_demand {
     pub fn order(line: &str) {
         let action = match line.split_once(' ') {
             Some((name, "panic")) => (name.to_owned(), Action::Panic),
+            Some((name, "overflow")) => (name.to_owned(), Action::Overflow),
             Some((name, "hang")) => (name.to_owned(), Action::Hang),
             _ => {
                 tracing::error!("no order for a fault: {line}");
@@ -96,12 +107,15 @@ mod on_demand {
             return;
         };
         let action = orders[place].1;
-        if action == Action::Panic {
+        if action != Action::Hang {
             orders.remove(place);
         }
         drop(orders);
         match action {
             Action::Panic => panic!("a fault on demand in {name}"),
+            Action::Overflow => {
+                std::hint::black_box(fall(0));
+            }
             Action::Hang => loop {
                 std::thread::sleep(Duration::from_secs(3600));
             },

@@ -22,6 +22,8 @@ pub enum Theme {
     Chains,
     /// What grows until something stops it.
     Growth,
+    /// Values and texts that are deep, on stacks that are small: in generators and far down in calls.
+    Stacks,
 }
 
 /// Writes one program.
@@ -82,8 +84,16 @@ impl Writer<'_, '_> {
         self.line("x = c = n = None");
         let statements = match self.theme {
             Theme::Containers => 3 + self.material.below(20),
-            Theme::Chains | Theme::Growth => 1 + self.material.below(3),
+            Theme::Chains | Theme::Growth | Theme::Stacks => 1 + self.material.below(3),
         };
+        if self.theme == Theme::Stacks {
+            self.line("def inner():");
+            self.indent += 1;
+            self.line(&format!(
+                "global x, x2, c, n, count, {}",
+                self.names.join(", ")
+            ));
+        }
         for _ in 0..statements {
             if self.material.is_used_up() {
                 break;
@@ -91,16 +101,45 @@ impl Writer<'_, '_> {
             // Whatever the last statement left: full containers, and `act` acts again.
             self.line("fresh()");
             match (self.theme, self.material.below(4)) {
-                (Theme::Chains, 0) => self.text_of_program(),
-                (Theme::Chains, 1 | 2) => self.chain(),
+                (Theme::Chains | Theme::Stacks, 0) => self.text_of_program(),
+                (Theme::Chains, 1 | 2) | (Theme::Stacks, _) => self.chain(),
                 (Theme::Growth, 0..=2) => self.grow(),
                 _ => self.statement(0),
             }
+        }
+        if self.theme == Theme::Stacks {
+            self.line("pass");
+            self.indent -= 1;
+            self.descend();
         }
         // What is left meets printing, comparing and dropping.
         if self.material.one_in(3) {
             let name = self.variable();
             self.guarded(&format!("str({name}), {name} == copy.copy({name})"));
+        }
+    }
+
+    /// Calls `inner` far down, on stacks of several sizes.
+    fn descend(&mut self) {
+        self.line("def deep(n): return deep(n - 1) if n else inner()");
+        // With a clause around its `yield` a generator has a stack of its own.
+        self.line("def walk(n):\n    try:\n        yield deep(n)\n    finally:\n        n = None");
+        self.line("def nested(n):\n    try:\n        yield list(nested(n - 1)) if n else inner()\n    finally:\n        n = None");
+        for _ in 0..=self.material.below(2) {
+            let depth = match self.material.below(4) {
+                0 => self.material.below(130),
+                1 => self.material.below(900),
+                _ => self.material.below(40),
+            };
+            let way = self.material.pick(&[
+                "list(walk(N))",
+                "list(walk(N))",
+                "deep(N)",
+                "list(nested(N // 8))",
+                "sorted([2, 1], key=lambda v: list(walk(N)))",
+                "[v for v in walk(N)]",
+            ]);
+            self.guarded(&way.replace('N', &depth.to_string()));
         }
     }
 

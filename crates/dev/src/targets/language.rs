@@ -60,6 +60,15 @@ pub(super) const TARGETS: &[Target] = &[
         bytes_max: 2000,
     },
     Target {
+        name: "stacks",
+        about: "generated programs with deep values and texts in generators and far down in calls",
+        judge: |data| _ = language::judged(text(data)),
+        shown: |data| programs::program(Theme::Stacks, data).into_bytes(),
+        seeds: Vec::new,
+        words: &[],
+        bytes_max: 2000,
+    },
+    Target {
         name: "growth",
         about: "generated programs that grow until something stops them",
         judge: |data| _ = language::judged(text(data)),

@@ -537,23 +537,29 @@ impl Collector<'_> {
     }
 
     fn arguments(&mut self, args: &[Arg], function: Option<&Expr>) {
+        let first = args.iter().find_map(|arg| match arg {
+            Arg::Positional(value) => Some(self.shape(value)),
+            _ => None,
+        });
         for arg in args {
-            match arg {
-                Arg::Positional(value) | Arg::Star(value) | Arg::DoubleStar(value) => {
+            let (name, span, value) = match arg {
+                Arg::Positional(value) | Arg::Star(value) => {
                     self.expr(value);
+                    continue;
                 }
-                Arg::Keyword(name, value) => {
-                    if let Some(function) = function {
-                        let function = self.shape(function);
-                        self.names.keyword_uses.push(KeywordUse {
-                            function,
-                            name: name.name.clone(),
-                            span: name.span,
-                        });
-                    }
-                    self.expr(value);
-                }
+                Arg::DoubleStar(value) => ("**", value.span, value),
+                Arg::Keyword(name, value) => (&*name.name, name.span, value),
+            };
+            if let Some(function) = function {
+                let function = self.shape(function);
+                self.names.keyword_uses.push(KeywordUse {
+                    function,
+                    first: first.clone(),
+                    name: name.into(),
+                    span,
+                });
             }
+            self.expr(value);
         }
     }
 

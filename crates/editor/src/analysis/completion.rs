@@ -240,7 +240,7 @@ impl Found<'_> {
             let Some(name) = &parameter.name else {
                 continue;
             };
-            if parameter.is_rest || index < call.position || call.given.contains(name) {
+            if parameter.is_rest || index < call.positional() || call.given.contains(name) {
                 continue;
             }
             let label = format!("{name}=");

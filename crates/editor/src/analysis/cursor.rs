@@ -25,6 +25,14 @@ pub struct OpenCall {
     pub given: Vec<String>,
 }
 
+impl OpenCall {
+    /// Arguments by position before the one at the cursor.
+    pub fn positional(&self) -> usize {
+        let named = self.given.len() - usize::from(self.keyword.is_some());
+        self.position.saturating_sub(named)
+    }
+}
+
 /// What stands before the cursor.
 pub struct Cursor<'a> {
     analysis: &'a Analysis,
@@ -299,10 +307,20 @@ impl<'a> Cursor<'a> {
                         given.push(name);
                     }
                 }
+                // A call over several lines that is not closed yet: the line before goes on.
+                T::Newline if index > 0 && goes_on_after(self.tokens[index - 1].kind) => {}
                 T::Newline => return None,
                 _ => {}
             }
         }
         None
     }
+}
+
+/// Whether a line that ends with this is not at its end.
+fn goes_on_after(kind: T) -> bool {
+    matches!(
+        kind,
+        T::Comma | T::LeftParen | T::LeftBracket | T::LeftBrace | T::Equal
+    )
 }

@@ -40,7 +40,11 @@ pub fn hover(analysis: &Analysis, offset: u32, language: Language) -> Option<Hov
             span: occurrence.span,
         });
     }
-    if let Some(keyword) = names.keyword_uses.iter().find(|k| touches(k.span, offset)) {
+    if let Some(keyword) = names
+        .keyword_uses
+        .iter()
+        .find(|k| &*k.name != "**" && touches(k.span, offset))
+    {
         let text = of_keyword(analysis, &keyword.function, &keyword.name, language)?;
         return Some(Hover {
             text,

@@ -180,6 +180,7 @@ impl Moves for AttributeUse {
 impl Moves for KeywordUse {
     fn moved(&mut self, way: Move) {
         way.shape(&mut self.function);
+        self.first.iter_mut().for_each(|first| way.shape(first));
         way.span(&mut self.span);
     }
 }

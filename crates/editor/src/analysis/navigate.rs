@@ -5,7 +5,7 @@ use elite_lang::Span;
 use super::Analysis;
 use super::hover::{attribute_at, touches};
 use super::scopes::{AttributeUse, KeywordUse, Role, SymbolId, SymbolKind};
-use super::types::{Type, attribute_of};
+use super::types::{Shape, Type, attribute_of};
 
 /// A place where something is named.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,8 +42,12 @@ pub fn named(analysis: &Analysis, offset: u32) -> Option<(Named, Span)> {
         };
         return Some((named, occurrence.span));
     }
-    if let Some(used) = names.keyword_uses.iter().find(|k| touches(k.span, offset)) {
-        return Some((Named::Symbol(parameter_of(analysis, used)?), used.span));
+    let mut keywords = names.keyword_uses.iter();
+    if let Some(used) = keywords.find(|k| &*k.name != "**" && touches(k.span, offset)) {
+        let KeywordOf::Known(named) = keyword_of(analysis, used) else {
+            return None;
+        };
+        return Some((named, used.span));
     }
     // A name in a line that does not parse.
     let token = analysis.token_at(offset)?;
@@ -82,17 +86,90 @@ fn owner_of(analysis: &Analysis, used: &AttributeUse) -> Option<usize> {
     Some(owner)
 }
 
-/// The parameter that a keyword argument is for.
-fn parameter_of(analysis: &Analysis, used: &KeywordUse) -> Option<SymbolId> {
+/// What a keyword argument is for.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) enum KeywordOf {
+    /// A parameter of the program, or an attribute of a class that makes its own parameters of them, as data classes do.
+    Known(Named),
+    /// Something that is not the program's, or nothing.
+    Foreign,
+    /// Nobody can tell.
+    Unknown,
+}
+
+/// What a keyword argument is for.
+pub(super) fn keyword_of(analysis: &Analysis, used: &KeywordUse) -> KeywordOf {
     let names = &analysis.names;
-    let function = match analysis.infer(&used.function) {
-        Type::Function(function) => function,
-        Type::Class(class) => attribute_of(names, class, "__init__")?.1.function?,
-        _ => return None,
+    let instance = |shape: &Shape| match analysis.infer(shape) {
+        Type::Instance(class) => field_of(analysis, class, &used.name),
+        Type::Unknown => KeywordOf::Unknown,
+        _ => KeywordOf::Foreign,
     };
-    let scope = names.functions.get(function)?.scope;
-    let symbol = *names.scopes.get(scope)?.symbols.get(&used.name)?;
-    (names.symbols[symbol].kind == SymbolKind::Parameter).then_some(symbol)
+    if let Shape::Attribute(value, method) = &used.function
+        && &**method == "_replace"
+        && let Type::Instance(class) = analysis.infer(value)
+        && attribute_of(names, class, method).is_none()
+    {
+        return field_of(analysis, class, &used.name);
+    }
+    match (analysis.infer(&used.function), &used.first) {
+        (Type::Member(module, name), Some(first)) => match (&*module, &*name) {
+            ("functools", "partial" | "partialmethod") => {
+                keyword_of_call(analysis, &analysis.infer(first), &used.name)
+            }
+            ("dataclasses" | "copy", "replace") => instance(first),
+            _ => KeywordOf::Foreign,
+        },
+        (function, _) => keyword_of_call(analysis, &function, &used.name),
+    }
+}
+
+fn keyword_of_call(analysis: &Analysis, function: &Type, name: &str) -> KeywordOf {
+    let names = &analysis.names;
+    match function {
+        Type::Unknown => KeywordOf::Unknown,
+        Type::Function(function) => parameter_of(analysis, *function, name),
+        Type::Class(class) => {
+            let makes = |method| attribute_of(names, *class, method);
+            match makes("__init__").or_else(|| makes("__new__")) {
+                Some((_, method)) => match method.function {
+                    Some(function) => parameter_of(analysis, function, name),
+                    None => KeywordOf::Unknown,
+                },
+                None => field_of(analysis, *class, name),
+            }
+        }
+        Type::Instance(class) => match attribute_of(names, *class, "__call__") {
+            Some((_, method)) if let Some(function) = method.function => {
+                parameter_of(analysis, function, name)
+            }
+            _ => KeywordOf::Unknown,
+        },
+        _ => KeywordOf::Foreign,
+    }
+}
+
+/// The parameter of this name; a function that takes all names may hand it on to anybody.
+fn parameter_of(analysis: &Analysis, function: usize, name: &str) -> KeywordOf {
+    let names = &analysis.names;
+    let Some(info) = names.functions.get(function) else {
+        return KeywordOf::Unknown;
+    };
+    let own = names.scopes.get(info.scope);
+    let symbol = own.and_then(|scope| scope.symbols.get(name)).copied();
+    match symbol.filter(|symbol| names.symbols[*symbol].kind == SymbolKind::Parameter) {
+        Some(symbol) => KeywordOf::Known(Named::Symbol(symbol)),
+        None if info.parameters.iter().any(|p| p.written.starts_with("**")) => KeywordOf::Unknown,
+        None => KeywordOf::Foreign,
+    }
+}
+
+/// The attribute of this name that a class without `__init__` takes by name.
+fn field_of(analysis: &Analysis, class: usize, name: &str) -> KeywordOf {
+    match attribute_of(&analysis.names, class, name) {
+        Some((owner, _)) => KeywordOf::Known(Named::Attribute(owner, name.into())),
+        None => KeywordOf::Unknown,
+    }
 }
 
 /// Where the thing at `offset` is defined.
@@ -138,9 +215,7 @@ pub fn places_of(analysis: &Analysis, named: &Named) -> Vec<Place> {
                 put(occurrence.span, occurrence.role == Role::Bind);
             }
             if names.symbols[*symbol].kind == SymbolKind::Parameter {
-                let name = &names.symbols[*symbol].name;
-                let uses = names.keyword_uses.iter().filter(|used| used.name == *name);
-                for used in uses.filter(|used| parameter_of(analysis, used) == Some(*symbol)) {
+                for used in keywords_of(analysis, named, &names.symbols[*symbol].name) {
                     put(used.span, false);
                 }
             }
@@ -159,6 +234,9 @@ pub fn places_of(analysis: &Analysis, named: &Named) -> Vec<Place> {
             for used in uses.filter(|used| owner_of(analysis, used) == Some(*class)) {
                 put(used.span, used.is_bound);
             }
+            for used in keywords_of(analysis, named, name) {
+                put(used.span, false);
+            }
         }
         Named::Foreign(name) => {
             for occurrence in names.foreign.get(name).into_iter().flatten() {
@@ -169,4 +247,17 @@ pub fn places_of(analysis: &Analysis, named: &Named) -> Vec<Place> {
     found.sort_by_key(|place| (place.span.start, !place.is_bound));
     found.dedup_by_key(|place| place.span);
     found
+}
+
+/// The keyword arguments that name something.
+fn keywords_of<'a>(
+    analysis: &'a Analysis,
+    named: &Named,
+    name: &str,
+) -> impl Iterator<Item = &'a KeywordUse> {
+    let uses = analysis.names.keyword_uses.iter();
+    uses.filter(move |used| {
+        &*used.name == name
+            && matches!(keyword_of(analysis, used), KeywordOf::Known(of) if of == *named)
+    })
 }

@@ -3,8 +3,8 @@
 use elite_lang::Span;
 use elite_lang::syntax::TokenKind;
 
-use super::navigate::{Named, named, places_of};
-use super::scopes::SymbolKind;
+use super::navigate::{KeywordOf, Named, keyword_of, named, places_of};
+use super::scopes::{KeywordUse, SymbolKind};
 use super::types::Type;
 use super::{Analysis, TextKind, library};
 
@@ -26,6 +26,14 @@ pub enum RenameError {
     /// It names a module or what is in one.
     #[error("'{0}' is the name of what is imported: give it another one with 'as'")]
     Imported(String),
+    /// A name of an argument, or a text, may be it.
+    #[error("'{name}' in line {line} may be meant: nobody can tell what takes it there")]
+    MayBeMeant {
+        /// The name.
+        name: String,
+        /// Where.
+        line: u32,
+    },
     /// Some places could be missed.
     #[error("the text has errors: places of '{0}' in lines that do not parse could be missed")]
     TextHasErrors(String),
@@ -112,14 +120,16 @@ fn check_old(analysis: &Analysis, named: &Named, written: &str) -> Result<(), Re
                 }
             }
             if symbol.kind == SymbolKind::Parameter {
-                return unknown_keyword(analysis, written);
+                return unknown_keyword(analysis, named, written);
             }
             if symbol.kind == SymbolKind::Class {
                 return private_name_of(analysis, written);
             }
         }
         Named::Attribute(class, name) => {
-            return unknown_attribute(analysis, *class, name);
+            unknown_attribute(analysis, *class, name)?;
+            unknown_keyword(analysis, named, name)?;
+            return name_in_text(analysis, name);
         }
     }
     Ok(())
@@ -140,16 +150,64 @@ fn private_name_of(analysis: &Analysis, class: &str) -> Result<(), RenameError> 
     })
 }
 
-/// A keyword argument for a function that nobody can tell could be this parameter's.
-fn unknown_keyword(analysis: &Analysis, name: &str) -> Result<(), RenameError> {
-    let uses = analysis.names.keyword_uses.iter();
-    let mut unknown = uses.filter(|used| {
-        &*used.name == name && matches!(analysis.infer(&used.function), Type::Unknown)
-    });
-    unknown.next().map_or(Ok(()), |used| {
-        Err(RenameError::MayBeAnother {
+/// A keyword argument that nobody can tell could be this one, and so could a name that a mapping brings: what it is for otherwise is
+/// known.
+fn unknown_keyword(analysis: &Analysis, named: &Named, name: &str) -> Result<(), RenameError> {
+    let is_taken_by = |used: &&KeywordUse| match &*used.name {
+        "**" => {
+            let by_name = KeywordUse {
+                function: used.function.clone(),
+                first: used.first.clone(),
+                name: name.into(),
+                span: used.span,
+            };
+            matches!(keyword_of(analysis, &by_name), KeywordOf::Known(of) if of == *named)
+        }
+        other => other == name && keyword_of(analysis, used) == KeywordOf::Unknown,
+    };
+    let place = analysis.names.keyword_uses.iter().find(is_taken_by);
+    place.map_or(Ok(()), |used| {
+        Err(RenameError::MayBeMeant {
             name: name.to_owned(),
             line: analysis.file.line_of(used.span.start),
+        })
+    })
+}
+
+/// Functions that take attributes by texts, and what shows them under texts.
+const BY_TEXT: &[&str] = &[
+    "getattr",
+    "setattr",
+    "hasattr",
+    "delattr",
+    "attrgetter",
+    "asdict",
+    "_asdict",
+    "vars",
+    "__dict__",
+    "__slots__",
+    "TypedDict",
+    "fields",
+];
+
+/// A text with the name of the attribute in a program that reaches attributes by texts could be it.
+fn name_in_text(analysis: &Analysis, name: &str) -> Result<(), RenameError> {
+    let written = |token: &elite_lang::syntax::Token| analysis.file.slice(token.span);
+    let mut tokens = analysis.tokens().iter();
+    let reaches =
+        tokens.any(|token| token.kind == TokenKind::Name && BY_TEXT.contains(&written(token)));
+    if !reaches {
+        return Ok(());
+    }
+    let mut texts = analysis.tokens().iter().filter(|token| {
+        let text = written(token).trim_start_matches(|c: char| c.is_ascii_alphabetic());
+        let inner = text.trim_matches(['"', '\'']);
+        token.kind == TokenKind::Str && inner.split(['.', ' ', ',']).any(|part| part == name)
+    });
+    texts.next().map_or(Ok(()), |token| {
+        Err(RenameError::MayBeMeant {
+            name: name.to_owned(),
+            line: analysis.file.line_of(token.span.start),
         })
     })
 }

@@ -266,7 +266,9 @@ pub struct AttributeUse {
 pub struct KeywordUse {
     /// What is called.
     pub function: Shape,
-    /// The keyword.
+    /// Its first argument by position: what `partial` calls later, what `replace` copies.
+    pub first: Option<Shape>,
+    /// The keyword, or `**` for names that a mapping brings.
     pub name: Box<str>,
     /// Where it stands.
     pub span: Span,

@@ -4,7 +4,7 @@ use elite_lang::Span;
 use elite_lang::syntax::TokenKind as T;
 
 use super::Analysis;
-use super::scopes::{Role, SymbolKind};
+use super::scopes::{Role, ScopeKind, SymbolKind};
 use super::types::{Shape, Type};
 
 /// What a piece of text is. The order is that of the numbers which clients are told.
@@ -145,9 +145,12 @@ fn names(analysis: &Analysis, within: Span, found: &mut Vec<Word>) {
         let (kind, is_builtin) = match symbol {
             Some(symbol) => {
                 let symbol = &names.symbols[*symbol];
+                let of_class = names.scopes[symbol.scope].kind == ScopeKind::Class;
                 let kind = match symbol.kind {
+                    SymbolKind::Variable if of_class => WordKind::Property,
                     SymbolKind::Variable => WordKind::Variable,
                     SymbolKind::Parameter => WordKind::Parameter,
+                    SymbolKind::Function if of_class => WordKind::Method,
                     SymbolKind::Function => WordKind::Function,
                     SymbolKind::Class => WordKind::Class,
                     SymbolKind::Import => WordKind::Namespace,
@@ -201,7 +204,11 @@ fn names(analysis: &Analysis, within: Span, found: &mut Vec<Word>) {
             is_builtin,
         });
     }
-    for used in names.keyword_uses.iter().filter(|used| touches(used.span)) {
+    for used in names
+        .keyword_uses
+        .iter()
+        .filter(|used| &*used.name != "**" && touches(used.span))
+    {
         found.push(plain(used.span, WordKind::Parameter));
     }
 }

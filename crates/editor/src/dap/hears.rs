@@ -130,7 +130,7 @@ impl Attached for Probe {
     }
 
     fn before_end(&self, halt: &Halt<'_>, end: &TaskEnd) {
-        if self.is_abandoned() || self.link.is_attached {
+        if self.is_abandoned() || self.is_stopping() || self.link.is_attached {
             return;
         }
         self.state.borrow_mut().moment += 1;
@@ -195,7 +195,7 @@ impl Attached for Probe {
     }
 
     fn is_over(&self) -> bool {
-        self.is_abandoned() && !self.link.is_attached
+        (self.is_abandoned() || self.is_stopping()) && !self.link.is_attached
     }
 }
 

@@ -109,6 +109,8 @@ impl Probe {
                     self.holding.set(None);
                     return true;
                 }
+                // Programs that others have started are stopped at the server's ports.
+                Order::Stop => {}
             }
         }
         false

@@ -363,6 +363,7 @@ impl DebugLink for HubLink {
             changes: AtomicU64::new(0),
             pause: AtomicBool::new(false),
             is_over: AtomicBool::new(false),
+            is_stopping: AtomicBool::new(false),
             is_muted: AtomicBool::new(false),
             said: AtomicU64::new(0),
             seen: AtomicU64::new(0),

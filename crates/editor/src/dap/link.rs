@@ -43,6 +43,8 @@ pub(crate) enum Order {
     },
     /// Go on.
     Go(Go),
+    /// Stop; `is_stopping` is set.
+    Stop,
 }
 
 /// Which request an answer is to: its number and name.
@@ -187,6 +189,8 @@ pub(crate) struct Link {
     pub pause: AtomicBool,
     /// Nobody wants it any more.
     pub is_over: AtomicBool,
+    /// The client has it stopped: what it does on its way out is told, and so is its end.
+    pub is_stopping: AtomicBool,
     /// Its output has been seen.
     pub is_muted: AtomicBool,
     /// How much the program has said so far, and how much of that the client has seen in earlier runs.

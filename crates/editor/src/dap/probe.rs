@@ -183,6 +183,10 @@ impl Probe {
         self.state.borrow().way
     }
 
+    pub(super) fn is_stopping(&self) -> bool {
+        self.link.is_stopping.load(Ordering::Acquire)
+    }
+
     pub(super) fn is_abandoned(&self) -> bool {
         self.link.is_over.load(Ordering::Acquire)
     }
@@ -224,6 +228,9 @@ impl Probe {
 
     /// A moment passes: counts it, does again what was done here, and says what the caller has to do instead of deciding.
     pub(super) fn passes(&self, halt: &Halt<'_>, thread: Option<ThreadId>) -> Option<Onward> {
+        if self.is_stopping() && !self.link.is_attached {
+            return Some(Onward::Stop);
+        }
         if self.is_abandoned() {
             return Some(match self.link.is_attached {
                 true => Onward::Continue,
@@ -465,6 +472,7 @@ impl Probe {
                     self.go(halt, go);
                     return Onward::Continue;
                 }
+                Some(Order::Stop) => return Onward::Stop,
             }
         }
     }

@@ -89,6 +89,7 @@ impl Run {
             changes: AtomicU64::new(0),
             pause: AtomicBool::new(false),
             is_over: AtomicBool::new(false),
+            is_stopping: AtomicBool::new(false),
             said: AtomicU64::new(0),
             seen: AtomicU64::new(start.seen),
             line: AtomicU32::new(0),
@@ -152,6 +153,13 @@ impl Run {
         let said = self.link.said.load(Ordering::Acquire);
         self.link.seen.store(said, Ordering::Release);
         said
+    }
+
+    /// Has the program stopped, wherever it is: its clean-up runs, and its end is told.
+    pub(crate) fn stop(&self) {
+        self.link.is_stopping.store(true, Ordering::Release);
+        // A program that runs looks at the flag.
+        let _ = self.orders.try_send(Order::Stop);
     }
 
     /// Nobody wants it any more. It ends by itself, soon.

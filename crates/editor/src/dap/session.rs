@@ -325,6 +325,14 @@ impl<'s> Session<'s> {
             "gotoCycle" => self.go_to_cycle(arguments),
             "restart" => self.restart(arguments),
             "terminate" if self.launched.is_none() => Err("no program was launched".to_owned()),
+            "terminate"
+                if let (Some(run), Phase::Running | Phase::Held) = (&self.run, self.phase) =>
+            {
+                run.stop();
+                // What is asked of it meanwhile has no answer; the end of the program follows.
+                self.phase = Phase::Running;
+                Ok(json!({}))
+            }
             "terminate" => {
                 self.end_run();
                 self.respond(request, Ok(json!({})));

@@ -22,7 +22,8 @@ fn a_program_is_stepped_into_over_and_out_of_calls() {
     assert_eq!((held.reason.as_str(), held.line), ("entry", 1));
     let mut lines = Vec::new();
     for command in [
-        "next", "next", "next", "next", "next", "stepIn", "next", "next", "stepIn", "stepOut",
+        "next", "next", "next", "next", "next", "stepIn", "next", "next", "next", "stepIn",
+        "stepOut",
     ] {
         let held = client.go(command);
         lines.push((held.function, held.line));
@@ -31,13 +32,14 @@ fn a_program_is_stepped_into_over_and_out_of_calls() {
         ("<module>", 5),
         ("<module>", 6),
         ("<module>", 7),
-        ("<module>", 7),
+        ("<module>", 6),
         ("<module>", 7),
         ("add", 2),
         ("add", 3),
+        ("<module>", 6),
         ("<module>", 7),
         ("add", 2),
-        ("<module>", 7),
+        ("<module>", 6),
     ];
     assert_eq!(lines, expected.map(|(name, line)| (name.to_owned(), line)));
     assert_eq!(client.try_go("continue"), None);
@@ -181,7 +183,8 @@ join_thread(t)
     while let Some(held) = client.try_go("stepIn") {
         lines.push(held.line);
     }
-    assert_eq!(lines, [2, 3, 17, 9, 4, 17, 9, 6, 9, 18]);
+    // The header is met again once the next item is there.
+    assert_eq!(lines, [2, 3, 17, 9, 4, 16, 17, 9, 6, 9, 18]);
     client.end();
 }
 
@@ -214,4 +217,57 @@ fn steps_lead_from_node_to_node_of_the_pendants_task() {
     assert_eq!(client.go("nextNode").line, 5);
     assert_eq!(client.go("nextNode").line, 8);
     client.end();
+}
+
+#[test]
+fn the_header_of_a_loop_holds_in_every_round() {
+    let program = "total = 0\nfor a, b in [(1, 2), (3, 4), (5, 6)]:\n    total += a * b\nfor x in []:\n    pass\nprint(total)\n";
+    let mut client = Client::launched(
+        program,
+        &[json!({"line": 2}), json!({"line": 4})],
+        json!({}),
+    );
+    let mut lines = Vec::new();
+    while let Some(held) = client.try_held() {
+        lines.push(held.line);
+        client.ask("continue", json!({"threadId": 1}));
+    }
+    assert_eq!(lines, [2, 2, 2, 4]);
+    assert_eq!(client.outputs, ["44\n"]);
+    client.end();
+}
+
+#[test]
+fn a_program_that_is_terminated_cleans_up_and_tells_its_end() {
+    let program = "\
+def work():
+    try:
+        print('begun')
+        n = 0
+        while True: n += 1
+    finally:
+        print('cleaned up')
+work()
+print('never')
+";
+    // Held, and running.
+    for breakpoint in [Some(json!({"line": 4})), None] {
+        let held: Vec<_> = breakpoint.into_iter().collect();
+        let mut client = Client::launched(program, &held, json!({}));
+        match held.is_empty() {
+            true => drop(client.event("output")),
+            false => drop(client.held()),
+        }
+        client.ask("terminate", json!({}));
+        let ended = client.event("exited");
+        assert!(ended["exitCode"].is_i64(), "{ended}");
+        client.event("terminated");
+        assert!(
+            client.outputs.iter().any(|text| text == "cleaned up\n"),
+            "{:?}",
+            client.outputs
+        );
+        assert!(!client.outputs.iter().any(|text| text == "never\n"));
+        client.end();
+    }
 }

@@ -381,6 +381,15 @@ pub struct Module {
     pub nodes: Vec<NodeMark>,
 }
 
+impl Drop for Module {
+    /// Any stack may be too small for a tree.
+    fn drop(&mut self) {
+        if !self.body.is_empty() {
+            crate::stack::drop_tree(std::mem::take(&mut self.body));
+        }
+    }
+}
+
 impl Module {
     /// A text without anything.
     pub(crate) const EMPTY: Self = Module {

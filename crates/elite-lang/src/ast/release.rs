@@ -13,9 +13,9 @@ const PART: usize = 96;
 
 impl Module {
     /// Drops the tree, with pauses.
-    pub(crate) fn release(self, budget: &Budget<'_>) {
-        statements(self.body, budget);
-        budget.drop_each(self.nodes);
+    pub(crate) fn release(mut self, budget: &Budget<'_>) {
+        statements(std::mem::take(&mut self.body), budget);
+        budget.drop_each(std::mem::take(&mut self.nodes));
     }
 }
 

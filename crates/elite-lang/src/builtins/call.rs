@@ -3,6 +3,7 @@
 use std::rc::Rc;
 
 use super::{Args, Builtin, BuiltinBody};
+use crate::eval::coroutine::RESERVE;
 use crate::eval::{Evaluator, Frame};
 use crate::native::NativeCall;
 use crate::value::symbol::known;
@@ -10,6 +11,8 @@ use crate::value::{Class, R, Symbol, Value, Values};
 
 /// Derived classes that are looked at between two safepoints.
 const SUBCLASSES: usize = 1024;
+/// Native stack that natives of the embedder find: they print, lock, log and talk to others, in whatever depth the script calls them.
+pub(crate) const EMBEDDER: usize = 3 * RESERVE;
 /// Arguments up to this number are moved on the native stack.
 const INLINE_ARGS: usize = 6;
 
@@ -75,7 +78,7 @@ impl Evaluator<'_> {
                 }),
             // A method of a method, an object whose `__call__` is an object with a `__call__`: such chains have no end
             // of their own.
-            _ => self.recurse(|| self.call_through(callee, args, keywords, caller)),
+            _ => self.deeper(|| self.call_through(callee, args, keywords, caller)),
         }
     }
 
@@ -293,10 +296,12 @@ impl Evaluator<'_> {
                 },
             ),
             BuiltinBody::Native(native) => self.with_bound(builtin, args, keywords, |bound| {
-                (native.call)(&mut NativeCall {
-                    ev: self,
-                    args: bound,
-                    caller: caller.map(Frame::reborrow),
+                self.with_stack(EMBEDDER, || {
+                    native.call.run(&mut NativeCall {
+                        ev: self,
+                        args: bound,
+                        caller: caller.map(Frame::reborrow),
+                    })
                 })
             }),
         }

@@ -12,6 +12,7 @@ use crate::ast::{Stmt, StmtKind};
 use crate::eval::Evaluator;
 use crate::eval::code::Code;
 use crate::value::data::Data;
+use crate::value::data::no_values;
 use crate::value::instance::Payload;
 use crate::value::symbol::known;
 use crate::value::{CellVar, Dict, Function, Held, Instance, R, Value};
@@ -27,6 +28,8 @@ pub(super) struct CodeText {
     pub file_name: String,
     pub is_expression: bool,
 }
+
+no_values!(CodeText);
 
 /// What `compile` has made, if the value is that.
 pub(super) fn code_text(value: &Value) -> Option<&CodeText> {

@@ -253,6 +253,7 @@ impl Evaluator<'_> {
             }
             Value::Tuple(tuple) => self.recurse(|| {
                 for class in tuple.items() {
+                    self.worked(VALUE)?;
                     if self.is_instance(value, class)? {
                         return Ok(true);
                     }
@@ -325,6 +326,7 @@ impl Evaluator<'_> {
             }
             Value::Tuple(tuple) => self.recurse(|| {
                 for other in tuple.items() {
+                    self.worked(VALUE)?;
                     if self.is_subclass(class, other)? {
                         return Ok(true);
                     }

@@ -16,6 +16,7 @@ pub mod types;
 
 use std::rc::Rc;
 
+pub(crate) use call::EMBEDDER;
 pub use quick::Quick;
 pub use signature::{Signature, is_slot};
 
@@ -52,8 +53,9 @@ pub type BoundFn = fn(&Evaluator<'_>, &mut [Value]) -> R;
 /// A function that looks at its arguments itself.
 pub type RawFn = fn(&Evaluator<'_>, &mut Args<'_>) -> R;
 
-/// A function with data of its own, which holds no values: those it gets as `held`.
-pub type ClosureFn = dyn Fn(&Evaluator<'_>, &[Value], &mut Args<'_>) -> R;
+/// A function with data of its own, which holds no values: those it gets as `held`. Values do not go from thread to thread, so a
+/// closure that had captured one would not compile.
+pub type ClosureFn = dyn Fn(&Evaluator<'_>, &[Value], &mut Args<'_>) -> R + Send;
 
 /// What a builtin does.
 pub enum BuiltinBody {
@@ -147,11 +149,11 @@ impl Builtin {
     }
 
     /// A function with data of its own. Values that are part of it are `held`, where dropping and the search for cycles
-    /// find them; the closure captures none.
+    /// find them; the closure can capture none.
     pub fn closure(
         name: &'static str,
         held: Vec<Value>,
-        body: impl Fn(&Evaluator<'_>, &[Value], &mut Args<'_>) -> R + 'static,
+        body: impl Fn(&Evaluator<'_>, &[Value], &mut Args<'_>) -> R + Send + 'static,
     ) -> Value {
         let signature = Signature::default();
         let body = BuiltinBody::Closure {

@@ -8,7 +8,7 @@ use crate::diagnostic::{Diagnostic, Severity};
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::limits::memory::Budget;
-use crate::parser::{Parsed, TREE_MAX, parse_expression, parse_within};
+use crate::parser::{TREE_MAX, parse_expression, parse_within};
 use crate::resolve::{KnownNames, Resolution, resolve_within};
 use crate::source::SourceFile;
 use crate::value::{R, Raised, Value};
@@ -50,19 +50,13 @@ pub(crate) fn tree(
 ) -> R<Tree> {
     let parsed = match is_expression {
         true => {
-            let (expr, parsed) = parse_expression(file, budget);
+            let (expr, mut parsed) = parse_expression(file, budget);
             let statement = expr.map(|expr| Stmt {
                 span: expr.span,
                 kind: StmtKind::Expr(expr),
             });
-            let body = statement.into_iter().collect();
-            Parsed {
-                module: Module {
-                    body,
-                    ..parsed.module
-                },
-                ..parsed
-            }
+            parsed.module.body = statement.into_iter().collect();
+            parsed
         }
         false => parse_within(file, budget),
     };

@@ -273,7 +273,8 @@ impl Evaluator<'_> {
             let Some(range) = range(before.len()) else {
                 return Ok(None);
             };
-            if before.len() - range.start + new.len() <= BYTES_MAX {
+            let stays = range.len() == new.len() && new.len() <= BYTES_MAX;
+            if stays || before.len() - range.start + new.len() <= BYTES_MAX {
                 return Ok(None);
             }
             let mut data = Vec::new();

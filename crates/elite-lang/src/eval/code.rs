@@ -5,12 +5,14 @@ use std::collections::{BTreeMap, HashMap};
 use std::rc::{Rc, Weak};
 use std::sync::Arc;
 
+use super::coroutine::LEVEL;
 use super::expr::enter::Entries;
 use super::steps::Step;
 use super::stmt::handle::Guard;
 use super::words::Words;
 use super::{Evaluator, Executes, Expr, Flow, Frame, Statement};
 use crate::source::{SourceFile, Span};
+use crate::stack::drop_tree;
 use crate::value::by_symbol::SymbolSet;
 use crate::value::module::Namespace;
 use crate::value::trash::{self, Nodes};
@@ -118,39 +120,46 @@ impl Refers {
         }
     }
 
-    fn codes_are_right(&self, worked: &mut dyn FnMut() -> R<()>) -> R<bool> {
-        for code in &self.codes {
-            worked()?;
-            if Rc::strong_count(code) != 2 || !code.refers.codes_are_right(worked)? {
-                return Ok(false);
-            }
+    /// Runs `each` on this and on what all code within refers to, however deep it lies.
+    fn walk(&self, each: &mut dyn FnMut(&Refers) -> R<()>) -> R<()> {
+        let mut left = vec![self];
+        while let Some(refers) = left.pop() {
+            each(refers)?;
+            left.extend(refers.codes.iter().map(|code| &code.refers));
         }
-        Ok(true)
+        Ok(())
+    }
+
+    fn codes_are_right(&self, worked: &mut dyn FnMut() -> R<()>) -> R<bool> {
+        let mut are_right = true;
+        self.walk(&mut |refers| {
+            for code in &refers.codes {
+                worked()?;
+                are_right &= Rc::strong_count(code) == 2;
+            }
+            Ok(())
+        })?;
+        Ok(are_right)
     }
 
     fn trust(&self, worked: &mut dyn FnMut() -> R<()>) -> R<()> {
-        self.is_exact.set(true);
-        worked()?;
-        let mut codes = self.codes.iter();
-        codes.try_for_each(|code| code.refers.trust(worked))
+        self.walk(&mut |refers| {
+            refers.is_exact.set(true);
+            worked()
+        })
     }
 
     fn each_cell(&self, each: &mut dyn FnMut(&Rc<CellVar>) -> R<()>) -> R<()> {
-        for cell in &*self.cells.borrow() {
-            each(cell)?;
-        }
-        self.codes
-            .iter()
-            .try_for_each(|code| code.refers.each_cell(each))
+        self.walk(&mut |refers| refers.cells.borrow().iter().try_for_each(&mut *each))
     }
 
     /// Empties the list, that of all code within included.
     pub fn forget(&self, worked: &mut dyn FnMut() -> R<()>) -> R<()> {
-        self.is_exact.set(false);
-        self.cells.take();
-        worked()?;
-        let mut codes = self.codes.iter();
-        codes.try_for_each(|code| code.refers.forget(worked))
+        self.walk(&mut |refers| {
+            refers.is_exact.set(false);
+            refers.cells.take();
+            worked()
+        })
     }
 
     /// The dictionary that the text had its global variables from.
@@ -160,10 +169,10 @@ impl Refers {
 
     /// Notes it, for all code within, too.
     pub fn set_home(&self, home: &Rc<Dict>, worked: &mut dyn FnMut() -> R<()>) -> R<()> {
-        self.home.put(Some(home.clone()));
-        worked()?;
-        let mut codes = self.codes.iter();
-        codes.try_for_each(|code| code.refers.set_home(home, worked))
+        self.walk(&mut |refers| {
+            refers.home.put(Some(home.clone()));
+            worked()
+        })
     }
 }
 
@@ -209,6 +218,54 @@ pub struct Code {
     pub module: Option<Weak<Namespace>>,
     /// Native stack that evaluating the body may take between two checks.
     pub stack_bytes: usize,
+}
+
+/// Native stack of evaluation from which on a body is too deep to be dropped where it lies.
+const DEEP: usize = 24 * LEVEL;
+
+thread_local! {
+    /// Code within code is being dropped.
+    static DROPS: Cell<bool> = const { Cell::new(false) };
+    /// What such code had within it, and is still to be dropped.
+    static WITHIN: RefCell<Vec<Vec<Rc<Code>>>> = const { RefCell::new(Vec::new()) };
+}
+
+impl Drop for Code {
+    /// Code in code in code is taken apart one after the other, and what is deep in itself on a deep stack.
+    fn drop(&mut self) {
+        // The body refers to them as well, and does not end them.
+        let codes = std::mem::take(&mut self.refers.codes);
+        let body = std::mem::replace(&mut self.body, Body::Steps(Nodes::default()));
+        match self.stack_bytes > DEEP {
+            true => drop_tree(body),
+            false => drop(body),
+        }
+        if !codes.is_empty() {
+            drop_within(codes);
+        }
+    }
+}
+
+fn drop_within(mut codes: Vec<Rc<Code>>) {
+    /// Takes the mark away, also when a drop unwinds.
+    struct Outermost;
+    impl Drop for Outermost {
+        fn drop(&mut self) {
+            let _ = DROPS.try_with(|drops| drops.set(false));
+        }
+    }
+    if DROPS.try_with(|drops| drops.replace(true)) == Ok(true) {
+        return WITHIN.with(|within| within.borrow_mut().push(codes));
+    }
+    let _outermost = Outermost;
+    loop {
+        trash::leave_nodes(&mut codes);
+        drop(codes);
+        match WITHIN.try_with(|within| within.borrow_mut().pop()) {
+            Ok(Some(next)) => codes = next,
+            _ => return,
+        }
+    }
 }
 
 /// The parameters of a function. They take the first slots: positional ones, keyword-only ones, `*`, `**`.

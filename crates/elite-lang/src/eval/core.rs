@@ -87,6 +87,8 @@ pub struct Core {
     pub thread: Cell<u64>,
     /// Whether the running thread is being stopped.
     pub stopping: Cell<Stopping>,
+    /// A native stack has overflowed: what is here may be half changed, and stays as it is.
+    pub is_left: Cell<bool>,
     /// What the OS thread held when the interpreter was made.
     memory_base: isize,
     /// The most the task has been seen to hold since freed memory was given back to the system.
@@ -169,6 +171,7 @@ impl Core {
             nodes: Nodes::default(),
             thread: Cell::new(0),
             stopping: Cell::default(),
+            is_left: Cell::new(false),
             memory_base,
             memory_peak: Cell::new(0),
             memory_reserve: Cell::new(0),
@@ -257,6 +260,9 @@ impl Core {
 
     /// Takes the next slice of fuel; false if all is used up.
     pub fn refuel(&self) -> bool {
+        if self.stopping.get() != Stopping::No && !self.host.unwinding_goes_on() {
+            self.fuel_left.set(0);
+        }
         let left = self.fuel_left.get();
         if left > 0 {
             self.set_fuel(left);
@@ -398,6 +404,13 @@ impl Core {
         }
     }
 
+    /// Leaves everything as it is, for ever.
+    pub fn leave(self: &Rc<Self>) {
+        self.is_left.set(true);
+        crate::value::trash::leave_all();
+        std::mem::forget(self.clone());
+    }
+
     /// Breaks the cycles through globals, modules and classes.
     pub fn dismantle(&self) {
         let debugger = self.debugger.take();
@@ -423,11 +436,23 @@ impl Core {
     }
 }
 
+/// Work to look at a value that holds others.
+const LEVEL: usize = 4 * super::pace::VALUE;
+
 impl super::Evaluator<'_> {
-    /// Runs a native operation that may come back to itself through a script's data or code (comparison, `repr`, a call of
-    /// anything but a function), within the depth and the stack there is. Every such operation goes through here.
+    /// Runs a native operation that may come back to itself through a script's data (comparison, `repr`, looking for a class in
+    /// tuples), within the depth and the stack there is, and counts its work: what holds something twice holds millions of it
+    /// thirty levels deep. Every such operation goes through here; nothing may be borrowed.
     #[inline]
     pub fn recurse<T>(&self, inner: impl FnOnce() -> R<T>) -> R<T> {
+        self.worked(LEVEL)?;
+        self.deeper(inner)
+    }
+
+    /// The same for a call of anything but a function, or for a step of an iterator: who calls or steps again and again has
+    /// safepoints of its own.
+    #[inline]
+    pub fn deeper<T>(&self, inner: impl FnOnce() -> R<T>) -> R<T> {
         let core = &*self.core;
         let depth = core.native_depth.get();
         if depth + core.depth.get() >= core.limits.call_depth.max(NATIVE_DEPTH_MAX) {

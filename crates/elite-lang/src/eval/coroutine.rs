@@ -11,6 +11,7 @@ use corosensei::{Yielder, on_stack};
 use super::Evaluator;
 use super::generator::{FromGenerator, ToGenerator};
 use super::node::NodeState;
+use crate::host::{Cut, ThreadId};
 use crate::limits::memory;
 use crate::native::WaitToken;
 use crate::value::{R, Raised, trash};
@@ -42,6 +43,8 @@ pub enum Request {
         /// Seconds of `Host::monotonic`, if the wait has an end.
         until: Option<f64>,
     },
+    /// A native stack has overflowed: it is suspended for ever.
+    Overflow,
 }
 
 /// How a suspended script thread goes on.
@@ -178,8 +181,17 @@ impl Evaluator<'_> {
 
     /// While a thread is stopping, waits are refused and its fuel is all it gets.
     fn suspend_while_stopping(&self, request: Request) -> R<()> {
-        if matches!(request, Request::OutOfFuel) {
-            self.core.stopping.set(Stopping::Abandoned);
+        let core = &*self.core;
+        let cut = match request {
+            Request::OutOfFuel => Cut::Time,
+            _ => Cut::Wait,
+        };
+        if core.stopping.get() == Stopping::Unwinding && core.loading.get() == 0 {
+            let thread = ThreadId(core.thread.get());
+            core.host.unwinding_is_cut(thread, core.line.get(), cut);
+        }
+        if cut == Cut::Time {
+            core.stopping.set(Stopping::Abandoned);
         }
         Err(Raised::Stop)
     }
@@ -236,7 +248,11 @@ impl Evaluator<'_> {
 
     /// Runs `inner` with at least `bytes` of native stack: here, or on a further segment.
     #[inline]
-    pub fn with_stack<T>(&self, bytes: usize, inner: impl FnOnce() -> R<T>) -> R<T> {
+    pub fn with_stack<T, E: From<Raised>>(
+        &self,
+        bytes: usize,
+        inner: impl FnOnce() -> Result<T, E>,
+    ) -> Result<T, E> {
         if self.stack_left() >= bytes {
             return inner();
         }
@@ -257,7 +273,11 @@ impl Evaluator<'_> {
 
     #[cold]
     #[inline(never)]
-    fn on_segment<T>(&self, bytes: usize, inner: impl FnOnce() -> R<T>) -> R<T> {
+    fn on_segment<T, E: From<Raised>>(
+        &self,
+        bytes: usize,
+        inner: impl FnOnce() -> Result<T, E>,
+    ) -> Result<T, E> {
         let pooled = bytes + RESERVE <= SEGMENT_STACK;
         let stack = if pooled {
             self.core.stacks.take(StackKind::Segment)
@@ -265,7 +285,8 @@ impl Evaluator<'_> {
             DefaultStack::new(bytes * 2).ok()
         };
         let Some(mut stack) = stack else {
-            return Err(self.memory_error("the system has no memory for a deeper call"));
+            let error = self.memory_error("the system has no memory for a deeper call");
+            return Err(error.into());
         };
         let outer = self.stack_limit.replace(limit_of(&stack));
         let result = on_stack(&mut stack, inner);

@@ -486,7 +486,7 @@ impl LastActs {
             // A `finally` block may give up a generator with a `finally` block, and so on without end.
             _ if depth >= core.limits.call_depth => Stopping::Abandoned,
             Stopping::No => {
-                memory::set_fuel(core.limits.stop_fuel);
+                memory::set_fuel(core.limits.drop_fuel);
                 Stopping::Unwinding
             }
             // One within another shares its fuel, so that all of them together are bounded.
@@ -517,6 +517,10 @@ impl LastActs {
 
 impl Drop for Generator {
     fn drop(&mut self) {
+        if self.core.is_left.get() {
+            // What lies on its stack stays as it is.
+            return std::mem::forget(self.state.replace(State::Finished));
+        }
         self.unwind();
     }
 }

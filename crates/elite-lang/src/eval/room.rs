@@ -145,10 +145,10 @@ impl Evaluator<'_> {
         if bytes.is_shared() {
             self.unshare(bytes)?;
         }
-        let by = growth(&*bytes.borrow(), more);
+        let by = growth(&*bytes.borrow_whole(), more);
         let Some(by) = by else { return Ok(()) };
         let by = self.affordable::<Vec<u8>>(more, by)?;
-        match bytes.change(|data| data.take_room(by)) {
+        match bytes.append(|data| data.take_room(by)) {
             true => Ok(()),
             false => Err(self.refused_by_system()),
         }
@@ -167,15 +167,17 @@ impl Evaluator<'_> {
     pub fn extend_bytes(&self, bytes: &ByteArray, more: Data) -> R<()> {
         if more.len() <= STRIDE && !bytes.is_shared() {
             self.grow_bytes(bytes, more.len())?;
-            bytes.change(|data| data.extend_from_slice(&more));
+            bytes.append(|data| data.extend_from_slice(&more));
             return self.worked(many(more.len()));
         }
         // It may be its own bytes that are appended: the copy is made of both at once.
         let before = bytes.snapshot();
         let mut data = Vec::new();
-        if bytes.borrow().capacity() - before.len() < more.len()
-            || matches!(&more, Data::Snapshot(own) if Rc::ptr_eq(own, &before))
-        {
+        let spare = {
+            let whole = bytes.borrow_whole();
+            whole.capacity() - whole.len()
+        };
+        if spare < more.len() || matches!(&more, Data::Snapshot(own) if Rc::ptr_eq(own, &before)) {
             self.grow(&mut data, before.len() + more.len())?;
             self.push_bytes(&mut data, &before)?;
             self.push_bytes(&mut data, &more)?;
@@ -185,7 +187,7 @@ impl Evaluator<'_> {
         drop(before);
         for piece in more.chunks(STRIDE) {
             self.grow_bytes(bytes, piece.len())?;
-            bytes.change(|data| data.extend_from_slice(piece));
+            bytes.append(|data| data.extend_from_slice(piece));
             self.worked(many(piece.len()))?;
         }
         Ok(())

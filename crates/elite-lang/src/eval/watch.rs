@@ -4,7 +4,8 @@ use std::rc::Rc;
 
 use super::{Evaluator, Executes, Expr, Expression, Flow, Frame, Statement};
 use crate::debug::{Debugger, Site};
-use crate::value::{R, Raised};
+use crate::eval::stmt::target::Target;
+use crate::value::{R, Raised, Value};
 
 /// A statement that is watched.
 pub struct Watched {
@@ -71,5 +72,30 @@ impl Expression for WatchedTest {
             debugger.raise(ev, f, &self.site, exception)?;
         }
         result
+    }
+}
+
+/// What a `for` binds in each round: the header of the loop is a place to stop at whenever it is met again.
+pub struct WatchedTarget {
+    /// Who is told.
+    pub debugger: Rc<Debugger>,
+    /// Where it stands.
+    pub site: Rc<Site>,
+    /// The statement, whose beginning counts for the first round.
+    pub begun_at: Rc<Site>,
+    /// What is bound.
+    pub target: Box<dyn Target>,
+}
+
+impl Target for WatchedTarget {
+    fn assign(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>, value: Value) -> R<()> {
+        if !self.debugger.stands_at(ev, &self.begun_at) {
+            self.debugger.reach(ev, f, &self.site, true)?;
+        }
+        self.target.assign(ev, f, value)
+    }
+
+    fn delete(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<()> {
+        self.target.delete(ev, f)
     }
 }

@@ -269,8 +269,25 @@ impl<'t> Lexer<'t> {
             return self.string(start);
         }
         self.at += length;
-        let kind = TokenKind::keyword(word).unwrap_or(TokenKind::Name);
+        let kind = match word {
+            "async" if self.goes_on_with(|word, _| matches!(word, "def" | "for" | "with")) => {
+                TokenKind::Async
+            }
+            "await" if self.goes_on_with(is_operand) => TokenKind::Await,
+            _ => TokenKind::keyword(word).unwrap_or(TokenKind::Name),
+        };
         self.push(kind, start, self.at);
+    }
+
+    /// Looks at the next word on the line and the character that it begins with, or at the character alone.
+    fn goes_on_with(&self, is_so: impl Fn(&str, char) -> bool) -> bool {
+        let rest = self.rest().trim_start_matches([' ', '\t']);
+        let length = rest
+            .find(|c| !names::continues_name(c))
+            .unwrap_or(rest.len());
+        rest.chars()
+            .next()
+            .is_some_and(|next| is_so(&rest[..length], next))
     }
 
     /// A string literal whose prefix starts at `start` and whose quote is at `self.at`.
@@ -475,4 +492,14 @@ fn decimal(text: &str) -> (usize, TokenKind) {
         return (length + 1, TokenKind::Imaginary);
     }
     (length, kind)
+}
+
+/// Whether a name or a literal begins here, so that the word before it is no name by itself.
+fn is_operand(word: &str, next: char) -> bool {
+    let is_name = names::begins_name(next)
+        && matches!(
+            TokenKind::keyword(word),
+            None | Some(TokenKind::None | TokenKind::True | TokenKind::False | TokenKind::Lambda)
+        );
+    is_name || next.is_ascii_digit() || matches!(next, '"' | '\'')
 }

@@ -63,10 +63,13 @@ tokens! {
         End => "'end'",
         EndOfFile => "the end of the program",
         Unknown => "an unknown character",
+        // Words of Python's that other programs use as names: they are not names only where what follows says so.
+        Async => "'async'",
+        Await => "'await'",
     }
     keywords {
         False => "False", None => "None", True => "True", And => "and", As => "as", Assert => "assert",
-        Async => "async", Await => "await", Break => "break", Class => "class", Continue => "continue",
+        Break => "break", Class => "class", Continue => "continue",
         Def => "def", Del => "del", Elif => "elif", Else => "else", Except => "except", Finally => "finally",
         For => "for", From => "from", Global => "global", If => "if", Import => "import", In => "in", Is => "is",
         Lambda => "lambda", Nonlocal => "nonlocal", Not => "not", Or => "or", Pass => "pass", Raise => "raise",

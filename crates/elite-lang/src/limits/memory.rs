@@ -16,6 +16,7 @@ use std::alloc::{GlobalAlloc, Layout};
 use std::cell::Cell;
 
 use platform::memory::{self as pages, PAGE, System};
+use platform::overflow::touch_ahead;
 
 use super::shelves::{self, Size};
 
@@ -113,6 +114,7 @@ fn count(bytes: isize) {
 #[inline(never)]
 #[allow(unsafe_code)]
 unsafe fn alloc_anew(layout: Layout) -> *mut u8 {
+    touch_ahead();
     let block = if is_mapped(layout.size(), layout.align()) {
         pages::map(layout.size())
     } else {
@@ -147,6 +149,7 @@ unsafe impl GlobalAlloc for CountingAllocator {
     #[inline]
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
         if Size::of(layout).is_none() {
+            touch_ahead();
             let block = if is_mapped(layout.size(), layout.align()) {
                 // Fresh pages are zero.
                 pages::map(layout.size())
@@ -175,6 +178,7 @@ unsafe impl GlobalAlloc for CountingAllocator {
             // SAFETY: the block was made for this layout, so for this size, and nobody uses it any more.
             return unsafe { shelves::put(block, size) };
         }
+        touch_ahead();
         if is_mapped(layout.size(), layout.align()) {
             // SAFETY: a block of this layout was made by `pages`, and its owner gives it back.
             unsafe { give_back(block, layout.size()) };
@@ -190,6 +194,7 @@ unsafe impl GlobalAlloc for CountingAllocator {
         // SAFETY: the caller says that the size is one a layout can have with this alignment.
         let new = unsafe { Layout::from_size_align_unchecked(size, layout.align()) };
         if Size::of(layout).is_none() && Size::of(new).is_none() {
+            touch_ahead();
             let is_mapped =
                 is_mapped(layout.size(), layout.align()) || is_mapped(size, layout.align());
             let moved = if is_mapped {

@@ -1,6 +1,7 @@
 //! What one task may use: memory, call depth, digits of integers.
 
 pub mod memory;
+pub(crate) mod overflow;
 mod shelves;
 
 /// Limits of one interpreter.
@@ -16,6 +17,8 @@ pub struct Limits {
     pub int_bits: u64,
     /// Safepoints (back-edges and calls) a stopped thread may still pass in its `finally` and `with` blocks.
     pub stop_fuel: u32,
+    /// The same for the blocks of a generator that is dropped: they run while everybody waits.
+    pub drop_fuel: u32,
 }
 
 impl Default for Limits {
@@ -26,6 +29,7 @@ impl Default for Limits {
             int_digits: 4300,
             int_bits: 1 << 22,
             stop_fuel: 100_000,
+            drop_fuel: 100_000,
         }
     }
 }

@@ -139,6 +139,7 @@ pub(super) unsafe fn put(block: *mut u8, size: Size) {
 #[inline(never)]
 #[allow(unsafe_code)]
 unsafe fn give_back(block: *mut u8, size: Size) {
+    platform::overflow::touch_ahead();
     super::memory::let_go(size.cost() as usize);
     // SAFETY: the caller's promise.
     unsafe { System.dealloc(block, size.layout()) };

@@ -135,7 +135,7 @@ impl Lower<'_> {
             } => Box::new(For {
                 iterable: self.expr(iterable),
                 span: iterable.span,
-                target: self.loop_target(target),
+                target: self.watched_target(target),
                 turns: Turns {
                     line: self.line(statement.span),
                     body: self.block(body),

@@ -5,7 +5,8 @@ use std::rc::Rc;
 use super::Lower;
 use crate::ast::{self, ExprKind, Stmt, StmtKind};
 use crate::debug::{Site, is_place};
-use crate::eval::watch::{Watched, WatchedTest};
+use crate::eval::stmt::loops::LoopTarget;
+use crate::eval::watch::{Watched, WatchedTarget, WatchedTest};
 use crate::eval::{Executes, Expr};
 use crate::lint::visit;
 use crate::source::Span;
@@ -40,18 +41,27 @@ impl Lower<'_> {
         self.watched_test(test, begun_at)
     }
 
+    /// What a `for` binds. It is told of from the second time on, as the condition of a `while` is.
+    pub(super) fn watched_target(&mut self, target: &ast::Expr) -> LoopTarget {
+        let (Some(debugger), Some(begun_at)) = (self.debugger.clone(), self.loop_site.clone())
+        else {
+            return self.loop_target(target);
+        };
+        LoopTarget::Other(Box::new(WatchedTarget {
+            debugger,
+            site: met_again(&begun_at),
+            begun_at,
+            target: self.target(target),
+        }))
+    }
+
     /// A condition that is a place to stop at.
     pub(super) fn watched_test(&mut self, test: &ast::Expr, begun_at: Option<Rc<Site>>) -> Expr {
         let Some(debugger) = self.debugger.clone() else {
             return self.expr(test);
         };
         let site = match &begun_at {
-            // Breakpoints of the statement hold here, too.
-            Some(begun) => Rc::new(Site {
-                file: begun.file.clone(),
-                is_first: false,
-                ..**begun
-            }),
+            Some(begun) => met_again(begun),
             None => self.site(test.span),
         };
         let then = self.deeper(|lower| lower.expr(test));
@@ -73,6 +83,15 @@ impl Lower<'_> {
             is_first: std::mem::take(&mut self.is_first),
         })
     }
+}
+
+/// Where a loop is met again: breakpoints of the statement hold there, too.
+fn met_again(begun: &Site) -> Rc<Site> {
+    Rc::new(Site {
+        file: begun.file.clone(),
+        is_first: false,
+        ..*begun
+    })
 }
 
 /// Whether something in the statement itself may call a function. What only adds to a variable is taken not to: its variable

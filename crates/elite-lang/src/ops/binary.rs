@@ -285,7 +285,7 @@ impl Evaluator<'_> {
             return Ok(None);
         };
         let value =
-            self.recurse(|| self.call_method_value(method, receiver, &mut [other.clone()]))?;
+            self.deeper(|| self.call_method_value(method, receiver, &mut [other.clone()]))?;
         Ok((!matches!(value, Value::NotImplemented)).then_some(value))
     }
 
@@ -294,7 +294,7 @@ impl Evaluator<'_> {
         match method {
             Value::Function(function) => self.call_method(function, receiver.clone(), args),
             Value::Builtin(builtin) => self.with_first(receiver.clone(), args, |all| {
-                self.recurse(|| self.call_builtin(builtin, all, &[], None))
+                self.deeper(|| self.call_builtin(builtin, all, &[], None))
             }),
             // A descriptor may be found through a descriptor.
             _ => self.recurse(|| {

@@ -80,8 +80,20 @@ impl Parser<'_> {
             return self.wrong(place(parts, next), "expected '(' after '$ LINE:'");
         }
         let start = span.start as usize + parts;
-        let expr = self.field_expression(Span::new(start, span.end as usize))?;
-        self.node_mark(span.start, &expr)
+        let known = (self.lexed.len(), self.diagnostics.len());
+        let place = Span::new(start, span.end as usize);
+        let expr = self.field_expression(place, "the end of the line");
+        if self.lexed.len() > known.0 {
+            // What follows from a string that is not closed says nothing.
+            self.diagnostics.truncate(known.1);
+        }
+        for (findings, known) in [(&mut self.lexed, known.0), (&mut self.diagnostics, known.1)] {
+            findings.change_from(known, |finding| {
+                finding.code = "directive";
+                finding.help.get_or_insert_with(|| FORM.into());
+            });
+        }
+        self.node_mark(span.start, &expr?)
     }
 
     fn node_mark(&mut self, start: u32, expr: &Expr) -> Parse<NodeMark> {

@@ -162,7 +162,7 @@ impl Parser<'_> {
             parts.text(&text[start..at]);
         }
         self.budget.worked(FIELD);
-        let value = self.field_expression(Span::new(start, stop))?;
+        let value = self.field_expression(Span::new(start, stop), "the end of the expression")?;
         let conversion = self.conversion(&mut at, end)?;
         let mut format = None;
         if text[at..end].starts_with(':') {
@@ -202,8 +202,8 @@ impl Parser<'_> {
         Ok(conversion)
     }
 
-    /// Parses the expression at `span` with the state of this parser.
-    pub(super) fn field_expression(&mut self, span: Span) -> Parse<Expr> {
+    /// Parses the expression at `span` with the state of this parser; messages call its end `end`.
+    pub(super) fn field_expression(&mut self, span: Span, end: &'static str) -> Parse<Expr> {
         let lexed = lex_expression(self.file, span, self.budget);
         for finding in lexed.diagnostics.into_vec() {
             self.lexed.push(finding);
@@ -211,9 +211,10 @@ impl Parser<'_> {
         let outer = (
             std::mem::replace(&mut self.tokens, lexed.tokens),
             std::mem::replace(&mut self.at, 0),
+            std::mem::replace(&mut self.end, end),
         );
         let result = self.nested(Self::whole_expression);
-        (self.tokens, self.at) = outer;
+        (self.tokens, self.at, self.end) = outer;
         result
     }
 }

@@ -115,6 +115,8 @@ struct Parser<'f> {
     classes: Vec<Box<str>>,
     /// Where the lexer cut a line short because a bracket was never closed: what fails there has been reported.
     cuts: Vec<u32>,
+    /// What the end of the tokens is called.
+    end: &'static str,
     /// The script assigns `print`, so `print x` is not rewritten.
     print_is_assigned: bool,
     /// The directives; `claimed` of them have their place.
@@ -157,6 +159,7 @@ impl<'f> Parser<'f> {
             budget,
             is_too_large: false,
             aside: Vec::new(),
+            end: TokenKind::EndOfFile.describe(),
         }
     }
 
@@ -297,6 +300,7 @@ impl<'f> Parser<'f> {
             TokenKind::Int | TokenKind::Float | TokenKind::Imaginary => {
                 format!("the number {}", quoted(self.text(token)))
             }
+            TokenKind::EndOfFile => self.end.to_owned(),
             kind => kind.describe().to_owned(),
         };
         let mut diagnostic = Diagnostic::error(

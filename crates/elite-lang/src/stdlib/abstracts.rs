@@ -12,6 +12,7 @@ use crate::builtins::{Args, Builtin};
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::pace::VALUE;
+use crate::value::data::no_values;
 use crate::value::function::Wrapped;
 use crate::value::symbol::known;
 use crate::value::weak::WeakList;
@@ -97,6 +98,8 @@ struct Known {
     others: Noted,
     others_since: Cell<usize>,
 }
+
+no_values!(Known);
 
 /// Classes that are not kept alive.
 #[derive(Default)]

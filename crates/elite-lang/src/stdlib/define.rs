@@ -6,9 +6,9 @@ use crate::builtins::types::{install_next, joins};
 use crate::builtins::{BoundFn, Builtin, BuiltinBody, RawFn, Signature, is_slot, quick};
 use crate::eval::{Core, Evaluator};
 use crate::value::class::Base;
-use crate::value::data::Data;
+use crate::value::data::{Contents, Data};
 use crate::value::function::Wrapped;
-use crate::value::instance::{Holds, Payload};
+use crate::value::instance::Payload;
 use crate::value::symbol::known;
 use crate::value::{Class, Instance, Module, R, Value};
 
@@ -215,23 +215,10 @@ pub fn native_class(ev: &Evaluator<'_>, class: &str) -> R<Rc<Class>> {
 }
 
 /// An instance of a class of a native module.
-pub fn instance(ev: &Evaluator<'_>, class: &str, data: impl std::any::Any) -> R {
+pub fn instance(ev: &Evaluator<'_>, class: &str, data: impl Contents) -> R {
     Ok(Value::Instance(Instance::new(
         native_class(ev, class)?,
         Payload::Object(Data::new(data)),
-    )))
-}
-
-/// An instance of a class of a native module whose data holds values.
-pub fn holding(
-    ev: &Evaluator<'_>,
-    class: &str,
-    data: impl std::any::Any,
-    holds: &'static Holds,
-) -> R {
-    Ok(Value::Instance(Instance::new(
-        native_class(ev, class)?,
-        Payload::Holding(Data::new(data), holds),
     )))
 }
 

@@ -13,6 +13,7 @@ use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::host::Access;
 use crate::host::files::{FileStat, HostFile, HostFiles, OpenMode};
+use crate::value::data::no_values;
 use crate::value::{Bytes, R, Value};
 
 /// Bytes read or written at once; between two such pieces other threads have their turn.
@@ -201,6 +202,8 @@ pub(super) struct Stream {
     /// What is still to be written.
     pending: RefCell<Vec<u8>>,
 }
+
+no_values!(Stream);
 
 /// Where lines end.
 #[derive(Clone, Copy, PartialEq, Eq)]

@@ -6,8 +6,8 @@ use super::define::{Builder, native_class, with_data};
 use crate::builtins::Args;
 use crate::eval::Evaluator;
 use crate::eval::pace::VALUE;
-use crate::value::data::Data;
-use crate::value::instance::{Holds, Payload};
+use crate::value::data::{Contents, Data};
+use crate::value::instance::Payload;
 use crate::value::symbol::known;
 use crate::value::{Class, Held, Instance, R, Symbol, Value};
 
@@ -19,25 +19,25 @@ struct Asked {
     named: Held<Vec<(Value, Value)>>,
 }
 
-static HOLDS: Holds = Holds {
-    visit: |data, each| {
-        let Some(asked) = data.get::<Rc<Asked>>() else {
-            return;
-        };
-        if let Some(values) = asked.values.try_borrow() {
+impl Contents for Asked {
+    fn visit(&self, each: &mut dyn FnMut(&Value)) {
+        if let Some(values) = self.values.try_borrow() {
             values.iter().for_each(&mut *each);
         }
-        if let Some(named) = asked.named.try_borrow() {
+        if let Some(named) = self.named.try_borrow() {
             named.iter().for_each(|(_, value)| each(value));
         }
-    },
-    clear: |data| {
-        if let Some(asked) = data.get::<Rc<Asked>>() {
-            drop(asked.values.take());
-            drop(asked.named.take());
-        }
-    },
-};
+    }
+
+    fn clear(&self, held: &mut Vec<Value>) {
+        held.append(&mut self.values.take());
+        held.extend(self.named.take().into_iter().map(|(_, value)| value));
+    }
+
+    fn take(&mut self, held: &mut Vec<Value>) {
+        self.clear(held);
+    }
+}
 
 const ITEMS: &str = "itemgetter";
 const ATTRIBUTES: &str = "attrgetter";
@@ -76,9 +76,10 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
     module.raw_method(&method, METHOD, "__call__", |ev, args| {
         let (asked, object) = parts(ev, METHOD, args)?;
         let mut given = asked.values.get();
-        let method = along_one(ev, &object, &given[0])?;
+        let name = given.first().cloned().unwrap_or_default();
+        let method = along_one(ev, &object, &name)?;
         by_name(ev, &asked.named.get(), |keywords| {
-            ev.call(&method, &mut given[1..], keywords)
+            ev.call(&method, given.get_mut(1..).unwrap_or_default(), keywords)
         })
     });
     for (class, owner) in [
@@ -203,7 +204,7 @@ fn made(ev: &Evaluator<'_>, name: &str, args: &mut Args<'_>) -> R {
     };
     let class = native_class(ev, &format!("_operator.{name}"))?;
     let data = Data::new(Rc::new(asked));
-    let made = Value::Instance(Instance::new(class, Payload::Holding(data, &HOLDS)));
+    let made = Value::Instance(Instance::new(class, Payload::Object(data)));
     ev.core.note(&made);
     Ok(made)
 }

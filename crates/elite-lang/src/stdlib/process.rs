@@ -13,6 +13,7 @@ use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::host::process::{Command, HostProcess, HostProcesses, Output, Stream};
 use crate::host::{Access, ThreadId};
+use crate::value::data::no_values;
 use crate::value::{Bytes, R, Value};
 
 /// Most bytes taken from a pipe at once.
@@ -67,6 +68,9 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
     module.class("Process", None, METHODS);
     Ok(())
 }
+
+// What the host has started.
+no_values!(Rc<dyn HostProcess>);
 
 fn processes<'e>(ev: &'e Evaluator<'_>, what: &str) -> R<&'e dyn HostProcesses> {
     require(ev, Access::Processes, what)?;

@@ -12,6 +12,7 @@ use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::host::{Access, HostSocket, Interest, ThreadId};
 use crate::value::bytes::Data;
+use crate::value::data::no_values;
 use crate::value::{Bytes, R, Raised, Value};
 
 /// Most bytes one `recv` returns.
@@ -37,6 +38,8 @@ struct Socket {
     /// Seconds an operation may wait; None for ever.
     timeout: Cell<Option<f64>>,
 }
+
+no_values!(Socket);
 
 fn make(ev: &Evaluator<'_>, socket: Rc<dyn HostSocket>) -> R {
     let socket = Socket {

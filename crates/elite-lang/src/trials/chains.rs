@@ -89,6 +89,11 @@ fn nesting(value: &Value) -> Nesting {
             "call of an instance",
             "descriptor",
             "callable descriptor",
+            "item getter",
+            "several items",
+            "method caller",
+            "method by name",
+            "match",
         ]),
         Value::Iter(iter) => iterator(iter),
         Value::Generator(_) => Chains(&[
@@ -147,6 +152,7 @@ fn iterator(iter: &Iter) -> Nesting {
             "groupby",
             "iterator of a deque",
             "reversed deque",
+            "matches",
         ]),
     }
 }
@@ -192,6 +198,22 @@ const CHAINS: &[Chain] = &[
         SHORT,
     ),
     ("cmp_to_key", "functools.cmp_to_key(v)", "plain", SHORT),
+    ("item getter", "operator.itemgetter(v)", "None", LONG),
+    ("several items", "operator.itemgetter(1, v)", "None", MIDDLE),
+    (
+        "method caller",
+        "operator.methodcaller('f', v)",
+        "None",
+        LONG,
+    ),
+    (
+        "method by name",
+        "operator.methodcaller('f', a=v)",
+        "None",
+        MIDDLE,
+    ),
+    ("match", "re.match('', Letters(v))", "None", MIDDLE),
+    ("matches", "re.finditer('', Letters(v))", "None", MIDDLE),
     ("class attribute", "type('C', (), {'a': v})", "None", SHORT),
     ("metaclass", "metaclass(v)", "type", SHORT),
     ("derived class", "derived(v)", "object", 500),
@@ -363,7 +385,12 @@ const CHAINS: &[Chain] = &[
 ];
 
 const PRELUDE: &str = r#"
-import copy, json, itertools, functools, collections, threading
+import copy, json, itertools, functools, collections, threading, operator, re
+class Letters(str):
+    def __new__(cls, next):
+        new = str.__new__(cls, "ab")
+        new.next = next
+        return new
 class Node:
     def __init__(self, next): self.next = next
     def step(self): return self.next

@@ -1,12 +1,15 @@
 //! Values are counted without asking of what kind they are (`value/count.rs`): every kind has to count at the same place.
 
-use std::cell::Cell;
 use std::mem::discriminant;
 use std::rc::Rc;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::{Stage, drive};
 use crate::value::CellVar;
-use crate::{Interpreter, KnownNames, Limits, NativeFunction, Param, SourceFile, Value, compile};
+use crate::{
+    Interpreter, KnownNames, Limits, NativeBody, NativeFunction, Param, SourceFile, Value, compile,
+};
 
 /// A value of every kind that a program can have.
 const PROGRAM: &str = "
@@ -81,14 +84,14 @@ fn counts_as_its_type_does(value: &Value) {
 #[test]
 fn all_kinds_of_values_count_at_the_same_place() {
     let stage = Rc::new(Stage::default());
-    let looked = Rc::new(Cell::new(0));
+    let looked = Arc::new(AtomicUsize::new(0));
     let count = looked.clone();
     let native = NativeFunction {
         name: "look",
         params: vec![Param::required("value")],
-        call: Rc::new(move |call| {
+        call: NativeBody::new(move |call| {
             counts_as_its_type_does(&call.args()[0]);
-            count.set(count.get() + 1);
+            count.fetch_add(1, Ordering::Relaxed);
             if let Value::Function(function) = &call.args()[0] {
                 counts_as_its_type_does(&Value::Code(function.code.clone()));
             }
@@ -100,6 +103,6 @@ fn all_kinds_of_values_count_at_the_same_place() {
     let program = compile(SourceFile::new("trial", PROGRAM), &known);
     let program = program.unwrap_or_else(|_| panic!("it compiles"));
     assert_eq!(drive(&stage, interpreter.spawn_program(&program)), "");
-    assert_eq!(looked.get(), 32);
+    assert_eq!(looked.load(Ordering::Relaxed), 32);
     counts_as_its_type_does(&Value::Cell(CellVar::new(Value::Int(1))));
 }

@@ -8,6 +8,7 @@ mod branching;
 mod chains;
 mod circles;
 mod counts;
+mod holding;
 mod likeness;
 mod mutation;
 mod shape;
@@ -68,12 +69,14 @@ fn task_with(limits: Limits) -> (Rc<Stage>, Interpreter) {
 }
 
 /// Runs `act` with the evaluator of a program's thread, whose turn ends where `act` gives way.
-pub fn evaluate(act: impl Fn(&crate::eval::Evaluator<'_>) -> crate::value::R<()> + 'static) {
+pub fn evaluate(act: impl Fn(&crate::eval::Evaluator<'_>) -> crate::value::R<()> + Send + 'static) {
     let stage = Rc::new(Stage::default());
     let native = crate::NativeFunction {
         name: "act",
         params: Vec::new(),
-        call: Rc::new(move |call| act(call.evaluator()).map(|()| crate::Value::None)),
+        call: crate::NativeBody::new(move |call| {
+            act(call.evaluator()).map(|()| crate::Value::None)
+        }),
     };
     let known = KnownNames::new(["act"]);
     let interpreter = Interpreter::new(stage.clone(), vec![native], Limits::default());

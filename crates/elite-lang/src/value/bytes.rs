@@ -23,29 +23,76 @@ impl Bytes {
     }
 }
 
+/// The bytes of a bytearray. What is taken away in front stays until it is more than the rest, so that a queue of bytes costs what its
+/// bytes cost.
+#[derive(Clone, Default)]
+pub struct Buffer {
+    whole: Vec<u8>,
+    start: usize,
+}
+
+impl Buffer {
+    /// All bytes, where they begin with the first.
+    fn all(&mut self) -> &mut Vec<u8> {
+        if self.start > 0 {
+            self.whole.drain(..std::mem::take(&mut self.start));
+        }
+        &mut self.whole
+    }
+
+    fn cut_front(&mut self, count: usize) {
+        self.start += count.min(self.len());
+        if self.start > self.len() {
+            self.all();
+        }
+    }
+}
+
+impl From<Vec<u8>> for Buffer {
+    fn from(whole: Vec<u8>) -> Self {
+        Buffer { whole, start: 0 }
+    }
+}
+
+impl Deref for Buffer {
+    type Target = [u8];
+
+    #[inline]
+    fn deref(&self) -> &[u8] {
+        // The start never lies behind the end.
+        self.whole.get(self.start..).unwrap_or_default()
+    }
+}
+
 /// Mutable bytes. Who goes through them with safepoints on the way takes a snapshot; who changes them meanwhile copies.
 #[derive(Default)]
 pub struct ByteArray {
-    data: Held<Rc<Vec<u8>>>,
+    data: Held<Rc<Buffer>>,
 }
 
 impl ByteArray {
     /// Takes over `data`.
     pub fn new(data: Vec<u8>) -> Self {
         ByteArray {
-            data: Held::new(Rc::new(data)),
+            data: Held::new(Rc::new(data.into())),
         }
     }
 
     /// A look at the bytes; no script code may run before it is over.
     #[inline]
-    pub fn borrow(&self) -> Look<'_, Vec<u8>> {
-        Look::map(self.data.borrow(), |data| &**data)
+    pub fn borrow(&self) -> Look<'_, [u8]> {
+        Look::map(self.data.borrow(), |data| &***data)
+    }
+
+    /// A look at the vector they lie in, at whose end there may be room.
+    #[inline]
+    pub fn borrow_whole(&self) -> Look<'_, Vec<u8>> {
+        Look::map(self.data.borrow(), |data| &data.whole)
     }
 
     /// The bytes as they are now, which stay so for whoever holds this.
     #[inline]
-    pub fn snapshot(&self) -> Rc<Vec<u8>> {
+    pub fn snapshot(&self) -> Rc<Buffer> {
         self.data.get()
     }
 
@@ -57,16 +104,28 @@ impl ByteArray {
     /// Changes the bytes.
     #[inline]
     pub fn change<O>(&self, change: impl FnOnce(&mut Vec<u8>) -> O) -> O {
-        self.data.change(|data| change(Rc::make_mut(data)))
+        self.data.change(|data| change(Rc::make_mut(data).all()))
+    }
+
+    /// Appends to the vector they lie in, or makes room there; its indices are not those of the bytes.
+    #[inline]
+    pub fn append<O>(&self, append: impl FnOnce(&mut Vec<u8>) -> O) -> O {
+        self.data
+            .change(|data| append(&mut Rc::make_mut(data).whole))
+    }
+
+    /// Takes so many bytes away in front.
+    pub fn cut_front(&self, count: usize) {
+        self.data.change(|data| Rc::make_mut(data).cut_front(count));
     }
 
     /// Puts other bytes in their place.
     pub fn put(&self, data: Vec<u8>) {
-        self.data.put(Rc::new(data));
+        self.data.put(Rc::new(data.into()));
     }
 
     /// Puts other bytes in the place of `before`, unless others are there by now; whether it did.
-    pub fn put_copy(&self, before: &Rc<Vec<u8>>, copy: Vec<u8>) -> bool {
+    pub fn put_copy(&self, before: &Rc<Buffer>, copy: Vec<u8>) -> bool {
         let is_same = Rc::ptr_eq(&*self.data.borrow(), before);
         if is_same {
             self.put(copy);
@@ -91,7 +150,7 @@ pub enum Data {
     /// Of `bytes`.
     Bytes(Rc<Bytes>),
     /// Of a `bytearray`, as they were.
-    Snapshot(Rc<Vec<u8>>),
+    Snapshot(Rc<Buffer>),
 }
 
 impl Deref for Data {

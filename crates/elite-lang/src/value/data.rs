@@ -4,9 +4,58 @@
 //! beside the data.
 
 use std::any::{Any, TypeId};
+use std::rc::Rc;
+
+use super::{Value, trash};
 
 /// Data of some type.
-pub struct Data(Box<Typed<dyn Any>>);
+pub struct Data(Box<Typed<dyn Contents>>);
+
+/// What data of the library is made of: the values in it. Every type says so, those without values by `no_values!`; what is not said
+/// does not compile. The search for cycles, and the queue that takes deep chains apart, learn it from here.
+pub trait Contents: Any {
+    /// Runs `each` on the values it holds.
+    fn visit(&self, each: &mut dyn FnMut(&Value));
+
+    /// Gives those values away that a circle may go through, while others may be looking.
+    fn clear(&self, held: &mut Vec<Value>);
+
+    /// Gives all values away, at its end. Data that others have as well keeps them.
+    fn take(&mut self, held: &mut Vec<Value>);
+}
+
+impl<T: Contents> Contents for Rc<T> {
+    fn visit(&self, each: &mut dyn FnMut(&Value)) {
+        // Where others have it as well, what it holds is not only its own.
+        if Rc::strong_count(self) == 1 {
+            (**self).visit(each);
+        }
+    }
+
+    fn clear(&self, held: &mut Vec<Value>) {
+        (**self).clear(held);
+    }
+
+    fn take(&mut self, held: &mut Vec<Value>) {
+        if let Some(own) = Rc::get_mut(self) {
+            own.take(held);
+        }
+    }
+}
+
+/// Types of data without values.
+macro_rules! no_values {
+    ($($data:ty),+) => {
+        $(impl $crate::value::data::Contents for $data {
+            fn visit(&self, _: &mut dyn FnMut(&$crate::value::Value)) {}
+
+            fn clear(&self, _: &mut Vec<$crate::value::Value>) {}
+
+            fn take(&mut self, _: &mut Vec<$crate::value::Value>) {}
+        })+
+    };
+}
+pub(crate) use no_values;
 
 /// Data beside its type.
 #[repr(C)]
@@ -15,9 +64,29 @@ struct Typed<T: ?Sized> {
     data: T,
 }
 
+impl Drop for Data {
+    fn drop(&mut self) {
+        let mut held = Vec::new();
+        self.0.data.take(&mut held);
+        trash::dismantle(&mut held);
+    }
+}
+
 impl Data {
+    /// Runs `each` on the values it holds.
+    pub fn visit(&self, each: &mut dyn FnMut(&Value)) {
+        self.0.data.visit(each);
+    }
+
+    /// Lets go of them, to break circles.
+    pub fn clear(&self) {
+        let mut held = Vec::new();
+        self.0.data.clear(&mut held);
+        trash::dismantle(&mut held);
+    }
+
     /// Takes data of type `T`.
-    pub fn new<T: Any>(data: T) -> Self {
+    pub fn new<T: Contents>(data: T) -> Self {
         let id = TypeId::of::<T>();
         Data(Box::new(Typed { id, data }))
     }
@@ -39,6 +108,8 @@ impl Data {
 #[cfg(test)]
 mod tests {
     use super::Data;
+
+    no_values!(String, &'static str, u8, Wide, ());
 
     #[test]
     fn data_is_of_its_own_type_only() {

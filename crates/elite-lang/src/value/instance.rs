@@ -57,21 +57,8 @@ pub enum Payload {
     Exception(Box<ExceptionState>),
     /// The builtin value a subclass of a builtin type extends.
     Value(Held<Value>),
-    /// Data of the library or the embedder.
+    /// Data of the library.
     Object(Data),
-    /// Data of the library that holds values, and how to reach them.
-    Holding(Data, &'static Holds),
-}
-
-/// Runs a function on each value that data of the library holds.
-pub type Visit = fn(&Data, &mut dyn FnMut(&Value));
-
-/// How the search for cycles reaches the values that data of the library holds.
-pub struct Holds {
-    /// Runs a function on each of them.
-    pub visit: Visit,
-    /// Lets go of them.
-    pub clear: fn(&Data),
 }
 
 impl Instance {
@@ -103,7 +90,7 @@ impl Instance {
         }
         match &self.payload {
             Payload::Exception(state) => state.clear(),
-            Payload::Holding(data, holds) => (holds.clear)(data),
+            Payload::Object(data) => data.clear(),
             _ => {}
         }
     }
@@ -128,8 +115,8 @@ impl Instance {
                 }
             }
             Payload::Exception(state) => state.visit(each),
-            Payload::Holding(data, holds) => (holds.visit)(data, each),
-            Payload::None | Payload::Object(_) => {}
+            Payload::Object(data) => data.visit(each),
+            Payload::None => {}
         }
     }
 
@@ -154,7 +141,7 @@ impl Instance {
     #[inline(always)]
     pub fn object<T: 'static>(&self) -> Option<&T> {
         match &self.payload {
-            Payload::Object(object) | Payload::Holding(object, _) => object.get(),
+            Payload::Object(object) => object.get(),
             _ => None,
         }
     }
@@ -405,8 +392,8 @@ impl Drop for Instance {
                 trash::dismantle(&mut values);
             }
             Payload::Value(value) => trash::dismantle_one(value.get_mut()),
-            // Data of the library that holds values hands them over in a `drop` of its own.
-            Payload::None | Payload::Object(_) | Payload::Holding(..) => {}
+            // Data takes itself apart.
+            Payload::None | Payload::Object(_) => {}
         }
     }
 }

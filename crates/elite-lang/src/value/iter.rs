@@ -76,17 +76,16 @@ pub enum Iter {
     Native(NativeIter),
 }
 
-/// What an iterator of the library does. A closure that makes the next value is one, as long as it holds no values that
-/// can hold others.
+/// What an iterator of the library does, and which values it holds: what it does not tell, nothing finds.
 pub trait LibraryIterator {
     /// The next value; None ends it.
     fn next(&self, ev: &Evaluator<'_>) -> R<Option<Value>>;
 
     /// Runs `each` on the values it holds, for the search for cycles.
-    fn visit(&self, _each: &mut dyn FnMut(&Value)) {}
+    fn visit(&self, each: &mut dyn FnMut(&Value));
 
     /// Gives the values it holds away; it is at its end then.
-    fn clear(&self, _held: &mut Vec<Value>) {}
+    fn clear(&self, held: &mut Vec<Value>);
 
     /// Another one that stands where this one stands, over what `each` makes of the values this one holds; None if it cannot be copied.
     fn copied(
@@ -100,12 +99,6 @@ pub trait LibraryIterator {
     /// Its `repr`, if it has one of its own.
     fn repr(&self, _ev: &Evaluator<'_>) -> R<Option<String>> {
         Ok(None)
-    }
-}
-
-impl<F: Fn(&Evaluator<'_>) -> R<Option<Value>>> LibraryIterator for F {
-    fn next(&self, ev: &Evaluator<'_>) -> R<Option<Value>> {
-        self(ev)
     }
 }
 

@@ -10,10 +10,29 @@ use std::cell::{Cell, RefCell};
 use super::Value;
 use super::values::Part;
 use crate::limits::memory;
+use crate::stack::work_on_tree;
 
 /// Levels that are dropped by plain recursion; deeper ones are put aside and dropped one after the other. So few that
 /// they fit what a native keeps free of its stack.
 const DEPTH_MAX: u32 = 16;
+
+/// In the place of a depth: nothing is taken apart any more.
+const LEFT: u32 = u32::MAX;
+
+/// What containers of this thread hold is left where it is from now on, for ever: it may be half changed.
+pub fn leave_all() {
+    DEPTH.with(|depth| depth.set(LEFT));
+    let _ = PUT_OFF.try_with(|put_off| {
+        put_off
+            .try_borrow_mut()
+            .map(|mut put_off| std::mem::forget(std::mem::take(&mut *put_off)))
+    });
+    let _ = DEFERRED.try_with(|deferred| {
+        deferred
+            .try_borrow_mut()
+            .map(|mut deferred| std::mem::forget(std::mem::take(&mut *deferred)))
+    });
+}
 
 thread_local! {
     static DEPTH: Cell<u32> = const { Cell::new(0) };
@@ -239,7 +258,8 @@ struct Row<T>(Vec<T>);
 
 impl<T> Rest for Row<T> {
     fn drop_some(&mut self) -> bool {
-        drop_nodes(&mut self.0);
+        // This may be any stack.
+        work_on_tree(|| drop_nodes(&mut self.0));
         !self.0.is_empty()
     }
 }
@@ -414,6 +434,11 @@ pub fn dismantle_with(now: impl FnOnce(), later: impl FnOnce(&mut Vec<Value>)) {
     super::held::nothing_is_open();
     let depth = DEPTH.with(Cell::get);
     if depth >= DEPTH_MAX {
+        if depth == LEFT {
+            let mut left = Vec::new();
+            later(&mut left);
+            return std::mem::forget(left);
+        }
         // At the very end of an OS thread the store may be gone already; then recursion is all that is left.
         let _ = DEFERRED.try_with(|deferred| later(&mut deferred.borrow_mut()));
         return;

@@ -30,7 +30,8 @@ mod thread;
 
 use std::rc::Rc;
 
-use elite_lang::{NativeFunction, Param, ParamKind};
+use elite_lang::{NativeBody, NativeContext, NativeFunction, Param, ParamKind};
+use supervision::injection;
 
 pub use hints::known_names;
 
@@ -73,18 +74,21 @@ pub fn names() -> impl Iterator<Item = &'static str> {
     all().map(|builtin| builtin.name.split('.').next().unwrap_or_default())
 }
 
+/// What tasks keep of a script lies in tables that are emptied when the task ends.
+impl NativeContext for TaskContext {}
+
 /// The builtins as functions of one task.
 pub(crate) fn natives(context: &Rc<TaskContext>) -> Vec<NativeFunction> {
     all()
         .filter_map(|builtin| {
             let run = builtin.run?;
-            let context = Rc::clone(context);
             Some(NativeFunction {
                 name: builtin.name,
                 params: builtin.params.iter().map(param).collect(),
-                call: Rc::new(move |native| {
-                    hints::before(builtin, &context, native);
-                    let called = Call::new(builtin, &context, native);
+                call: NativeBody::with(Rc::clone(context), move |context, native| {
+                    injection::point("builtin");
+                    hints::before(builtin, context, native);
+                    let called = Call::new(builtin, context, native);
                     let result = called.and_then(|mut call| {
                         if sees_the_robot(builtin, &call) {
                             call.catch_up(may_hurry(builtin))?;

@@ -2,13 +2,14 @@
 
 use std::rc::Rc;
 
-use elite_lang::{ExceptionKind, NativeCall, Raised, Value};
+use elite_lang::{AnyMethod, ExceptionKind, NativeCall, NativeContext, Raised, Value};
 use io_bus::xmlrpc::codec::DEPTH_MAX;
 use io_bus::xmlrpc::{RpcClient, RpcValue, Url};
 
 use super::call::Call;
 use super::declare::{Builtin, Category::Rpc, Kind, Parameter};
 use crate::external::from_outside;
+use crate::task::TaskContext;
 
 const TYPE: Parameter = Parameter::required("type", Kind::Word(&["xmlrpc"]), "protocol");
 const URL: Parameter = Parameter::required(
@@ -46,21 +47,38 @@ fn rpc_factory(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     context.has_stand_in(host, port);
     let stand_ins = context.extras().stand_ins.clone();
     let client = Rc::new(RpcClient::new(url).beside(stand_ins));
-    let remote = move |native: &mut NativeCall<'_>, method: &str, args: &[Value]| {
+    let remote = AnyMethod::with(Remote { context, client }, Remote::call);
+    Ok(call.native().object_with_any_method("rpc", remote))
+}
+
+/// A server that is asked.
+struct Remote {
+    context: Rc<TaskContext>,
+    client: Rc<RpcClient>,
+}
+
+impl NativeContext for Remote {}
+
+impl Remote {
+    fn call(
+        &self,
+        native: &mut NativeCall<'_>,
+        method: &str,
+        args: &[Value],
+    ) -> Result<Value, Raised> {
         let arguments = args.iter().map(|value| to_rpc(native, method, value, 0));
         let arguments: Vec<RpcValue> = arguments.collect::<Result<_, _>>()?;
-        let (client, name) = (Rc::clone(&client), method.to_owned());
-        from_outside(&context, native, method, args, |native| {
+        let (client, name) = (Rc::clone(&self.client), method.to_owned());
+        from_outside(&self.context, native, method, args, |native| {
             let job = async move { client.call(&name, &arguments).await };
-            match super::call::wait_outside(&context, native, method, job)? {
-                Ok(value) => Ok(from_rpc(value)),
+            match super::call::wait_outside(&self.context, native, method, job)? {
+                Ok(value) => native.recurse(|_| Ok(from_rpc(value))),
                 Err(error) => {
                     Err(native.raise(ExceptionKind::RuntimeError, format!("{method}(): {error}")))
                 }
             }
         })
-    };
-    Ok(call.native().object_with_any_method("rpc", Rc::new(remote)))
+    }
 }
 
 /// A value of a script as it goes over the line; `method` is named where it cannot.
@@ -91,6 +109,16 @@ pub fn to_rpc(
     if let Some(simple) = simple {
         return Ok(simple);
     }
+    native.recurse(|native| containing(native, method, value, depth))
+}
+
+/// The same for a value that holds others.
+fn containing(
+    native: &mut NativeCall<'_>,
+    method: &str,
+    value: &Value,
+    depth: usize,
+) -> Result<RpcValue, Raised> {
     if let Some(items) = value.as_items() {
         let items = items
             .iter()

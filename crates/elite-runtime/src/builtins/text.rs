@@ -3,7 +3,7 @@
 //! Positions count characters, from 0; only `str_len` counts bytes (UTF-8), as its section says. For ASCII text, all the
 //! manual shows, both are the same.
 
-use elite_lang::{ExceptionKind, Raised, Value};
+use elite_lang::{ExceptionKind, Letters, Raised, Value};
 
 use super::call::Call;
 use super::declare::{Builtin, Category, Default, Kind, Parameter};
@@ -154,16 +154,39 @@ const fn function(
 }
 
 fn str_at(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let (text, index) = (call.text(0)?, call.integer(1)?);
-    if text.is_empty() {
-        return Err(call.error(ExceptionKind::ValueError, "str_at(): source string empty"));
+    let (text, index) = (source(call)?, call.integer(1)?);
+    let (count, part) = within(call, &text, |letters| {
+        let at = usize::try_from(index).ok();
+        let at = at.filter(|at| *at < letters.count());
+        let part = at.map(|at| letters.part(at, at + 1)).transpose()?;
+        Ok((letters.count(), part))
+    })?;
+    match part {
+        Some(letter) => Ok(letter),
+        None if count == 0 => {
+            Err(call.error(ExceptionKind::ValueError, "str_at(): source string empty"))
+        }
+        None => Err(out_of_range(call, index, count - 1)),
     }
-    let found = usize::try_from(index)
-        .ok()
-        .and_then(|n| text.chars().nth(n));
-    match found {
-        Some(c) => Ok(Value::str(c.to_string())),
-        None => Err(out_of_range(call, index, text.chars().count() - 1)),
+}
+
+/// The first argument, which is a text; it is not copied.
+fn source(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
+    match call.required(0) {
+        value @ Value::Str(_) => Ok(value),
+        _ => Ok(Value::str(call.text(0)?)),
+    }
+}
+
+fn within<T>(
+    call: &mut Call<'_, '_>,
+    text: &Value,
+    look: impl FnOnce(&Letters<'_>) -> Result<T, Raised>,
+) -> Result<T, Raised> {
+    match call.native().letters(text)? {
+        Some(letters) => look(&letters),
+        // `source` gives texts only.
+        None => Err(call.error(ExceptionKind::TypeError, "a string is expected")),
     }
 }
 
@@ -212,29 +235,30 @@ fn str_empty(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
 
 fn str_len(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     // A text in memory is shorter than i64::MAX bytes.
-    Ok(Value::Int(call.text(0)?.len() as i64))
+    Ok(Value::Int(source(call)?.as_str().map_or(0, str::len) as i64))
 }
 
 fn str_find(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let (text, target) = (call.text(0)?, call.text(1)?);
+    let (text, target) = (source(call)?, call.text(1)?);
     let start = match call.given(2) {
         None => 0,
         Some(_) => usize::try_from(call.integer(2)?).unwrap_or(usize::MAX),
     };
-    let from = match text.char_indices().nth(start) {
-        Some((at, _)) => at,
-        None if start == text.chars().count() => text.len(),
-        None => return Ok(Value::Int(-1)),
-    };
-    let found = text[from..].find(&target);
-    Ok(Value::Int(
-        found.map_or(-1, |at| text[..from + at].chars().count() as i64),
-    ))
+    within(call, &text, |letters| {
+        if start > letters.count() {
+            return Ok(Value::Int(-1));
+        }
+        let from = letters.byte_of(start);
+        let found = letters.as_str()[from..].find(&target);
+        Ok(Value::Int(
+            found.map_or(-1, |at| letters.letter_at(from + at) as i64),
+        ))
+    })
 }
 
 fn str_sub(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let (text, index) = (call.text(0)?, call.integer(1)?);
-    let length = text.chars().count();
+    let (text, index) = (source(call)?, call.integer(1)?);
+    let length = within(call, &text, |letters| Ok(letters.count()))?;
     let Some(first) = usize::try_from(index).ok().filter(|n| *n <= length) else {
         return Err(out_of_range(call, index, length));
     };
@@ -242,9 +266,9 @@ fn str_sub(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
         None | Some(Value::None) => usize::MAX,
         Some(_) => usize::try_from(call.integer(2)?).unwrap_or(usize::MAX),
     };
-    Ok(Value::str(
-        text.chars().skip(first).take(count).collect::<String>(),
-    ))
+    within(call, &text, |letters| {
+        letters.part(first, first.saturating_add(count))
+    })
 }
 
 fn to_num(call: &mut Call<'_, '_>) -> Result<Value, Raised> {

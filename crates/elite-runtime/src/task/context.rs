@@ -39,6 +39,10 @@ pub(crate) const THREADS_MAX: usize = 64;
 /// Calls of builtins in the `finally` and `with` blocks of a task that is being stopped. The language bounds what its own
 /// work costs there; a call may cost far more than one step of that.
 const CALLS_OF_UNWINDING: u32 = 20 * CALLS_OF_A_LOOK - 1;
+/// What `finally` and `with` blocks of a stopped program may compute, in seconds of the real clock.
+const CLEAN_UP: f64 = 0.5;
+/// The same where no time passes: looks, each after 4096 steps, which take about 0.3 ms.
+const LOOKS_OF_CLEAN_UP: u32 = 1500;
 /// So many of them see the robot of one cycle, as a turn of a thread does.
 const CALLS_OF_A_LOOK: u32 = 256;
 
@@ -76,6 +80,9 @@ pub(crate) struct TaskContext {
     warned: RefCell<BTreeSet<String>>,
     /// Calls of builtins that threads may still make while they unwind; `None` while nothing was told to stop.
     unwinding: Cell<Option<u32>>,
+    /// What clean-up behind a stop may still compute: looks, and until when.
+    looks_of_clean_up: Cell<u32>,
+    clean_up_until: Cell<Option<f64>>,
     /// What the program before has left moving.
     braking: RefCell<Option<Braking>>,
     extras: Extras,
@@ -181,6 +188,8 @@ impl TaskContext {
             end: Cell::default(),
             warned: RefCell::default(),
             unwinding: Cell::default(),
+            looks_of_clean_up: Cell::new(LOOKS_OF_CLEAN_UP),
+            clean_up_until: Cell::default(),
             braking: RefCell::new(braking),
             extras: settings.extras.clone(),
             met_the_world: Cell::default(),
@@ -493,6 +502,35 @@ impl TaskContext {
     /// Said by the scheduler when all threads of the task are about to unwind.
     pub fn unwinds(&self) {
         self.unwinding.set(Some(CALLS_OF_UNWINDING));
+        self.clean_up_begins();
+    }
+
+    /// Said when a single thread unwinds: what it may compute counts from here, unless the whole task does.
+    pub fn thread_unwinds(&self) {
+        if self.unwinding.get().is_none() {
+            self.clean_up_begins();
+        }
+    }
+
+    fn clean_up_begins(&self) {
+        self.looks_of_clean_up.set(LOOKS_OF_CLEAN_UP);
+        // Simulated time does not pass meanwhile, and a run that is repeated ends where it did.
+        let is_measured = self.repeat().is_none() && !self.robot.timeline().is_virtual();
+        let until = || self.robot.latest().time + CLEAN_UP;
+        self.clean_up_until.set(is_measured.then(until));
+    }
+
+    /// Whether a task that unwinds may call no more builtins.
+    pub fn has_called_enough(&self) -> bool {
+        self.unwinding.get() == Some(0)
+    }
+
+    /// Whether `finally` and `with` blocks of a stopped program may compute on; asked every few thousand steps of theirs.
+    pub fn may_clean_up(&self) -> bool {
+        let left = self.looks_of_clean_up.get();
+        self.looks_of_clean_up.set(left.saturating_sub(1));
+        let is_late = |until| self.robot.latest().time >= until;
+        left > 0 && !self.clean_up_until.get().is_some_and(is_late)
     }
 
     /// Counts a call of a builtin; false when a task that unwinds may make no more.

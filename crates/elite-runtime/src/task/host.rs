@@ -5,7 +5,7 @@ use std::ffi::OsString;
 use std::io;
 use std::rc::Rc;
 
-use elite_lang::{Access, Host, HostFiles, HostProcesses, HostSocket, ScriptThread, ThreadId};
+use elite_lang::{Access, Cut, Host, HostFiles, HostProcesses, HostSocket, ScriptThread, ThreadId};
 use motion_api::ThreadNumber;
 
 use super::beneath::Folders;
@@ -14,7 +14,7 @@ use super::files::Files;
 use super::network::Sockets;
 use super::processes::Processes;
 use crate::external::What;
-use crate::message::Message;
+use crate::message::{Message, Severity};
 
 /// What programs may reach beyond the robot (`--allow`).
 #[derive(Clone, Debug)]
@@ -137,6 +137,22 @@ impl Host for TaskHost {
         self.context
             .observer()
             .message(&Message::Print { origin, text });
+    }
+
+    fn unwinding_goes_on(&self) -> bool {
+        self.context.may_clean_up()
+    }
+
+    fn unwinding_is_cut(&self, _thread: ThreadId, line: u32, cut: Cut) {
+        let why = match cut {
+            Cut::Time => "it has computed for 0.5 s",
+            Cut::Wait if self.context.has_called_enough() => "it has called very many functions",
+            Cut::Wait => "a stopped program cannot wait",
+        };
+        let text = format!("clean-up behind a stop is ended at line {line}: {why}");
+        let origin = self.context.origin(line);
+        let message = Message::log(Severity::Warning, origin, text);
+        self.context.observer().message(&message);
     }
 
     fn start(&self, thread: ScriptThread) -> Result<(), String> {

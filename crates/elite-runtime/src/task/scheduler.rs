@@ -40,6 +40,14 @@ use crate::robot::Robot;
 use crate::supervisor::TaskStatus;
 use crate::task_folder::TaskFolder;
 
+/// What the language may use. How long a stopped program cleans up is decided here (`TaskContext::may_clean_up`).
+fn limits() -> Limits {
+    Limits {
+        stop_fuel: u32::MAX,
+        ..Limits::default()
+    }
+}
+
 /// Safepoints a script thread may pass before the next one has its turn: well under a millisecond of work.
 pub(super) const FUEL_PER_SLICE: u32 = 20_000;
 
@@ -239,7 +247,7 @@ impl Task {
         ));
         let natives = builtins::natives(&context);
         let known = KnownNames::new(builtins::names());
-        let interpreter = Interpreter::new(host.clone(), natives, Limits::default());
+        let interpreter = Interpreter::new(host.clone(), natives, limits());
         let extras = &settings.extras;
         if let Some(attendant) = &extras.attendant {
             let methods = (attendant.methods)(&Attendance(context.clone()));

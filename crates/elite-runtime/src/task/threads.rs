@@ -130,6 +130,7 @@ impl Task {
             return;
         };
         self.context.enter(number, entry.secondary.is_some());
+        self.context.thread_unwinds();
         self.host.sockets().outside().forget(entry.script.id());
         for _ in 0..STOPS_MAX {
             // Out of fuel in its clean-up: the next stop unwinds without running more of it.

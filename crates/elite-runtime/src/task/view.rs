@@ -51,6 +51,11 @@ impl View {
             .map_or_else(|| self.robot.state(), |state| **state)
     }
 
+    /// The latest moment there is, which says nothing to a program.
+    pub fn latest(&self) -> Moment {
+        self.robot.moment()
+    }
+
     /// When that was.
     pub fn moment(&self) -> Moment {
         let seen = self.seen.borrow();

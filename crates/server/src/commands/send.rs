@@ -221,6 +221,7 @@ impl Followed {
             Exception::Script { line, column, text } => {
                 let place = self.outgoing.place_of_error(*line, *column, text);
                 let name = Escaped(self.file.name());
+                let text = self.outgoing.in_file(text, self.file.name());
                 for part in text.lines().filter(|part| !part.trim().is_empty()) {
                     self.screen.line(&Lines(part).to_string());
                 }

@@ -11,6 +11,8 @@ use std::time::{Duration, Instant};
 
 use supervision::{Faults, injection};
 
+use crate::options::LogFormat;
+
 /// Bytes that wait for whoever reads standard error.
 const WAITING_BYTES_MAX: usize = 4 << 20;
 
@@ -129,12 +131,18 @@ pub struct Events {
     pub queue: LogQueue,
     /// The formatter colours lines: its escape sequences stay. It has escaped those of others itself.
     pub coloured: bool,
+    /// How the formatter writes events.
+    pub format: LogFormat,
 }
 
 impl Write for Events {
     fn write(&mut self, event: &[u8]) -> io::Result<usize> {
         let text = String::from_utf8_lossy(event);
-        let shown = harmless(text.trim_end_matches('\n'), self.coloured, GOES_ON);
+        let text = text.trim_end_matches('\n');
+        let shown = match self.format {
+            LogFormat::Text => harmless(text, self.coloured, GOES_ON),
+            LogFormat::Json => harmless_object(text),
+        };
         self.queue.push(shown.into_bytes());
         Ok(event.len())
     }
@@ -171,6 +179,68 @@ pub fn harmless(text: &str, keeps_escapes: bool, goes_on: &str) -> String {
     }
     shown.push('\n');
     shown
+}
+
+/// A JSON object on one line, within the bound as well: where it is longer its texts are cut with a mark, and what cannot be cut so
+/// becomes the text of another object. Inside of strings, the only place where they may stand, characters that a terminal would obey are
+/// escaped as JSON has it.
+pub fn harmless_object(text: &str) -> String {
+    let cut;
+    let mut whole = text;
+    if text.len() > EVENT_BYTES_MAX {
+        cut = shorter_object(text);
+        whole = &cut;
+    }
+    let mut shown = String::with_capacity(whole.len() + 1);
+    for letter in whole.chars() {
+        let number = u32::from(letter);
+        let is_hidden = letter.is_control()
+            || matches!(number, 0x202a..=0x202e | 0x2066..=0x2069 | 0x2028 | 0x2029);
+        if is_hidden {
+            // All of them have four digits at most. Writing to a string cannot fail.
+            let _ = write!(shown, "\\u{number:04x}");
+        } else {
+            shown.push(letter);
+        }
+    }
+    shown.push('\n');
+    shown
+}
+
+/// An object whose texts are so short that it keeps the bound.
+fn shorter_object(text: &str) -> String {
+    let mut keep = EVENT_BYTES_MAX / 2;
+    if let Ok(mut object) = serde_json::from_str::<serde_json::Value>(text) {
+        while keep >= 64 {
+            shorten(&mut object, keep);
+            let whole = object.to_string();
+            if whole.len() <= EVENT_BYTES_MAX {
+                return whole;
+            }
+            keep /= 2;
+        }
+    }
+    let (start, more) = text.split_at(text.floor_char_boundary(EVENT_BYTES_MAX / 8));
+    let message = format!("{start} ... ({} bytes more)", more.len());
+    serde_json::json!({ "message": message }).to_string()
+}
+
+/// Cuts the texts in a value that are longer than this.
+fn shorten(value: &mut serde_json::Value, most: usize) {
+    match value {
+        serde_json::Value::String(text) if text.len() > most => {
+            let end = text.floor_char_boundary(most - most / 4);
+            let more = text.len() - end;
+            text.truncate(end);
+            // Writing to a string cannot fail.
+            let _ = write!(text, " ... ({more} bytes more)");
+        }
+        serde_json::Value::Array(items) => items.iter_mut().for_each(|item| shorten(item, most)),
+        serde_json::Value::Object(fields) => {
+            fields.values_mut().for_each(|field| shorten(field, most));
+        }
+        _ => {}
+    }
 }
 
 #[cfg(test)]
@@ -244,5 +314,38 @@ mod tests {
             "{}",
             &cut[cut.len() - 40..]
         );
+    }
+
+    #[test]
+    fn objects_stay_objects_whatever_is_in_them() {
+        let read = |shown: &str| -> serde_json::Value {
+            assert!(shown.len() <= 6 * EVENT_BYTES_MAX && shown.ends_with('\n'));
+            assert_eq!(shown.lines().count(), 1);
+            assert!(!shown.trim_end().contains(char::is_control), "{shown:?}");
+            serde_json::from_str(shown).unwrap()
+        };
+        let message = "a\u{7f}b\u{9b}1m\u{202e}c\n\r\t\u{1b}[2J\u{0}\u{2028}\"\\é";
+        let object = serde_json::json!({"level": "INFO", "message": message});
+        let shown = harmless_object(&object.to_string());
+        assert_eq!(read(&shown), object);
+
+        for long in [
+            "é".repeat(EVENT_BYTES_MAX),
+            "\u{1}".repeat(EVENT_BYTES_MAX),
+            "\"".repeat(90_000),
+        ] {
+            let object =
+                serde_json::json!({"level": "INFO", "message": long, "spans": [{"name": long}]});
+            let shown = read(&harmless_object(&object.to_string()));
+            assert_eq!(shown["level"], "INFO");
+            assert!(shown["message"].as_str().unwrap().ends_with("bytes more)"));
+        }
+        let many: Vec<u32> = (0..40_000).collect();
+        let shown = read(&harmless_object(
+            &serde_json::json!({ "numbers": many }).to_string(),
+        ));
+        assert!(shown["message"].as_str().unwrap().ends_with("bytes more)"));
+        let shown = read(&harmless_object(&"x".repeat(EVENT_BYTES_MAX + 1)));
+        assert!(shown["message"].is_string());
     }
 }

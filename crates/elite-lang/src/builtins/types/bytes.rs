@@ -313,7 +313,7 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
                 let byte = ev.byte(&args[1])?;
                 let bytes = mutable(ev, &args[0])?;
                 ev.grow_bytes(&bytes, 1)?;
-                bytes.change(|data| data.push(byte));
+                bytes.append(|data| data.push(byte));
                 Ok(Value::None)
             }),
             ("extend", "iterable /", |ev, args| {
@@ -332,7 +332,7 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
                         {
                             return Err(raised);
                         }
-                        Data::Snapshot(Rc::new(ev.collect_bytes(&items)?))
+                        Data::Snapshot(Rc::new(ev.collect_bytes(&items)?.into()))
                     }
                 };
                 let bytes = mutable(ev, &args[0])?;
@@ -355,10 +355,7 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
                 let bytes = mutable(ev, &args[0])?;
                 let index = args[1].given().map_or(Ok(-1), |index| ev.index(index))?;
                 ev.grow_bytes(&bytes, 0)?;
-                let popped = bytes.change(|data| {
-                    let place = ev.place(index, data.len())?;
-                    Some(data.remove(place))
-                });
+                let popped = remove_byte(&bytes, |length| ev.place(index, length));
                 match popped {
                     Some(byte) => Ok(Value::Int(i64::from(byte))),
                     None if bytes.is_empty() => {
@@ -570,4 +567,18 @@ fn cased(ev: &Evaluator<'_>, args: &[Value], wanted: fn(&u8) -> bool, other: fn(
     let data = receiver(ev, &args[0])?;
     let none = |test: fn(&u8) -> bool| ev.all_bytes(&data, |byte| !test(byte));
     Ok(Value::Bool(!none(wanted)? && none(other)?))
+}
+
+/// Takes a byte out, if there is one at that place.
+pub(crate) fn remove_byte(
+    bytes: &ByteArray,
+    place: impl FnOnce(usize) -> Option<usize>,
+) -> Option<u8> {
+    let place = place(bytes.len())?;
+    if place == 0 {
+        let first = bytes.borrow().first().copied();
+        bytes.cut_front(1);
+        return first;
+    }
+    Some(bytes.change(|data| data.remove(place)))
 }

@@ -105,7 +105,7 @@ pub fn affix(ev: &Evaluator<'_>, args: &[Value], side: Side) -> R {
 /// What is searched for: bytes, or the number of one.
 fn part(ev: &Evaluator<'_>, value: &Value) -> R<Data> {
     if ev.bytes_like(value).is_none() && ev.has_index(value) {
-        return Ok(Data::Snapshot(Rc::new(vec![ev.byte(value)?])));
+        return Ok(Data::Snapshot(Rc::new(vec![ev.byte(value)?].into())));
     }
     ev.bytes_like(value).ok_or_else(|| {
         let name = ev.core.types.name_of(value);

@@ -5,8 +5,8 @@ use std::rc::Rc;
 use super::methods;
 use crate::errors::ExceptionKind;
 use crate::eval::{Core, Evaluator};
-use crate::value::data::Data;
-use crate::value::instance::{Holds, Payload};
+use crate::value::data::{Contents, Data};
+use crate::value::instance::Payload;
 use crate::value::symbol::known;
 use crate::value::{Class, Instance, R, Raised, Symbol, Value};
 
@@ -20,15 +20,18 @@ struct Descriptor {
     is_slot: bool,
 }
 
-/// The search for cycles follows the class; nothing has to be let go of, for the descriptor cannot change.
-const HOLDS: &Holds = &Holds {
-    visit: |data, each| {
-        if let Some(descriptor) = data.get::<Descriptor>() {
-            each(&Value::Class(descriptor.owner.clone()));
-        }
-    },
-    clear: |_| {},
-};
+impl Contents for Descriptor {
+    fn visit(&self, each: &mut dyn FnMut(&Value)) {
+        each(&Value::Class(self.owner.clone()));
+    }
+
+    /// Nothing has to be let go of, for the descriptor cannot change.
+    fn clear(&self, _: &mut Vec<Value>) {}
+
+    fn take(&mut self, held: &mut Vec<Value>) {
+        held.push(Value::Class(self.owner.clone()));
+    }
+}
 
 pub(super) fn install(core: &Rc<Core>) {
     for class in [&core.types.getset_descriptor, &core.types.member_descriptor] {
@@ -312,10 +315,7 @@ impl Evaluator<'_> {
             is_member,
             is_slot,
         };
-        let made = Instance::new(
-            class.clone(),
-            Payload::Holding(Data::new(descriptor), HOLDS),
-        );
+        let made = Instance::new(class.clone(), Payload::Object(Data::new(descriptor)));
         for (name, value) in shown {
             made.set(name, value, &self.core.symbols);
         }

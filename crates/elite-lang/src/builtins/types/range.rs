@@ -54,6 +54,10 @@ struct LongRangeIterator {
 }
 
 impl LibraryIterator for LongRangeIterator {
+    fn visit(&self, _: &mut dyn FnMut(&Value)) {}
+
+    fn clear(&self, _: &mut Vec<Value>) {}
+
     fn copied(
         &self,
         _: &Evaluator<'_>,

@@ -4,13 +4,25 @@ use std::rc::Rc;
 
 use super::methods;
 use crate::eval::{Core, Evaluator};
-use crate::value::data::Data;
+use crate::value::data::{Contents, Data};
 use crate::value::instance::Payload;
 use crate::value::symbol::known;
 use crate::value::{Instance, R, Value};
 
 /// The types of a union, each once, in the order written; None stands for its type.
 pub struct Union(Vec<Value>);
+
+impl Contents for Union {
+    fn visit(&self, each: &mut dyn FnMut(&Value)) {
+        self.0.iter().for_each(each);
+    }
+
+    fn clear(&self, _: &mut Vec<Value>) {}
+
+    fn take(&mut self, held: &mut Vec<Value>) {
+        *held = std::mem::take(&mut self.0);
+    }
+}
 
 pub(super) fn install(core: &Rc<Core>) {
     let class = &core.types.union;

@@ -7,6 +7,7 @@ use super::target::Target;
 use crate::errors::ExceptionKind;
 use crate::eval::code::Block;
 use crate::eval::coroutine::Stopping;
+use crate::eval::pace::VALUE;
 use crate::eval::{Evaluator, Expr, Flow, Frame, Located, Statement};
 use crate::source::Span;
 use crate::value::trash::Nodes;
@@ -101,6 +102,7 @@ impl Evaluator<'_> {
                 // All of them are looked at: a wrong one is an error also behind one that takes the exception.
                 let mut takes = false;
                 for item in tuple.items() {
+                    self.worked(VALUE)?;
                     takes |= self.exception_matches(exception, item)?;
                 }
                 Ok(takes)

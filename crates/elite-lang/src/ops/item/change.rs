@@ -258,14 +258,11 @@ impl Evaluator<'_> {
                 }
                 let at = self.sequence_index(index, "bytearray")?;
                 let place = |length| self.place(at, length).map(|place| place..place + 1);
-                if self.long_bytes_are_spliced(bytes, place, &[])? {
+                let is_first = self.place(at, bytes.len()) == Some(0);
+                if !is_first && self.long_bytes_are_spliced(bytes, place, &[])? {
                     return Ok(());
                 }
-                let removed = bytes.change(|data| {
-                    let place = self.place(at, data.len())?;
-                    Some(data.remove(place))
-                });
-                match removed {
+                match bytes::remove_byte(bytes, |length| self.place(at, length)) {
                     Some(_) => Ok(()),
                     None => {
                         Err(self.raise(ExceptionKind::IndexError, "bytearray index out of range"))
@@ -287,6 +284,13 @@ impl Evaluator<'_> {
 
     /// Takes the bytes of a slice out.
     fn delete_bytes(&self, bytes: &ByteArray, indices: Indices) -> R<()> {
+        if let Some(range) = plain(indices, bytes.len())
+            && range.start == 0
+        {
+            self.grow_bytes(bytes, 0)?;
+            bytes.cut_front(range.end);
+            return Ok(());
+        }
         if self.long_bytes_are_spliced(bytes, |length| plain(indices, length), &[])?
             || self.long_bytes_are_stepped(bytes, indices, None)?
         {

@@ -8,7 +8,7 @@ use crate::value::{Held, Iter, R, Value};
 impl Evaluator<'_> {
     #[inline]
     pub(super) fn pair_or_end(&self, iter: &Iter) -> R<Option<(Value, Value)>> {
-        let pair = self.recurse(|| self.next_pair_lazily(iter));
+        let pair = self.deeper(|| self.next_pair_lazily(iter));
         pair.or_else(|raised| self.at_end(raised))
     }
 

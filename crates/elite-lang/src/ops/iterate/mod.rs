@@ -315,7 +315,7 @@ impl Evaluator<'_> {
                 }
                 self.worked(SOME * PASSED)?;
             },
-            _ => return self.recurse(|| self.next_lazy(iter)),
+            _ => return self.deeper(|| self.next_lazy(iter)),
         })
     }
 

@@ -9,8 +9,8 @@ use crate::builtins::types::insertion_place;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::pace::VALUE;
-use crate::stdlib::define::{Builder, Entry, holding, native_class, with_data};
-use crate::value::instance::Holds;
+use crate::stdlib::define::{Builder, Entry, instance, native_class, with_data};
+use crate::value::data::Contents;
 use crate::value::int::Int;
 use crate::value::iter::{LibraryIterator, NativeIter};
 use crate::value::{Held, Iter, R, Raised, Value, Values, trash};
@@ -99,7 +99,7 @@ impl Deque {
     }
 
     /// Removes everything; the items are dropped when the deque is free again.
-    fn clear(&self) {
+    fn empty(&self) {
         let old = self.items.take();
         self.changed();
         drop(old);
@@ -144,7 +144,7 @@ fn make(ev: &Evaluator<'_>, items: Vec<Value>, maxlen: Option<usize>) -> R {
     deque.items.put(items.into());
     deque.maxlen.set(maxlen);
     deque.changed();
-    holding(ev, "_collections.deque", Rc::new(deque), &HOLDS)
+    instance(ev, "_collections.deque", Rc::new(deque))
 }
 
 /// A deque of the class and with the bound of another one.
@@ -165,23 +165,21 @@ fn alike(ev: &Evaluator<'_>, old: &Value, items: Vec<Value>) -> R {
     }
 }
 
-/// How the search for cycles reaches the items.
-static HOLDS: Holds = Holds {
-    visit: |data, each| {
-        if let Some(deque) = data.get::<Rc<Deque>>()
-            // An iterator shares the deque; then its items are not only its own.
-            && Rc::strong_count(deque) == 1
-            && let Some(items) = deque.items.try_borrow()
-        {
+impl Contents for Deque {
+    fn visit(&self, each: &mut dyn FnMut(&Value)) {
+        if let Some(items) = self.items.try_borrow() {
             items.iter().for_each(each);
         }
-    },
-    clear: |data| {
-        if let Some(deque) = data.get::<Rc<Deque>>() {
-            deque.clear();
-        }
-    },
-};
+    }
+
+    fn clear(&self, _: &mut Vec<Value>) {
+        self.empty();
+    }
+
+    fn take(&mut self, held: &mut Vec<Value>) {
+        *held = std::mem::take(self.items.get_mut()).into();
+    }
+}
 
 /// Tells the search for cycles that the deque has got a value which can hold others.
 fn note(ev: &Evaluator<'_>, receiver: &Value, item: &Value) {
@@ -213,7 +211,7 @@ fn init(ev: &Evaluator<'_>, receiver: &Value, iterable: &Value, maxlen: &Value) 
         }
     };
     deque.maxlen.set(most);
-    deque.clear();
+    deque.empty();
     match iterable.given() {
         Some(iterable) => extend(ev, &deque, iterable, false),
         None => Ok(()),
@@ -389,7 +387,7 @@ const METHODS: &[Entry] = &[
     }),
     ("clear", "", |ev, args| {
         let deque = data(ev, &args[0])?;
-        deque.clear();
+        deque.empty();
         Ok(Value::None)
     }),
     ("copy", "", |ev, args| {
@@ -590,7 +588,7 @@ const METHODS: &[Entry] = &[
     }),
     ("__imul__", "n /", |ev, args| {
         let items = repeated(ev, args)?;
-        data(ev, &args[0])?.clear();
+        data(ev, &args[0])?.empty();
         repeat_into(ev, std::mem::take(&mut args[0]), items)
     }),
     ("__repr__", "", |ev, args| {

@@ -118,7 +118,7 @@ fn method_with(
     owner: &'static str,
     name: &'static str,
     held: Vec<Value>,
-    body: impl Fn(&Evaluator<'_>, &[Value], &mut crate::builtins::Args<'_>) -> R + 'static,
+    body: impl Fn(&Evaluator<'_>, &[Value], &mut crate::builtins::Args<'_>) -> R + Send + 'static,
 ) -> Value {
     Value::Builtin(Rc::new(Builtin {
         name,

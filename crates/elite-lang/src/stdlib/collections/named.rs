@@ -4,6 +4,7 @@
 
 use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
+use std::sync::Arc;
 
 use super::method_with;
 use crate::builtins::Args;
@@ -26,7 +27,7 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
         |ev, args| {
             let (shape, defaults) = Shape::read(ev, args)?;
             let module = args[4].given().filter(|module| !module.is_none());
-            Rc::new(shape).class(ev, defaults, module)
+            Arc::new(shape).class(ev, defaults, module)
         },
     )]);
     Ok(())
@@ -148,7 +149,7 @@ impl Shape {
     }
 
     /// The class.
-    fn class(self: Rc<Self>, ev: &Evaluator<'_>, last: Values, module: Option<&Value>) -> R {
+    fn class(self: Arc<Self>, ev: &Evaluator<'_>, last: Values, module: Option<&Value>) -> R {
         let symbols = &ev.core.symbols;
         let texts: Vec<Value> = self.fields.iter().map(|name| Value::str(&**name)).collect();
         let fields = Value::tuple(texts.clone());
@@ -207,7 +208,7 @@ impl Shape {
     }
 
     /// `__new__`
-    fn making(self: &Rc<Self>, defaults: Vec<Value>) -> Value {
+    fn making(self: &Arc<Self>, defaults: Vec<Value>) -> Value {
         let shape = self.clone();
         method_with(
             "namedtuple",
@@ -283,7 +284,7 @@ impl Shape {
     }
 
     /// `_make`
-    fn making_of_items(self: &Rc<Self>) -> Value {
+    fn making_of_items(self: &Arc<Self>) -> Value {
         let count = self.fields.len();
         method_with("namedtuple", "_make", Vec::new(), move |ev, _, args| {
             let (class, given) = class_and_rest(ev, args)?;
@@ -300,7 +301,7 @@ impl Shape {
     }
 
     /// `_replace`
-    fn replacing(self: &Rc<Self>) -> Value {
+    fn replacing(self: &Arc<Self>) -> Value {
         let shape = self.clone();
         method_with("namedtuple", "_replace", Vec::new(), move |ev, _, args| {
             let receiver = receiver(ev, args)?.clone();
@@ -327,7 +328,7 @@ impl Shape {
     }
 
     /// `_asdict`
-    fn as_dict(self: &Rc<Self>) -> Value {
+    fn as_dict(self: &Arc<Self>) -> Value {
         let shape = self.clone();
         method_with("namedtuple", "_asdict", Vec::new(), move |ev, _, args| {
             let values = ev.collect(&ev.plain(receiver(ev, args)?))?;
@@ -343,7 +344,7 @@ impl Shape {
     }
 
     /// `__repr__`
-    fn showing(self: &Rc<Self>) -> Value {
+    fn showing(self: &Arc<Self>) -> Value {
         let shape = self.clone();
         method_with("namedtuple", "__repr__", Vec::new(), move |ev, _, args| {
             let receiver = receiver(ev, args)?;

@@ -15,7 +15,7 @@ pub(super) const CLASSES: &[Entry] = &[
     ("groupby", "iterable key?", groupby),
     ("_tee", "iterable /", |ev, args| {
         let source = ev.iter(&args[0])?;
-        branch(ev, source, Value::list(Vec::new()))
+        branch(ev, source, Value::list(Vec::new()), 0)
     }),
 ];
 
@@ -24,46 +24,62 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
     module.functions(&[("tee", "iterable n? /", tee)]);
     let class = crate::stdlib::define::native_class(module.ev, "itertools._tee")?;
     module.method(&class, "__copy__", "", |ev, args| {
-        let (source, node) = parts(&args[0]);
-        branch(ev, source, node)
+        let (source, block, at) = parts(&args[0]);
+        branch(ev, source, block, at)
     });
     Ok(())
 }
 
-/// A branch of a `tee`: the source, and the place in a chain of `[value, rest]`, which ends with an empty list where
-/// nobody has read further.
-fn branch(ev: &Evaluator<'_>, source: Value, node: Value) -> R {
-    lazy(ev, "itertools._tee", vec![source, node], (), |ev, own| {
-        let Value::List(node) = own.get(1) else {
-            return Ok(None);
-        };
-        if node.is_empty() {
+/// Values of one block of a `tee`; behind them stands the next block, once somebody has come so far.
+const BLOCK: usize = 57;
+
+/// A branch of a `tee`: the source, the block that it stands in, and where.
+fn branch(ev: &Evaluator<'_>, source: Value, block: Value, at: usize) -> R {
+    let held = vec![source, block, Value::Int(at as i64)];
+    lazy(ev, "itertools._tee", held, (), |ev, own| {
+        loop {
+            let (Value::List(block), Value::Int(at)) = (own.get(1), own.get(2)) else {
+                return Ok(None);
+            };
+            let at = at as usize;
+            if at == BLOCK {
+                let next = block.get(BLOCK).unwrap_or_else(|| {
+                    let next = Value::list(Vec::with_capacity(BLOCK + 1));
+                    block.push(next.clone());
+                    next
+                });
+                own.set(1, next);
+                own.set(2, Value::Int(0));
+                continue;
+            }
+            if let Some(value) = block.get(at) {
+                own.set(2, Value::Int(at as i64 + 1));
+                return Ok(Some(value));
+            }
             let Some(value) = own.step(ev, 0)? else {
                 return Ok(None);
             };
             // Another branch may have read while the source was stepped.
-            if node.is_empty() {
-                note(ev, &node);
-                node.push(value);
-                node.push(Value::list(Vec::new()));
+            if block.len() == at {
+                note(ev, &block);
+                block.push(value);
                 ev.check_memory()?;
             }
         }
-        own.set(1, node.get(1).unwrap_or_default());
-        Ok(node.get(0))
     })
 }
 
 /// What a branch holds.
-fn parts(value: &Value) -> (Value, Value) {
+fn parts(value: &Value) -> (Value, Value, usize) {
     let mut held = Vec::new();
     if let Value::Iter(iter) = value
         && let Iter::Native(NativeIter { steps, .. }) = &**iter
     {
         steps.visit(&mut |value| held.push(value.clone()));
     }
-    let node = held.pop().unwrap_or_default();
-    (held.pop().unwrap_or_default(), node)
+    let at = held.pop().and_then(|at| at.as_i64()).unwrap_or(0);
+    let block = held.pop().unwrap_or_default();
+    (held.pop().unwrap_or_default(), block, at as usize)
 }
 
 fn tee(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
@@ -76,18 +92,18 @@ fn tee(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     };
     ev.check_allocation(count.saturating_mul(8 * size_of::<Value>()))?;
     let iterator = ev.iter(&args[0])?;
-    let (mut source, mut node) = (iterator.clone(), Value::list(Vec::new()));
+    let (mut source, mut block, mut at) = (iterator.clone(), Value::list(Vec::new()), 0);
     // A branch of another `tee` is the first of the new ones, and the others share what it has read.
     let shared = &*ev.core.types.name_of(&iterator) == "itertools._tee";
     if shared {
-        (source, node) = parts(&iterator);
+        (source, block, at) = parts(&iterator);
     }
     let mut branches = Vec::with_capacity(count);
     if shared && count > 0 {
         branches.push(iterator);
     }
     while branches.len() < count {
-        branches.push(branch(ev, source.clone(), node.clone())?);
+        branches.push(branch(ev, source.clone(), block.clone(), at)?);
     }
     Ok(Value::tuple(branches))
 }

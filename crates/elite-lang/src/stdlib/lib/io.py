@@ -591,13 +591,26 @@ class BytesIO(_MemoryFile, BufferedIOBase):
     __module__ = "_io"
 
     def __init__(self, initial_bytes=b""):
-        self._start(b"" if initial_bytes is None else _bytes_of(initial_bytes), b"")
+        self._start(bytearray() if initial_bytes is None else bytearray(_bytes_of(initial_bytes)), b"")
 
-    read1 = _MemoryFile.read
-    getbuffer = _MemoryFile.getvalue
+    def close(self):
+        self._open = False
+        self._data = bytearray()
+
+    def getvalue(self):
+        self._check()
+        return bytes(self._data)
+
+    getbuffer = getvalue
+
+    def read(self, size=-1, /):
+        self._check()
+        return bytes(_MemoryFile.read(self, size))
+
+    read1 = read
 
     def readline(self, size=-1, /):
-        return self._line(size, b"\n")
+        return bytes(self._line(size, b"\n"))
 
     def readinto(self, buffer, /):
         _check_room(buffer)
@@ -607,7 +620,25 @@ class BytesIO(_MemoryFile, BufferedIOBase):
 
     def write(self, data, /):
         self._check()
-        return self._put(_bytes_of(data), b"\0")
+        data = _bytes_of(data)
+        if not data:
+            return 0
+        if self._at > self._length:
+            self._data += bytes(self._at - self._length)
+        end = self._at + len(data)
+        self._data[self._at:end] = data
+        self._at = end
+        self._length = len(self._data)
+        return len(data)
+
+    def truncate(self, size=None, /):
+        self._check()
+        size = self._at if size is None else size
+        if size < 0:
+            raise ValueError(f"negative size value {size}")
+        del self._data[size:]
+        self._length = len(self._data)
+        return size
 
     def seek(self, pos, whence=SEEK_SET, /):
         self._check()

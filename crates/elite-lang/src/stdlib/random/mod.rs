@@ -10,6 +10,7 @@ use num_bigint::{BigInt, BigUint, Sign};
 
 use super::define::{Builder, Entry, instance, with_data};
 use crate::eval::Evaluator;
+use crate::value::data::no_values;
 use crate::value::int::Int;
 use crate::value::{R, Value};
 
@@ -168,6 +169,8 @@ struct Twister {
     /// A number of the normal distribution that has been drawn with another one.
     kept: Option<f64>,
 }
+
+no_values!(RefCell<Twister>);
 
 impl Twister {
     /// Seeded with a key (`init_by_array` of the reference implementation).

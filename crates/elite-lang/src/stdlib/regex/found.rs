@@ -8,7 +8,7 @@ use super::{GROUP, Pattern, Spans, Text};
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::stdlib::define::{Entry, native_class, with_data};
-use crate::value::data::Data;
+use crate::value::data::{Contents, Data};
 use crate::value::instance::Payload;
 use crate::value::int::Int;
 use crate::value::{Dict, Instance, R, Value};
@@ -20,6 +20,21 @@ pub(super) struct Match {
     pub(super) text: Text,
     pub(super) range: (usize, usize),
     pub(super) spans: Spans,
+}
+
+/// The text may be an object of a class of the script, and refer to what it likes.
+impl Contents for Match {
+    fn visit(&self, each: &mut dyn FnMut(&Value)) {
+        each(&self.pattern);
+        self.text.visit(each);
+    }
+
+    fn clear(&self, _: &mut Vec<Value>) {}
+
+    fn take(&mut self, held: &mut Vec<Value>) {
+        held.push(std::mem::take(&mut self.pattern));
+        held.push(self.text.take());
+    }
 }
 
 impl Match {

@@ -4,6 +4,7 @@ use std::rc::Rc;
 
 use super::parse::{EMPTY, Item, Parser, Step, Width, flag};
 use super::program::{Look, Op};
+use crate::eval::coroutine::RESERVE;
 use crate::lexer::names::is_name;
 
 /// Nesting of groups.
@@ -56,7 +57,8 @@ impl Parser<'_, '_> {
             }
             _ => {}
         }
-        let mut width = self.alternatives()?;
+        let ev = self.ev;
+        let mut width = ev.with_stack(RESERVE, || self.alternatives())?;
         if self.take() != Some(')') {
             return Err(self.error("missing ), unterminated subpattern", Some(start)));
         }

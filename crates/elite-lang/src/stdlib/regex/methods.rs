@@ -1,5 +1,6 @@
 //! Methods of `re.Pattern`.
 
+use std::cell::RefCell;
 use std::rc::Rc;
 
 use super::found::make_match;
@@ -7,8 +8,8 @@ use super::parse::flag;
 use super::{Mode, Pattern, Range, Scanner, Text};
 use crate::eval::Evaluator;
 use crate::stdlib::define::{Entry, with_data};
-use crate::value::iter::NativeIter;
-use crate::value::{Bytes, Iter, R, Value, Values};
+use crate::value::iter::{LibraryIterator, NativeIter};
+use crate::value::{Bytes, Held, Iter, R, Value, Values};
 
 pub(super) fn with_pattern(
     ev: &Evaluator<'_>,
@@ -63,6 +64,45 @@ fn scanner(
     })
 }
 
+/// The matches in a text, one after the other.
+struct Finds {
+    pattern: Held<Value>,
+    range: (usize, usize),
+    scanner: RefCell<Scanner>,
+}
+
+impl LibraryIterator for Finds {
+    fn next(&self, ev: &Evaluator<'_>) -> R<Option<Value>> {
+        // A search may let another thread run; that one must not step the same iterator.
+        let Ok(mut stepped) = self.scanner.try_borrow_mut() else {
+            return Err(ev.value_error("iterator already executing"));
+        };
+        let found = stepped.next(ev)?;
+        drop(stepped);
+        let scanner = self.scanner.borrow();
+        let (pattern, text) = (&scanner.pattern, &scanner.text);
+        let make = |spans| make_match(ev, &self.pattern.get(), pattern, text, self.range, spans);
+        found.map(make).transpose()
+    }
+
+    fn visit(&self, each: &mut dyn FnMut(&Value)) {
+        if let Some(pattern) = self.pattern.try_borrow() {
+            each(&pattern);
+        }
+        if let Ok(scanner) = self.scanner.try_borrow() {
+            scanner.text.visit(each);
+        }
+    }
+
+    fn clear(&self, held: &mut Vec<Value>) {
+        held.push(self.pattern.take());
+        if let Ok(mut scanner) = self.scanner.try_borrow_mut() {
+            scanner.end = 0;
+            held.push(scanner.text.take());
+        }
+    }
+}
+
 pub(super) const PATTERN: &[Entry] = &[
     ("search", "string pos? endpos?", |ev, args| {
         one(ev, args, Mode::Search)
@@ -97,24 +137,14 @@ pub(super) const PATTERN: &[Entry] = &[
     ("finditer", "string pos? endpos?", |ev, args| {
         with_pattern(ev, args, |pattern| {
             let scanner = scanner(ev, pattern, &args[1], &args[2], &args[3])?;
-            let range = (scanner.at, scanner.end);
-            let (receiver, scanner) = (args[0].clone(), std::cell::RefCell::new(scanner));
-            let next = move |ev: &Evaluator<'_>| {
-                // A search may let another thread run; that one must not step the same iterator.
-                let Ok(mut stepped) = scanner.try_borrow_mut() else {
-                    return Err(ev.value_error("iterator already executing"));
-                };
-                let found = stepped.next(ev)?;
-                drop(stepped);
-                let scanner = scanner.borrow();
-                let make = |spans| {
-                    make_match(ev, &receiver, &scanner.pattern, &scanner.text, range, spans)
-                };
-                found.map(make).transpose()
+            let finds = Finds {
+                pattern: Held::new(args[0].clone()),
+                range: (scanner.at, scanner.end),
+                scanner: RefCell::new(scanner),
             };
             let class = ev.core.types.callable_iterator.clone();
             Ok(Value::Iter(Rc::new(Iter::Native(NativeIter::new(
-                class, next,
+                class, finds,
             )))))
         })
     }),

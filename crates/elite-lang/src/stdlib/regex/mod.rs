@@ -110,6 +110,9 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
     Ok(())
 }
 
+// The source is a plain text.
+crate::value::data::no_values!(Pattern);
+
 /// A compiled pattern.
 struct Pattern {
     source: Value,
@@ -183,6 +186,18 @@ enum Text {
 }
 
 impl Text {
+    /// Runs `each` on the value that the text is of.
+    fn visit(&self, each: &mut dyn FnMut(&Value)) {
+        let (Text::Str(_, value) | Text::Bytes(_, value)) = self;
+        each(value);
+    }
+
+    /// The value that the text is of, which is gone then.
+    fn take(&mut self) -> Value {
+        let (Text::Str(_, value) | Text::Bytes(_, value)) = self;
+        std::mem::take(value)
+    }
+
     fn of(ev: &Evaluator<'_>, pattern: &Pattern, value: &Value) -> R<Text> {
         match (ev.plain(value), pattern.is_bytes) {
             (Value::Str(text), false) => {

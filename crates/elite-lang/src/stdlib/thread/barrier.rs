@@ -7,13 +7,13 @@ use super::line::Line;
 use super::{deadline, is_given};
 use crate::builtins::BoundFn;
 use crate::eval::Evaluator;
-use crate::stdlib::define::{Builder, Entry, holding, with_data};
-use crate::value::instance::Holds;
-use crate::value::{Held, R, Raised, Value, trash};
+use crate::stdlib::define::{Builder, Entry, instance, with_data};
+use crate::value::data::Contents;
+use crate::value::{Held, R, Raised, Value};
 
 pub(super) fn fill(module: &Builder<'_, '_>) {
     let make: BoundFn = |ev, args| {
-        let made = holding(ev, "_thread.Barrier", Rc::new(Barrier::default()), &HOLDS)?;
+        let made = instance(ev, "_thread.Barrier", Rc::new(Barrier::default()))?;
         // A subclass is made without arguments; its `__init__` gives them.
         if args[0].given().is_some() {
             begin(ev, &made, args)?;
@@ -86,29 +86,23 @@ impl Barrier {
     }
 }
 
-impl Drop for Barrier {
-    fn drop(&mut self) {
-        trash::hand_over([self.action.get_mut(), self.timeout.get_mut()]);
-    }
-}
-
-/// How the search for cycles reaches the action.
-static HOLDS: Holds = Holds {
-    visit: |data, each| {
-        if let Some(barrier) = data.get::<Rc<Barrier>>() {
-            for held in [&barrier.action, &barrier.timeout] {
-                if let Some(value) = held.try_borrow() {
-                    each(&value);
-                }
+impl Contents for Barrier {
+    fn visit(&self, each: &mut dyn FnMut(&Value)) {
+        for held in [&self.action, &self.timeout] {
+            if let Some(value) = held.try_borrow() {
+                each(&value);
             }
         }
-    },
-    clear: |data| {
-        if let Some(barrier) = data.get::<Rc<Barrier>>() {
-            drop(barrier.action.take());
-        }
-    },
-};
+    }
+
+    fn clear(&self, held: &mut Vec<Value>) {
+        held.push(self.action.take());
+    }
+
+    fn take(&mut self, held: &mut Vec<Value>) {
+        held.extend([self.action.take(), self.timeout.take()]);
+    }
+}
 
 fn data(ev: &Evaluator<'_>, receiver: &Value) -> R<Rc<Barrier>> {
     with_data(ev, receiver, |barrier: &Rc<Barrier>| Ok(barrier.clone()))

@@ -8,13 +8,13 @@ use super::{deadline, is_given};
 use crate::builtins::BoundFn;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::stdlib::define::{Builder, Entry, holding, native_class, with_data};
-use crate::value::instance::Holds;
-use crate::value::{Held, R, Value, trash};
+use crate::stdlib::define::{Builder, Entry, instance, native_class, with_data};
+use crate::value::data::Contents;
+use crate::value::{Held, R, Value};
 
 pub(super) fn fill(module: &Builder<'_, '_>) {
     let make: BoundFn = |ev, args| {
-        let made = holding(ev, "_thread.Condition", Condition::default(), &HOLDS)?;
+        let made = instance(ev, "_thread.Condition", Condition::default())?;
         begin(ev, &made, &args[0])?;
         Ok(made)
     };
@@ -37,27 +37,22 @@ struct Condition {
     line: Line,
 }
 
-impl Drop for Condition {
-    fn drop(&mut self) {
-        trash::dismantle_one(self.lock.get_mut());
-    }
-}
-
-/// How the search for cycles reaches the lock, which may be an object of the script.
-static HOLDS: Holds = Holds {
-    visit: |data, each| {
-        if let Some(condition) = data.get::<Condition>()
-            && let Some(lock) = condition.lock.try_borrow()
-        {
+impl Contents for Condition {
+    fn visit(&self, each: &mut dyn FnMut(&Value)) {
+        // The lock may be an object of the script.
+        if let Some(lock) = self.lock.try_borrow() {
             each(&lock);
         }
-    },
-    clear: |data| {
-        if let Some(condition) = data.get::<Condition>() {
-            drop(condition.lock.take());
-        }
-    },
-};
+    }
+
+    fn clear(&self, held: &mut Vec<Value>) {
+        held.push(self.lock.take());
+    }
+
+    fn take(&mut self, held: &mut Vec<Value>) {
+        self.clear(held);
+    }
+}
 
 fn begin(ev: &Evaluator<'_>, receiver: &Value, lock: &Value) -> R<()> {
     let lock = match is_given(lock) {

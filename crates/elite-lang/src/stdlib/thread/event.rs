@@ -7,6 +7,7 @@ use super::line::Line;
 use crate::builtins::BoundFn;
 use crate::eval::Evaluator;
 use crate::stdlib::define::{Builder, Entry, instance, with_data};
+use crate::value::data::no_values;
 use crate::value::{R, Value};
 
 pub(super) fn fill(module: &Builder<'_, '_>) {
@@ -19,6 +20,8 @@ struct Event {
     is_set: Cell<bool>,
     line: Line,
 }
+
+no_values!(Event);
 
 const METHODS: &[Entry] = &[
     ("is_set", "", |ev, args| {

@@ -8,6 +8,7 @@ use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::coroutine::Stopping;
 use crate::stdlib::define::{Builder, Entry, instance, with_data};
+use crate::value::data::no_values;
 use crate::value::{R, Value};
 
 pub(super) fn fill(module: &Builder<'_, '_>) {
@@ -76,6 +77,8 @@ pub(super) struct Lock {
     count: Cell<u32>,
     line: Line,
 }
+
+no_values!(Lock);
 
 impl Lock {
     fn try_acquire(&self, me: u64) -> bool {

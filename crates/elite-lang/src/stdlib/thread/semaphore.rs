@@ -7,6 +7,7 @@ use super::{deadline, is_given};
 use crate::builtins::BoundFn;
 use crate::eval::Evaluator;
 use crate::stdlib::define::{Builder, Entry, instance, with_data};
+use crate::value::data::no_values;
 use crate::value::{R, Value};
 
 pub(super) fn fill(module: &Builder<'_, '_>) {
@@ -38,6 +39,8 @@ struct Semaphore {
     most: Cell<i64>,
     line: Line,
 }
+
+no_values!(Semaphore);
 
 impl Semaphore {
     fn bounded() -> Self {

@@ -165,6 +165,29 @@ impl Outgoing {
         self.place(line, 1)
     }
 
+    /// A report of the controller with the places of its calls as the file has them: `  task, line 10, column 2, in task` of a text that was put
+    /// into a function becomes `  pick.script, line 7, column 1, in <module>`. Lines that are no such place stay.
+    pub(super) fn in_file(&self, report: &str, file: &str) -> String {
+        let lines = report.split('\n').map(|line| {
+            let place = || {
+                let (before, rest) = line.split_once(", line ")?;
+                let (number, rest) = rest.split_once(", column ")?;
+                let (column, function) = rest.split_once(", in ")?;
+                let (line, column) = self.place(number.parse().ok()?, column.parse().ok()?)?;
+                let indent = &before[..before.len() - before.trim_start().len()];
+                let inner = function
+                    .strip_prefix(WRAPPER)
+                    .map(|inner| inner.strip_prefix(".<locals>.").unwrap_or("<module>"));
+                let function = inner.unwrap_or(function);
+                Some(format!(
+                    "{indent}{file}, line {line}, column {column}, in {function}"
+                ))
+            };
+            place().unwrap_or_else(|| line.to_owned())
+        });
+        lines.collect::<Vec<_>>().join("\n")
+    }
+
     fn told(&self, findings: &[Diagnostic], file: &Arc<SourceFile>) -> String {
         let Some(finding) = findings.first() else {
             return String::new();

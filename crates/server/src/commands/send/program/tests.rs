@@ -114,3 +114,19 @@ fn errors_have_their_place_also_when_lines_are_told_only() {
         assert_eq!(place(0, 0, text), None, "{text}");
     }
 }
+
+#[test]
+fn reports_name_the_file_and_its_lines() {
+    let sent = outgoing(
+        "# first\ndef helper(n):\n    return n / 0\nhelper(1)\n",
+        &[],
+    )
+    .expect("sent");
+    let report = "Traceback (most recent call last):\n  eliteserver_program, line 7, column 2, in eliteserver_program\n    helper(1)\n  \
+                  eliteserver_program, line 6, column 13, in eliteserver_program.<locals>.helper\nZeroDivisionError: at , line 7";
+    assert_eq!(
+        sent.in_file(report, "pick.script"),
+        "Traceback (most recent call last):\n  pick.script, line 4, column 1, in <module>\n    helper(1)\n  \
+         pick.script, line 3, column 12, in helper\nZeroDivisionError: at , line 7"
+    );
+}
