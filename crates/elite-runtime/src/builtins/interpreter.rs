@@ -87,7 +87,7 @@ fn interpreter_mode(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     observer.interpreter(&InterpreterEvent::Entered);
     let executed = execute_statements(call);
     // The mode is over even when a statement failed or the task is being stopped.
-    interpreter.leave();
+    interpreter.leave(clear_on_end);
     if clear_on_end {
         clear(call);
     }
