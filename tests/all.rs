@@ -8,6 +8,7 @@ mod common;
 mod api;
 mod bad_input;
 mod calibration;
+mod cell_task;
 mod children;
 mod closed_doors;
 mod contact;

@@ -182,7 +182,7 @@ impl ConfigurationVariables {
         let mut has_changed = false;
         for variable in &mut kept.values {
             if let Some(value) = last.get(&variable.name)
-                && *value != variable.value
+                && normal(value) != normal(&variable.value)
             {
                 if is_literal(&variable.name, value) {
                     variable.value.clone_from(value);
@@ -260,6 +260,43 @@ fn find_file(
         let name = format!("{name}.configuration.variables");
         folder.file(&name).ok().map(|text| (name, text))
     })
+}
+
+/// A literal in one way of writing it, so that a value that nobody has changed keeps the text that somebody typed.
+fn normal(value: &str) -> String {
+    let mut out = String::new();
+    let mut word = String::new();
+    let mut quote = None;
+    let finish = |word: &mut String, out: &mut String| {
+        let is_float = word.contains(['.', 'e', 'E']) && !word.starts_with("0x");
+        match word.parse::<f64>() {
+            Ok(number) if is_float => out.push_str(&format!("{number:?}")),
+            _ => out.push_str(word),
+        }
+        word.clear();
+    };
+    for c in value.chars() {
+        match quote {
+            Some(open) if c == open => {
+                quote = None;
+                out.push('"');
+            }
+            Some(_) => out.push(c),
+            None if c == '"' || c == '\'' => {
+                quote = Some(c);
+                out.push('"');
+            }
+            None if c.is_alphanumeric() || c == '.' || c == '_' => word.push(c),
+            None => {
+                finish(&mut word, &mut out);
+                if !c.is_whitespace() {
+                    out.push(c);
+                }
+            }
+        }
+    }
+    finish(&mut word, &mut out);
+    out
 }
 
 /// Numbers, truth values, texts, and lists of them: what a file keeps, and what a program may begin with.
@@ -345,6 +382,26 @@ mod tests {
         write("line.configuration.variables", FILE);
         all.load(&folder, "cell.task");
         assert_eq!(all.value("width").as_deref(), Some("100"));
+    }
+
+    #[test]
+    fn a_value_that_is_the_same_is_known_however_it_is_written() {
+        for (typed, shown) in [
+            ("834.60", "834.6"),
+            ("[0,-1.5708 , 2]", "[0, -1.5708, 2]"),
+            ("\"A & B\"", "'A & B'"),
+            ("1e3", "1000.0"),
+        ] {
+            assert_eq!(normal(typed), normal(shown));
+        }
+        for (one, other) in [
+            ("1", "1.0"),
+            ("'a b'", "'ab'"),
+            ("-1.5", "1.5"),
+            ("12", "1, 2"),
+        ] {
+            assert_ne!(normal(one), normal(other));
+        }
     }
 
     #[test]
