@@ -157,7 +157,7 @@ fn a_server_without_file_descriptors_goes_on_and_takes_clients_again() {
     let mut client = connect(&server, "dashboard");
     let mut greeting = [0; 5];
     client.read_exact(&mut greeting).unwrap();
-    assert_eq!(&greeting, b"Elite");
+    assert_eq!(&greeting, b"EliRo");
     let log = std::fs::read_to_string(folder.path().join("stderr.log")).unwrap();
     assert!(log.contains("cannot accept a client"), "{log}");
     assert!(log.lines().count() < 200, "{log}");

@@ -328,12 +328,15 @@ impl Interpreter {
         }
     }
 
-    /// The injected functions were removed; the last statement that they can come from. What waits was sent before, and is
-    /// thrown away: of what came behind a `clear_interpreter()` at the port nothing has been accepted.
-    pub(crate) fn cleared(&self) -> StatementId {
+    /// The injected functions were removed; the last statement that they can come from. With the queue, what waits is thrown
+    /// away: it was sent before, for of what came behind a `clear_interpreter()` at the port nothing has been accepted.
+    pub(crate) fn cleared(&self, queue: bool) -> StatementId {
         let mut shared = self.shared();
         shared.queue.cleared();
-        let thrown_away = shared.queue.throw_away();
+        let thrown_away = match queue {
+            true => shared.queue.throw_away(),
+            false => Vec::new(),
+        };
         let last = shared.queue.last_cleared();
         drop(shared);
         tell(thrown_away, ThrownAway::Cleared);

@@ -298,7 +298,7 @@ mod tests {
         for (value, text) in [
             (Value::Float(1e-5), "0.000010"),
             (Value::Float(-1e-9), "0.000000"),
-            (Value::Float(-1.570_796_3), "-1.570796"),
+            (Value::Float(-1.612_345_64), "-1.612346"),
             (Value::Int(-3), "-3"),
             (Value::Bool(true), "True"),
             (Value::None, "None"),

@@ -1,8 +1,8 @@
 //! Questions of one line whose value is wanted: run as secondary programs, beside the program that runs or, where none
 //! does, on a task that does not count as the robot's program.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 use elite_lang::{KnownNames, Program, SourceFile};
@@ -41,6 +41,8 @@ impl Supervisor {
         // No program that is sent has such a name.
         let name = format!("question {}", QUESTIONS.fetch_add(1, Ordering::Relaxed));
         let program = self.compiled_question(&name, statement).await?;
+        // What runs aside for this question.
+        let own = OnceLock::new();
         let asking = async {
             if self.is_running() {
                 let answer = self.panel().expect_answer(&name);
@@ -52,7 +54,8 @@ impl Supervisor {
             let aside = self.aside();
             let answer = aside.panel().expect_answer(&name);
             let started = aside.run_aside(name.clone(), Source::Compiled(program));
-            started.await?;
+            let id = started.await?;
+            own.get_or_init(|| id);
             answer.await.ok()
         };
         let answered = timeout(ANSWERED_WITHIN, asking).await;
@@ -64,6 +67,12 @@ impl Supervisor {
             Ok(Some(answer)) => answer.map_err(NoAnswer::Execute),
             Ok(None) => Err(NoAnswer::Execute("it was not carried out".to_owned())),
             Err(_elapsed) => {
+                if let Some(aside) = self.shared.aside.get()
+                    && own.get() == Some(&aside.status().program)
+                {
+                    // The next question must not wait for it.
+                    aside.stop();
+                }
                 let seconds = ANSWERED_WITHIN.as_secs_f64();
                 Err(NoAnswer::Execute(format!(
                     "it took longer than {seconds} s"

@@ -30,8 +30,15 @@ pub type Message = Arc<[u8]>;
 /// The sending side. Cloning gives another handle to the same hub.
 #[derive(Clone, Debug)]
 pub struct Hub {
-    state: watch::Sender<Option<Message>>,
+    state: watch::Sender<Option<Published>>,
     exceptions: broadcast::Sender<Addressed>,
+}
+
+/// A state, and when it was, s.
+#[derive(Clone, Debug)]
+pub(super) struct Published {
+    pub(super) time: f64,
+    pub(super) message: Message,
 }
 
 /// A message for every client, or for one.
@@ -44,10 +51,19 @@ pub(super) struct Addressed {
 /// The receiving side of one session.
 #[derive(Debug)]
 pub struct Subscription {
-    pub(super) state: watch::Receiver<Option<Message>>,
+    pub(super) state: watch::Receiver<Option<Published>>,
     pub(super) exceptions: broadcast::Receiver<Addressed>,
-    /// Sent before anything else.
-    pub(super) first: Option<Message>,
+    /// Sent before anything else. The state that is published next may be of an earlier cycle; it is left out then.
+    pub(super) first: Option<Published>,
+}
+
+impl Published {
+    fn of(sample: &Sample, robot: &RobotDescription) -> Self {
+        Self {
+            time: sample.state.time,
+            message: encode_state(sample, robot).into(),
+        }
+    }
 }
 
 impl Default for Hub {
@@ -68,7 +84,7 @@ impl Hub {
         let first = is_published.then(|| {
             let mut sample = backend.sample();
             sample.peripherals.tool_serial = backend.tool_serial();
-            encode_state(&sample, backend.description()).into()
+            Published::of(&sample, backend.description())
         });
         Subscription {
             state,
@@ -101,8 +117,7 @@ impl Hub {
 
     /// Replaces the state that clients are sent.
     pub fn publish_state(&self, sample: &Sample, robot: &RobotDescription) {
-        let message = encode_state(sample, robot);
-        self.state.send_replace(Some(message.into()));
+        self.state.send_replace(Some(Published::of(sample, robot)));
     }
 
     /// Publishes a state in every beat until `shutdown`; without a beat for a while, the state as it is. (A virtual clock

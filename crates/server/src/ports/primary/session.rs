@@ -383,8 +383,8 @@ pub(in crate::ports) async fn write_messages(
     mut from_hub: Subscription,
 ) -> io::Error {
     let mut pace = Pace::new();
-    if let Some(state) = from_hub.first.take()
-        && let Err(error) = writer.write_all(&state).await
+    if let Some(first) = &from_hub.first
+        && let Err(error) = writer.write_all(&first.message).await
     {
         return error;
     }
@@ -405,7 +405,9 @@ async fn next_message(
     client: Option<ClientId>,
 ) -> Option<Message> {
     let Subscription {
-        state, exceptions, ..
+        state,
+        exceptions,
+        first,
     } = from_hub;
     loop {
         tokio::select! {
@@ -423,8 +425,11 @@ async fn next_message(
             },
             changed = state.changed() => {
                 changed.ok()?;
-                if let Some(message) = state.borrow_and_update().clone() {
-                    return Some(message);
+                let before = first.take().map(|first| first.time);
+                if let Some(next) = &*state.borrow_and_update()
+                    && before.is_none_or(|before| next.time >= before)
+                {
+                    return Some(next.message.clone());
                 }
             }
         }
