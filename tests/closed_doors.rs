@@ -9,7 +9,15 @@ use std::time::{Duration, Instant};
 use crate::common::{self, PATIENCE, Server};
 
 /// Ports that speak a protocol of their own.
-const OWN: [&str; 5] = ["primary", "interpreter", "rtsi", "dashboard", "modbus"];
+const OWN: [&str; 7] = [
+    "primary",
+    "interpreter",
+    "rtsi",
+    "dashboard",
+    "modbus",
+    "state",
+    "query",
+];
 
 fn connect(server: &Server, port: &str) -> TcpStream {
     let stream = TcpStream::connect(("127.0.0.1", server.ports[port])).unwrap();
