@@ -18,7 +18,7 @@ from pathlib import Path
 
 USER = 65532
 HOME = "var/lib/eliteserver"
-PORTS = (30001, 30004, 30020, 29999, 5020, 8080)
+PORTS = (30001, 30004, 30011, 30020, 29999, 40011, 502, 5020, 8080)
 MANIFEST = "application/vnd.oci.image.manifest.v1+json"
 EPOCH = int(os.environ.get("SOURCE_DATE_EPOCH", "0"))
 MADE = datetime.fromtimestamp(EPOCH, timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ")

@@ -9,7 +9,15 @@ use std::time::{Duration, Instant};
 use crate::common::{self, PATIENCE, Server};
 
 /// Ports that speak a protocol of their own.
-const OWN: [&str; 5] = ["primary", "interpreter", "rtsi", "dashboard", "modbus"];
+const OWN: [&str; 7] = [
+    "primary",
+    "interpreter",
+    "rtsi",
+    "dashboard",
+    "modbus",
+    "state",
+    "query",
+];
 
 fn connect(server: &Server, port: &str) -> TcpStream {
     let stream = TcpStream::connect(("127.0.0.1", server.ports[port])).unwrap();
@@ -157,7 +165,7 @@ fn a_server_without_file_descriptors_goes_on_and_takes_clients_again() {
     let mut client = connect(&server, "dashboard");
     let mut greeting = [0; 5];
     client.read_exact(&mut greeting).unwrap();
-    assert_eq!(&greeting, b"Elite");
+    assert_eq!(&greeting, b"EliRo");
     let log = std::fs::read_to_string(folder.path().join("stderr.log")).unwrap();
     assert!(log.contains("cannot accept a client"), "{log}");
     assert!(log.lines().count() < 200, "{log}");

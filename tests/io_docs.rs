@@ -8,7 +8,8 @@ use std::path::Path;
 
 use elite_runtime::builtins::all;
 use elite_runtime::builtins::declare::Category;
-use io_bus::modbus_server::state_map::{BIT_BLOCKS, BLOCKS};
+use io_bus::modbus_server::map::{bit_blocks, blocks};
+use io_bus::modbus_server::tables::Space;
 
 /// Chapter, its category, the peer it is tested against, and what a reader should know.
 const CHAPTERS: [(&str, Category, &str, &str); 7] = [
@@ -117,45 +118,68 @@ fn io_page_is_current() {
     check("IO.md", &page);
 }
 
+/// How well a meaning is known.
+fn known(sources: Option<u8>) -> &'static str {
+    match sources {
+        None => "",
+        Some(0) => "inferred",
+        Some(1) => "one source",
+        Some(_) => "yes",
+    }
+}
+
 #[test]
 fn modbus_map_is_current() {
     let mut page = String::from(
-        "# The controller's own Modbus TCP server\n\nMade from `io-bus/src/modbus_server/state_map.rs`. Port 5020 unless `--modbus-port` says otherwise; every unit number is\n\
-         this controller; at most 64 clients. Coils 0-127 and holding registers 0-255 are what `read_port_bit`,\n\
-         `write_port_bit`, `read_port_register` and `write_port_register` see. The tables below are our own map; the vendor's is\n\
-         not public. Addresses that are in no table: exception 2; unknown functions: 1; bad counts: 3; an output that\n\
-         cannot be passed on at the moment: 6.\n\n## Holding registers (functions 3, 6, 16, 22) and, the same, input registers (4)\n\n\
-         | addresses | write | meaning |\n|---|---|---|\n| 0-255 | yes | free, shared with scripts (holding registers only; also function 23) |\n",
+        "# The controller's own Modbus TCP server\n\nMade from `io-bus/src/modbus_server/map/`. Port 502, the vendor's, where the user that runs the server may open it, else 5020 with\n\
+         a line in the log that says so; `--modbus-port` chooses. Every unit number is this controller; at most 64 clients. Programs see the same\n\
+         map with `read_port_bit`, `write_port_bit` (bits 0-127), `read_port_register` and `write_port_register`.\n\n\
+         Addresses below 1000 are the vendor's. Its sheet is not public; the column *known* says how well an address is known from the vendor's\n\
+         pages, the manual and public programs for real arms: *one source* is good and not certain, *inferred* follows from the rest only. Addresses\n\
+         between known ones of which nothing is known read 0. From 1000 on it is our own map.\n\n\
+         Values are those of the latest cycle, the same that RTSI sends; what is written to outputs and to the speed slider acts at the beginning of the\n\
+         next cycle and is read back at once. The general purpose words hold what programs and clients write, and outlive programs and clients.\n\n\
+         - Functions 1 and 2 show the same bits below 1000, functions 3 and 4 the same words everywhere. On the arm the words that only show state\n  \
+           (63-110, 384-405, 500) are reported, by one source, to answer function 4 alone, and function 3 with exception 1: a client for both asks by 4.\n\
+         - Functions 1, 2, 3, 4, 5, 6, 15, 16, 22, 23; any other: exception 1.\n\
+         - Addresses outside, and writes to what only shows something (an output pin of the tool that is an input included): exception 2, nothing is\n  \
+           changed.\n\
+         - Bad counts, coils that are neither 0000 nor FF00, a speed outside 2 to 100: exception 3. An output that cannot be passed on at the moment: 6.\n\
+         - In a program a word that is not there or cannot be written raises `ValueError`. A bit that cannot be switched stays as it is, with a warning:\n  \
+           the manual's own example, `write_port_bit(3, True)`, is an input here.\n\n\
+         ## Words\n\n| addresses | write | known | meaning |\n|---|---|---|---|\n",
     );
     let span = |first: u16, count: u16| match count {
         1 => first.to_string(),
         _ => format!("{first}-{}", first + count - 1),
     };
-    for block in BLOCKS {
-        let write = if block.is_writable { "yes" } else { "" };
+    for block in blocks().filter(|block| block.is_known()) {
         let _ = writeln!(
             page,
-            "| {} | {write} | {} |",
+            "| {} | {} | {} | {} |",
             span(block.first, block.count),
+            if block.is_writable() { "yes" } else { "" },
+            known(block.sources),
             block.meaning
         );
     }
-    for (title, is_coil) in [
-        ("Coils (functions 1, 5, 15)", true),
-        ("Discrete inputs (function 2)", false),
-    ] {
-        let _ = write!(page, "\n## {title}\n\n| addresses | meaning |\n|---|---|\n");
-        if is_coil {
-            page.push_str("| 0-127 | free, shared with scripts |\n");
-        }
-        for block in BIT_BLOCKS.iter().filter(|block| block.is_coil == is_coil) {
-            let _ = writeln!(
-                page,
-                "| {} | {} |",
-                span(block.first, block.count),
-                block.meaning
-            );
-        }
+    let title =
+        "\n## Bits\n\n| addresses | functions | write | known | meaning |\n|---|---|---|---|---|\n";
+    page.push_str(title);
+    for block in bit_blocks().filter(|block| !block.meaning.is_empty()) {
+        let functions = match block.space {
+            None => "1, 2",
+            Some(Space::Outputs) => "1",
+            Some(Space::Inputs) => "2",
+        };
+        let _ = writeln!(
+            page,
+            "| {} | {functions} | {} | {} | {} |",
+            span(block.first, block.count),
+            if block.is_writable() { "yes" } else { "" },
+            known(block.sources),
+            block.meaning
+        );
     }
     check("modbus-map.md", &page);
 }

@@ -22,7 +22,7 @@ class Commands(unittest.TestCase):
             dashboard = Dashboard(server.ports["dashboard"])
             for percent in (55, 10, 100, 2, 73):
                 self.assertEqual(dashboard.ask(f"speed -v {percent}"), f"Setting speed: {percent}\r\n")
-                self.assertIn(f"Target Speed Fraction: {percent}%\r\n", dashboard.ask("status"))
+                self.assertIn(f"Target Speed Fraction: {percent}\r\n", dashboard.ask("status"))
 
     def test_power_brakes_and_modes(self):
         with Server("--powered-off") as server:
@@ -114,11 +114,17 @@ class Commands(unittest.TestCase):
             dashboard.load("v.task")
             dashboard.play()
             dashboard.poll("variable -get count", "3", seconds=5)
-            dashboard.ask("variable -set count [1, 2]")
+            self.assertRegex(dashboard.ask("variable -set count [1, 2]"), "Error: .* while a program runs")
             dashboard.ask("popup -c")
-            dashboard.poll("variable -get count", "[1, 2]", seconds=5)
+            self.assertEqual(dashboard.ask("variable -get count"), "3\r\n")
+            dashboard.stop()
             for value in ["((", "1; popup('x')", "1) ; popup((2", "= 2", "2\r3"]:
-                self.assertRegex(dashboard.ask(f"variable -set count {value}"), "no value")
+                self.assertRegex(dashboard.ask(f"variable -set count {value}"), "Error: .* no value")
+            self.assertEqual(dashboard.ask("variable -set count [1, 2]"), "count, [1, 2]\r\n")
+            self.assertEqual(dashboard.ask("variable -get count"), "[1, 2]\r\n")
+            # A task that is written by hand begins with what was set, once.
+            dashboard.play()
+            dashboard.poll("variable -get count", "[1, 2]", seconds=5)
             dashboard.stop()
 
     def test_configurations(self):
@@ -150,11 +156,14 @@ class Commands(unittest.TestCase):
             self.assertIn("remote control", primary.exception()[3])
             dashboard.ask("remoteControl -on")
             dashboard.play()
+            primary = Primary(server.ports["primary"])
             dashboard.ask("remoteControl -off")
-            primary.send_script("stop task")
             self.assertIn("remote control", primary.exception()[3])
+            with self.assertRaises(ConnectionError):
+                primary.exception()
             self.assertEqual(dashboard.ask("task -s"), "Task is running\r\n")
             dashboard.ask("remoteControl -on")
+            primary = Primary(server.ports["primary"])
             primary.send_script("stop task")
             dashboard.poll("task -s", "Task is stopped")
 

@@ -300,11 +300,12 @@ class Stopped(unittest.TestCase):
             dashboard = Dashboard(server.ports["dashboard"])
             dashboard.ask("remoteControl -off")
             listener = Primary(server.ports["primary"])
-            listener.state()  # it hears everything from now on
-            driver = Driver(server.ports["primary"])
             self.assertIn("remote control", listener.exception()[3])
+            driver = Driver(server.ports["primary"])
             self.assertFalse(driver.reverse.connected.wait(0.5))
             dashboard.ask("remoteControl -on")
+            # Its connection is closed, as on the arm: it makes another.
+            driver.primary = Primary(server.ports["primary"])
             self.again(driver, rtsi)
             # Left alone, a running program stays: only orders are refused.
             driver = Driver(server.ports["primary"])

@@ -46,7 +46,7 @@ JOINT_MODES = {3: 239, 4: 246, 5: 255, 7: 253}
 TOOL_MODES = {3: 239, 4: 247, 5: 255, 7: 253}
 STOPPED, RUNS, PAUSED = "stopped", "running", "paused"
 RUNTIME_STATES = {RUNS: 1, PAUSED: 2, STOPPED: 3}
-STATUS_WORDS = {STOPPED: "STOPPED", RUNS: "RUNNING", PAUSED: "PAUSED"}
+STATUS_WORDS = {STOPPED: "STOP", RUNS: "RUNNING", PAUSED: "PAUSE"}
 
 
 class Ports:
@@ -195,7 +195,7 @@ COMMANDS = [
     (
         "brake release",
         [dashboard("brakeRelease"), phrase("set robotmode run")],
-        {"idle": (RUNNING, NORMAL)},
+        {"power off": (RUNNING, NORMAL), "idle": (RUNNING, NORMAL)},
     ),
     (
         "unlock",

@@ -416,7 +416,9 @@ impl Dashboard {
         let stream = TcpStream::connect(("127.0.0.1", server.ports["dashboard"])).unwrap();
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
         let mut dashboard = Self(BufReader::new(stream));
-        dashboard.line();
+        // The greeting comes in one piece.
+        let greeting = dashboard.0.fill_buf().unwrap().len();
+        dashboard.0.consume(greeting);
         dashboard
     }
 

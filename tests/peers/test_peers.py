@@ -103,7 +103,9 @@ print(get_standard_digital_in(0))
             "modbus_add_signal('127.0.0.1', 0, 0, 2, 's')": "ValueError: modbus_add_signal(): slave 0 is a broadcast",
             "modbus_get_signal_status('nobody')": "RuntimeError: modbus_get_signal_status(): there is no signal \"nobody\"",
             "modbus_set_signal_watchdog('nobody', 301)": "ValueError: modbus_set_signal_watchdog(): timeout must be a number from 0 to 300, got 301",
-            "write_port_register(256, 0)": "ValueError: write_port_register(): address must be 0 to 255, got 256",
+            "write_port_register(111, 0)": "ValueError: there is no word 111 in the controller's Modbus map",
+            "write_port_register(17, 101)": "ValueError: 101 is not allowed for word 17 (speed slider, %; 2 to 100 can be written)",
+            "write_port_register(73, 0)": "ValueError: word 73 cannot be set to 0: actual joint positions, mrad, signed",
             "tool_serial_config(True, 9601, 0, 1)": "ValueError: tool_serial_config(): baud_rate must be 9600, 19200, 38400, 57600, 115200, 1000000 or 2000000, got 9601",
             "tool_modbus_read_bits(0, 1, 1)": "ValueError: tool_modbus_read_bits(): slave must be 1 to 247, got 0",
             "masterboard_modbus_rtu_read_registers(1, 0, 126)": "ValueError: masterboard_modbus_rtu_read_registers(): read_count must be 1 to 125, got 126",
@@ -376,19 +378,29 @@ class OwnServer(unittest.TestCase):
         for client in clients:
             self.assertTrue(client.connect())
         first, last = clients[0], clients[-1]
-        self.script("def f():\n  write_port_bit(127, True)\n  write_port_register(255, -2)\n  write_output_integer_register(3, -70000)\n  set_configurable_digital_out(1, True)\nend\n")
-        self.until(lambda: last.read_coils(127, count=1).bits[0])
-        self.until(lambda: first.read_coils(1017, count=1).bits[0])
-        self.assertEqual(last.read_holding_registers(255, count=1).registers, [65534])
+        self.script("def f():\n  write_port_bit(35, True)\n  write_port_register(256, -2)\n  write_output_integer_register(3, -70000)\n  set_configurable_digital_out(1, True)\nend\n")
+        self.until(lambda: last.read_coils(35, count=1).bits[0])
+        self.until(lambda: first.read_discrete_inputs(49, count=1).bits[0])
+        self.assertEqual(last.read_holding_registers(256, count=1).registers, [65534])
+        self.assertEqual(last.read_input_registers(2, count=2).registers, [8, 2])
         self.assertEqual(first.read_holding_registers(1306, count=2).registers, [0xFFFE, 0xEE90])
         self.assertEqual(first.read_input_registers(1020, count=2).registers, [7, 1])
+        self.assertEqual(first.read_input_registers(66, count=2).registers, [7, 1])
+        pose = first.read_input_registers(384, count=6)
+        self.assertEqual(pose.registers, first.read_holding_registers(1050, count=6).registers)
         first.write_coil(1002, True)
-        first.write_registers(1200, [0, 42])
-        self.script("def f():\n  write_port_register(0, read_input_integer_register(0))\n  write_port_bit(0, get_standard_digital_out(2))\nend\n")
-        self.until(lambda: last.read_holding_registers(0, count=1).registers == [42])
-        self.assertTrue(last.read_coils(0, count=1).bits[0])
-        self.assertEqual(first.read_holding_registers(256, count=1).exception_code, 2)
+        first.write_register(256, 42)
+        first.write_register(17, 50)
+        self.assertEqual(last.read_holding_registers(17, count=1).registers, [50])
+        self.script("def f():\n  write_port_register(257, read_port_register(256))\n  write_port_bit(32, get_standard_digital_out(2))\nend\n")
+        self.until(lambda: last.read_holding_registers(257, count=1).registers == [42])
+        self.until(lambda: last.read_coils(32, count=1).bits[0])
+        # 48 words as a field program asks for them, gaps included; what only shows state is not written.
+        self.assertEqual(len(first.read_input_registers(63, count=48).registers), 48)
+        self.assertEqual(first.write_register(73, 5).exception_code, 2)
+        self.assertEqual(first.read_holding_registers(111, count=1).exception_code, 2)
         self.assertEqual(first.read_holding_registers(1004, count=1).exception_code, 2)
+        first.write_register(17, 100)
         for client in clients:
             client.close()
 

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
-use io_bus::PortImage;
+use io_bus::modbus_server::tables::Store;
 use io_bus::xmlrpc::RpcValue;
 use io_bus::xmlrpc::codec::{Fault, decode_call, encode_response};
 use serde_json::{Value as Json, json};
@@ -94,17 +94,15 @@ fn modbus_device(contacts: &Contacts) -> u16 {
             .build()
             .unwrap();
         runtime.block_on(async move {
-            let image = Arc::new(PortImage::default());
-            for address in 100..104 {
-                image.write_register(address, address - 93).unwrap();
-            }
+            let store = Arc::new(Store::default());
+            store.values().registers[100..104].copy_from_slice(&[7, 8, 9, 10]);
             let listener = tokio::net::TcpListener::from_std(listener).unwrap();
             loop {
                 let (stream, _) = listener.accept().await.unwrap();
                 contacts.fetch_add(1, Ordering::SeqCst);
-                let image = image.clone();
+                let store = store.clone();
                 tokio::spawn(async move {
-                    let _ = io_bus::modbus_server::serve(stream, &image, None).await;
+                    let _ = io_bus::modbus_server::serve(stream, &*store).await;
                 });
             }
         });

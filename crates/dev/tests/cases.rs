@@ -60,6 +60,7 @@ targets_and_counts! {
     foxglove: 500,
     http_inputs: 10_000,
     modbus_server: 10_000,
+    query: 10_000,
     modbus_rtu: 10_000,
     script_socket: 5000,
     xmlrpc: 5000,

@@ -22,8 +22,8 @@ pub type Answering = dyn Fn(&mut NativeCall<'_>) -> Result<bool, Raised>;
 /// What such a program gets.
 #[derive(Clone)]
 pub struct Attendant {
-    /// What it calls the object.
-    pub object: &'static str,
+    /// What it calls the object; `None` where there is none.
+    pub object: Option<&'static str>,
     /// The methods of the object.
     pub methods: Arc<MakeMethods>,
     /// True while the program beside it has something to do.

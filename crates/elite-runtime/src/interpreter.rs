@@ -27,6 +27,10 @@ pub struct Statement {
 pub enum ThrownAway {
     /// `interpreter_mode(clearQueueOnEnter=True)` was called.
     OnEntry,
+    /// Interpreter mode has ended, and clears what is left.
+    OnEnd,
+    /// `clear_interpreter()` was called elsewhere than at the interpreter port.
+    Cleared,
     /// The task has ended.
     TaskEnded,
 }
@@ -272,13 +276,18 @@ impl Interpreter {
         true
     }
 
-    /// Leaves the mode. What waits goes on waiting: for the next time, or for the end of the task.
-    pub(crate) fn leave(&self) {
+    /// Leaves the mode. What waits is thrown away, or goes on waiting: for the next time, or for the end of the task.
+    pub(crate) fn leave(&self, clear_queue: bool) {
         let mut shared = self.shared();
         shared.in_mode = false;
         shared.end_requested = false;
         shared.queue.finish();
+        let thrown_away = match clear_queue {
+            true => shared.queue.throw_away(),
+            false => Vec::new(),
+        };
         drop(shared);
+        tell(thrown_away, ThrownAway::OnEnd);
         self.changed();
     }
 
@@ -319,11 +328,19 @@ impl Interpreter {
         }
     }
 
-    /// The injected functions were removed; the last statement that they can come from.
-    pub(crate) fn cleared(&self) -> StatementId {
+    /// The injected functions were removed; the last statement that they can come from. With the queue, what waits is thrown
+    /// away: it was sent before, for of what came behind a `clear_interpreter()` at the port nothing has been accepted.
+    pub(crate) fn cleared(&self, queue: bool) -> StatementId {
         let mut shared = self.shared();
         shared.queue.cleared();
-        shared.queue.last_cleared()
+        let thrown_away = match queue {
+            true => shared.queue.throw_away(),
+            false => Vec::new(),
+        };
+        let last = shared.queue.last_cleared();
+        drop(shared);
+        tell(thrown_away, ThrownAway::Cleared);
+        last
     }
 
     /// A task begins; until its program is known, statements wait.

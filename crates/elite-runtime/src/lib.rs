@@ -13,6 +13,7 @@ pub mod attendant;
 pub mod builtins;
 pub mod chinese;
 mod compile_pool;
+pub mod configuration_variables;
 pub mod debug;
 pub mod external;
 mod foresight;
@@ -21,6 +22,7 @@ pub mod interpreter_queue;
 pub mod message;
 pub mod micro_line;
 pub mod panel;
+pub mod port_map;
 pub mod preset;
 pub mod robot;
 pub mod supervisor;
@@ -34,7 +36,7 @@ pub use message::{Message, Observer, Severity};
 pub use panel::Panel;
 pub use preset::{Preset, PresetError};
 pub use robot::Robot;
-pub use supervisor::{SubmitError, Supervisor, TaskState, TaskStatus};
+pub use supervisor::{NoAnswer, SubmitError, Supervisor, TaskState, TaskStatus};
 pub use task::{
     Extras, FileAccess, FolderAccessError, Folders, LineCountsOfTexts, NetworkAccess, Permissions,
     Place, ProgramText, TaskEnd, TaskSettings, all_children_are_tasks,

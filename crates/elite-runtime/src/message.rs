@@ -75,6 +75,9 @@ pub const EMERGENCY_STOP_CODE: i32 = 101;
 /// Error code of alarms that end a program, such as a wrong I/O type (manual 5.16). Our numbering.
 pub const SCRIPT_ALARM_CODE: i32 = 110;
 
+/// How the message begins that another program takes the place of one.
+pub const REPLACED: &str = "the program was stopped: ";
+
 /// Error code of the alarm that the recording has stopped. Our numbering.
 pub const RECORDING_ALARM_CODE: i32 = 120;
 

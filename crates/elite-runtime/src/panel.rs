@@ -3,6 +3,7 @@
 //! Shared by the task's thread and the ports, so everything is behind short locks and bounded. Owns no clock: who sets
 //! something that ages says the simulated time. A task that waits for people is woken through [`Panel::news`].
 
+mod answers;
 mod popups;
 mod variables;
 mod watchdog;
@@ -10,8 +11,10 @@ mod watchdog;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use tokio::sync::Notify;
+use tokio::sync::{Notify, oneshot};
 
+pub use answers::Answer;
+use answers::Answers;
 pub use popups::{POPUPS_MAX, Popup, PopupId, PopupStyle, Popups};
 pub use variables::{VARIABLE_PERIOD, VariableValue, Variables};
 pub use watchdog::{WatchdogAction, Watchdogs, is_rtsi_input};
@@ -38,6 +41,7 @@ pub struct Panel {
     popups: Mutex<Popups>,
     watchdogs: Mutex<Watchdogs>,
     variables: Mutex<Variables>,
+    answers: Mutex<Answers>,
     news: Arc<Notify>,
 }
 
@@ -123,6 +127,21 @@ impl Panel {
 
     pub(crate) fn with_variables<T>(&self, act: impl FnOnce(&mut Variables) -> T) -> T {
         act(&mut locked(&self.variables))
+    }
+
+    /// Hears what the secondary program of this name is worth.
+    pub(crate) fn expect_answer(&self, name: &str) -> oneshot::Receiver<Answer> {
+        locked(&self.answers).expect(name)
+    }
+
+    /// Nobody waits for it any more.
+    pub(crate) fn forget_answer(&self, name: &str) {
+        drop(self.take_answer(name));
+    }
+
+    /// Where its answer goes.
+    pub(crate) fn take_answer(&self, name: &str) -> Option<oneshot::Sender<Answer>> {
+        locked(&self.answers).take(name)
     }
 
     /// Wakes a task that waits for the outside. One permit is kept, so that news between a look and a wait is not lost.

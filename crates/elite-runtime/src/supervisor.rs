@@ -4,7 +4,9 @@
 //! task is `task`'s. There is one main program at a time: a second one that compiles ends the first by force and begins as
 //! soon as that has unwound, while the arm may still brake (`task::Braking`).
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+mod ask;
+
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Duration;
 
 use elite_lang::{Diagnostic, KnownNames, SourceFile};
@@ -12,6 +14,8 @@ use motion_api::{CommandId, CommandKind, Origin, ProgramId};
 use supervision::{Fault, Kind, Panicked, catch};
 use thiserror::Error;
 use tokio::sync::{Mutex as Turns, watch};
+
+pub use ask::NoAnswer;
 
 use crate::attendant::Attendant;
 use crate::compile_pool::CompilePool;
@@ -118,6 +122,8 @@ struct Shared {
     /// Main programs take the place of one another in the order in which they came.
     turns: Turns<()>,
     status: watch::Sender<TaskStatus>,
+    /// Where questions run while no program does.
+    aside: OnceLock<Supervisor>,
 }
 
 #[derive(Default)]
@@ -154,7 +160,7 @@ impl Supervisor {
             ..Current::default()
         };
         let known = crate::builtins::all().map(|builtin| builtin.name);
-        let known = KnownNames::new(known.chain(attendant.map(|attendant| attendant.object)));
+        let known = KnownNames::new(known.chain(attendant.and_then(|attendant| attendant.object)));
         let shared = Shared {
             interpreter: Arc::new(Interpreter::new(news, pool.clone())),
             settings,
@@ -164,6 +170,7 @@ impl Supervisor {
             presets: Mutex::default(),
             turns: Turns::default(),
             status,
+            aside: OnceLock::new(),
         };
         Self {
             shared: Arc::new(shared),

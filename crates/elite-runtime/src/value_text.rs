@@ -14,6 +14,7 @@ pub(crate) fn repr_text(value: &Value, limit: usize) -> String {
         out: String::new(),
         limit,
         style: Style::Repr,
+        is_too_long: false,
     };
     text.push(value, 0);
     if text.out.chars().count() > limit {
@@ -22,6 +23,25 @@ pub(crate) fn repr_text(value: &Value, limit: usize) -> String {
         text.out.push_str("...");
     }
     text.out
+}
+
+/// Longest answer, bytes.
+const ANSWER_MAX: usize = 64 << 10;
+
+/// Python's notation with six decimals, as answers on port 40011 have it: clients find numbers by their digits and a point, and
+/// take an exponent for another number. The error says that it is too long.
+pub(crate) fn fixed_text(value: &Value) -> Result<String, String> {
+    let mut text = Text {
+        out: String::new(),
+        limit: ANSWER_MAX,
+        style: Style::Fixed,
+        is_too_long: false,
+    };
+    text.push(value, 0);
+    match text.is_too_long || text.out.len() > ANSWER_MAX {
+        true => Err(format!("the value has more than {} KiB", ANSWER_MAX >> 10)),
+        false => Ok(text.out),
+    }
 }
 
 /// The text of `str_cat` and `to_str`; `None` for values they do not take. Cut somewhere beyond `limit` characters.
@@ -33,6 +53,7 @@ pub(crate) fn compact_text(value: &Value, limit: usize) -> Option<String> {
         out: String::new(),
         limit,
         style: Style::Compact,
+        is_too_long: false,
     };
     text.push(value, 0).then_some(text.out)
 }
@@ -41,12 +62,15 @@ pub(crate) fn compact_text(value: &Value, limit: usize) -> Option<String> {
 enum Style {
     Repr,
     Compact,
+    Fixed,
 }
 
 struct Text {
     out: String,
     limit: usize,
     style: Style,
+    /// A text in it has more than there is room for.
+    is_too_long: bool,
 }
 
 impl Text {
@@ -65,7 +89,15 @@ impl Text {
             Value::Float(x) if self.style == Style::Compact => {
                 self.out.push_str(&six_decimals(*x));
             }
+            Value::Float(x) if self.style == Style::Fixed && x.is_finite() && x.abs() < 1e15 => {
+                let text = format!("{x:.6}");
+                let is_zero = text == "-0.000000";
+                self.out.push_str(if is_zero { &text[1..] } else { &text });
+            }
             Value::Float(x) => self.out.push_str(&python_float(*x)),
+            Value::Str(text) if self.style == Style::Fixed && text.as_str().len() > self.limit => {
+                self.is_too_long = true;
+            }
             Value::Str(text) => self.quoted(text.as_str()),
             Value::List(_)
             | Value::Tuple(_)
@@ -102,8 +134,11 @@ impl Text {
                     self.separate(count);
                     count += 1;
                     known &= self.push(&key, depth + 1);
-                    self.out
-                        .push_str(if self.style == Style::Repr { ": " } else { ":" });
+                    self.out.push_str(if self.style == Style::Compact {
+                        ":"
+                    } else {
+                        ": "
+                    });
                     known &= self.push(&value, depth + 1);
                 }
             }
@@ -131,8 +166,11 @@ impl Text {
 
     fn separate(&mut self, count: usize) {
         if count > 0 {
-            self.out
-                .push_str(if self.style == Style::Repr { ", " } else { "," });
+            self.out.push_str(if self.style == Style::Compact {
+                ","
+            } else {
+                ", "
+            });
         }
     }
 
@@ -253,6 +291,27 @@ mod tests {
         ] {
             assert_eq!(compact_text(&value, 1023).as_deref(), Some(text));
         }
+    }
+
+    #[test]
+    fn answers_have_six_decimals_and_no_exponent() {
+        for (value, text) in [
+            (Value::Float(1e-5), "0.000010"),
+            (Value::Float(-1e-9), "0.000000"),
+            (Value::Float(-1.612_345_64), "-1.612346"),
+            (Value::Int(-3), "-3"),
+            (Value::Bool(true), "True"),
+            (Value::None, "None"),
+            (
+                list(vec![Value::Float(0.5), Value::str("a")]),
+                "[0.500000, 'a']",
+            ),
+        ] {
+            assert_eq!(fixed_text(&value).as_deref(), Ok(text));
+        }
+        assert!(fixed_text(&Value::str("a".repeat(70_000))).is_err());
+        let many = (0..9000).map(|_| Value::Float(1.0)).collect();
+        assert!(fixed_text(&list(many)).is_err());
     }
 
     proptest! {

@@ -7,7 +7,7 @@ use supervision::Faults;
 
 use crate::link::StandIns;
 use crate::modbus::ModbusClient;
-use crate::port_image::PortImage;
+use crate::port_image::{PortImage, ProgramState};
 use crate::serial::SerialLine;
 
 /// The field buses of one controller. The default has no serial devices.
@@ -15,7 +15,7 @@ use crate::serial::SerialLine;
 pub struct Fieldbus {
     /// Signals of Modbus devices.
     pub modbus: ModbusClient,
-    /// Coils and registers that the controller's own Modbus server shows.
+    /// What the controller's own Modbus map shows beside the robot's state.
     pub port_image: Arc<PortImage>,
     /// RS-485 at the tool connector.
     pub tool_serial: SerialLine,
@@ -39,8 +39,9 @@ impl Fieldbus {
         }
     }
 
-    /// A program runs, or none does: outputs of Modbus devices may depend on it.
-    pub fn program_running(&self, running: bool) {
-        self.modbus.program_running(running);
+    /// The main program does something else from now on: outputs of Modbus devices may depend on it.
+    pub fn set_program(&self, state: ProgramState) {
+        self.port_image.set_program(state);
+        self.modbus.program_running(state == ProgramState::Running);
     }
 }

@@ -1,7 +1,8 @@
 //! Field buses and other lines to the outside: Modbus both ways, serial lines, script sockets, remote calls.
 //!
-//! Knows no script value and no robot. The runtime reads and writes [`PortImage`] for `read_port_*` and `write_port_*`
-//! and finds signals and serial ports in [`Fieldbus`]; the server hands connections to [`modbus_server::serve`].
+//! Knows no script value. The runtime finds signals, serial ports and the words of [`PortImage`] in [`Fieldbus`] and reads the
+//! controller's own Modbus map ([`modbus_server::map`]) for `read_port_*` and `write_port_*`; the server hands connections to
+//! [`modbus_server::serve`].
 
 // No thread starts but through `supervision`; nothing waits for, or panics at, whoever reads our output.
 #![cfg_attr(
@@ -22,5 +23,5 @@ pub mod xmlrpc;
 
 pub use fieldbus::Fieldbus;
 pub use link::{Link, StandIns};
-pub use port_image::{PortError, PortImage};
+pub use port_image::{ControlMode, PortImage, ProgramState};
 pub use script_socket::ScriptSocket;

@@ -8,7 +8,7 @@ use std::net::{IpAddr, SocketAddr, ToSocketAddrs};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use supervision::{Faults, Kind, injection};
-use tokio::net::TcpStream;
+use tokio::net::{TcpSocket, TcpStream};
 use tokio::sync::oneshot;
 
 /// Look-ups under way at once, those included that nobody waits for any more.
@@ -66,7 +66,7 @@ pub async fn resolve(host: &str, port: u16) -> io::Result<Vec<SocketAddr>> {
 pub async fn connect(host: &str, port: u16) -> io::Result<TcpStream> {
     let mut refused = None;
     for address in resolve(host, port).await? {
-        match TcpStream::connect(address).await {
+        match connect_from_anywhere(address).await {
             Ok(stream) => return Ok(stream),
             Err(error) => refused = Some(error),
         }
@@ -74,6 +74,17 @@ pub async fn connect(host: &str, port: u16) -> io::Result<TcpStream> {
     Err(refused.unwrap_or_else(|| {
         io::Error::new(io::ErrorKind::NotFound, format!("{host} has no address"))
     }))
+}
+
+/// Connects from a port that may be one of this machine's services a moment later: the vendor's clients listen on numbers
+/// among those that the system gives out, and a connection that was closed must not keep them from it for a minute.
+async fn connect_from_anywhere(address: SocketAddr) -> io::Result<TcpStream> {
+    let socket = match address {
+        SocketAddr::V4(_) => TcpSocket::new_v4()?,
+        SocketAddr::V6(_) => TcpSocket::new_v6()?,
+    };
+    socket.set_reuseaddr(true)?;
+    socket.connect(address).await
 }
 
 /// The same for `host:port`.

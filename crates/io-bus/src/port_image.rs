@@ -1,126 +1,116 @@
-//! The controller's own coils and registers: one copy for scripts (`read_port_bit` …, manual 6.1.11 to 6.1.14) and for
-//! Modbus clients.
+//! What the controller's own Modbus map shows beside the robot's state: the general purpose words that scripts
+//! (`read_port_register` …, manual 6.1.11 to 6.1.14) and Modbus clients share, what the program does, and who has control.
 //!
 //! Values outlive programs and clients. Shared by reference between threads; a lock is held for a few instructions.
 
+use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use thiserror::Error;
+/// How many general purpose words there are.
+pub const WORDS: usize = 128;
 
-/// How many coils there are: addresses 0 to 127.
-pub const COILS: usize = 128;
-
-/// How many holding registers there are: addresses 0 to 255.
-pub const REGISTERS: usize = 256;
-
-/// Why a coil or register cannot be read or written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-#[non_exhaustive]
-pub enum PortError {
-    /// No such coil.
-    #[error("coil address {address} is outside 0 to {}", COILS - 1)]
-    CoilAddress {
-        /// Asked for.
-        address: i64,
-    },
-    /// No such register.
-    #[error("register address {address} is outside 0 to {}", REGISTERS - 1)]
-    RegisterAddress {
-        /// Asked for.
-        address: i64,
-    },
-    /// No 16-bit number.
-    #[error("{value} does not fit a register: allowed are -32768 to 65535")]
-    Value {
-        /// To be written.
-        value: i64,
-    },
+/// What the main program does. The numbers are those of word 500.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum ProgramState {
+    /// It runs.
+    Running = 1,
+    /// It is held.
+    Paused = 2,
+    /// None runs.
+    Stopped = 3,
 }
 
-/// Coils and holding registers, all off and zero at first.
+/// Who controls the robot. The numbers are those of word 71.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u8)]
+pub enum ControlMode {
+    /// Remote control is switched off in the settings, as it leaves the factory: the pendant controls, programs are taken from
+    /// port 30001 all the same.
+    Mixed = 0,
+    /// The pendant alone.
+    Local = 1,
+    /// The network.
+    #[default]
+    Remote = 2,
+}
+
+impl ControlMode {
+    /// The word for it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Mixed => "mixed",
+            Self::Local => "local",
+            Self::Remote => "remote",
+        }
+    }
+
+    const fn from_number(number: u8) -> Self {
+        match number {
+            0 => Self::Mixed,
+            1 => Self::Local,
+            _ => Self::Remote,
+        }
+    }
+}
+
+/// The words, all zero at first; no program runs, and the network controls.
 #[derive(Debug)]
 pub struct PortImage {
-    values: Mutex<Values>,
-}
-
-/// The values under the lock, so that several of them change at once.
-#[derive(Debug)]
-pub(crate) struct Values {
-    pub(crate) coils: [bool; COILS],
-    pub(crate) registers: [u16; REGISTERS],
+    words: Mutex<[u16; WORDS]>,
+    program: AtomicU8,
+    control: AtomicU8,
 }
 
 impl Default for PortImage {
     fn default() -> Self {
         Self {
-            values: Mutex::new(Values {
-                coils: [false; COILS],
-                registers: [0; REGISTERS],
-            }),
+            words: Mutex::new([0; WORDS]),
+            program: AtomicU8::new(ProgramState::Stopped as u8),
+            control: AtomicU8::new(ControlMode::default() as u8),
         }
     }
 }
 
 impl PortImage {
-    /// One coil.
-    ///
-    /// # Errors
-    /// [`PortError::CoilAddress`]
-    pub fn read_bit(&self, address: i64) -> Result<bool, PortError> {
-        let index = coil(address)?;
-        Ok(self.lock().coils[index])
+    /// All words at one moment.
+    pub fn words(&self) -> [u16; WORDS] {
+        *self.lock()
     }
 
-    /// Sets one coil.
-    ///
-    /// # Errors
-    /// [`PortError::CoilAddress`]
-    pub fn write_bit(&self, address: i64, level: bool) -> Result<(), PortError> {
-        let index = coil(address)?;
-        self.lock().coils[index] = level;
-        Ok(())
+    /// Changes words in one step; nobody sees half of it.
+    pub fn with_words<T>(&self, change: impl FnOnce(&mut [u16; WORDS]) -> T) -> T {
+        change(&mut self.lock())
     }
 
-    /// One register, 0 to 65535.
-    ///
-    /// # Errors
-    /// [`PortError::RegisterAddress`]
-    pub fn read_register(&self, address: i64) -> Result<u16, PortError> {
-        let index = register(address)?;
-        Ok(self.lock().registers[index])
+    /// What the main program does.
+    pub fn program(&self) -> ProgramState {
+        match self.program.load(Ordering::Relaxed) {
+            1 => ProgramState::Running,
+            2 => ProgramState::Paused,
+            _ => ProgramState::Stopped,
+        }
     }
 
-    /// Sets one register; a negative number is stored as its two's complement.
-    ///
-    /// # Errors
-    /// [`PortError::RegisterAddress`], [`PortError::Value`]
-    pub fn write_register(&self, address: i64, value: i64) -> Result<(), PortError> {
-        let index = register(address)?;
-        let word = match (u16::try_from(value), i16::try_from(value)) {
-            (Ok(word), _) => word,
-            (_, Ok(signed)) => signed.cast_unsigned(),
-            _ => return Err(PortError::Value { value }),
-        };
-        self.lock().registers[index] = word;
-        Ok(())
+    /// The main program does something else from now on.
+    pub fn set_program(&self, state: ProgramState) {
+        self.program.store(state as u8, Ordering::Relaxed);
+    }
+
+    /// Who has control.
+    pub fn control(&self) -> ControlMode {
+        ControlMode::from_number(self.control.load(Ordering::Relaxed))
+    }
+
+    /// Gives control to somebody.
+    pub fn set_control(&self, mode: ControlMode) {
+        self.control.store(mode as u8, Ordering::Relaxed);
     }
 
     /// Every value is valid at every moment, so a lock that was poisoned by a panic is as good as any.
-    pub(crate) fn lock(&self) -> MutexGuard<'_, Values> {
-        self.values.lock().unwrap_or_else(PoisonError::into_inner)
+    fn lock(&self) -> MutexGuard<'_, [u16; WORDS]> {
+        self.words.lock().unwrap_or_else(PoisonError::into_inner)
     }
-}
-
-fn coil(address: i64) -> Result<usize, PortError> {
-    index(address, COILS).ok_or(PortError::CoilAddress { address })
-}
-
-fn register(address: i64) -> Result<usize, PortError> {
-    index(address, REGISTERS).ok_or(PortError::RegisterAddress { address })
-}
-
-fn index(address: i64, count: usize) -> Option<usize> {
-    usize::try_from(address).ok().filter(|index| *index < count)
 }
 
 #[cfg(test)]
@@ -128,40 +118,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_written_is_read() {
+    fn what_is_set_is_shown() {
         let image = PortImage::default();
-        assert_eq!(image.read_bit(127), Ok(false));
-        image.write_bit(127, true).unwrap();
-        assert_eq!(image.read_bit(127), Ok(true));
-        for (value, stored) in [(0, 0), (65535, 65535), (-1, 65535), (-32768, 32768)] {
-            image.write_register(255, value).unwrap();
-            assert_eq!(image.read_register(255), Ok(stored));
+        image.with_words(|words| words[127] = 7);
+        assert_eq!((image.words()[127], image.words()[0]), (7, 0));
+        for state in [
+            ProgramState::Running,
+            ProgramState::Paused,
+            ProgramState::Stopped,
+        ] {
+            image.set_program(state);
+            assert_eq!(image.program(), state);
         }
-    }
-
-    #[test]
-    fn what_lies_outside_is_named() {
-        let image = PortImage::default();
-        let sentences = [
-            image.read_bit(128).unwrap_err(),
-            image.write_bit(-1, true).unwrap_err(),
-            image.read_register(256).unwrap_err(),
-            image.write_register(i64::MAX, 0).unwrap_err(),
-            image.write_register(0, 65536).unwrap_err(),
-            image.write_register(0, -32769).unwrap_err(),
-        ]
-        .map(|error| error.to_string());
-        assert_eq!(
-            sentences,
-            [
-                "coil address 128 is outside 0 to 127",
-                "coil address -1 is outside 0 to 127",
-                "register address 256 is outside 0 to 255",
-                "register address 9223372036854775807 is outside 0 to 255",
-                "65536 does not fit a register: allowed are -32768 to 65535",
-                "-32769 does not fit a register: allowed are -32768 to 65535",
-            ]
-        );
-        assert_eq!(image.read_register(0), Ok(0));
+        for mode in [ControlMode::Mixed, ControlMode::Local, ControlMode::Remote] {
+            image.set_control(mode);
+            assert_eq!(image.control(), mode);
+        }
     }
 }

@@ -12,7 +12,7 @@ use thiserror::Error;
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::sync::Mutex;
 use tokio::task::JoinHandle;
-use tokio::time::{Instant, sleep, timeout, timeout_at};
+use tokio::time::{Instant, sleep, sleep_until, timeout, timeout_at};
 use tokio_serial::{DataBits, Parity, SerialPortBuilderExt, StopBits};
 
 use crate::driver::Driver;
@@ -23,6 +23,8 @@ use crate::names;
 /// How long connecting to a TCP line and writing may take.
 const CONNECT_TIME: Duration = Duration::from_secs(2);
 const WRITE_TIME: Duration = Duration::from_secs(2);
+/// Whoever the line is forwarded to gives it back to programs after so long.
+const TURN: Duration = Duration::from_millis(20);
 /// Bytes kept for the next read.
 const UNREAD_BYTES_MAX: usize = 64 << 10;
 /// After so long a silence an answer that has begun is not completed any more.
@@ -111,6 +113,16 @@ pub enum SerialError {
     Ended,
 }
 
+const fn mode_of(settings: Option<SerialSettings>) -> SerialMode {
+    match settings {
+        None => SerialMode::Closed,
+        Some(SerialSettings {
+            modbus_rtu: true, ..
+        }) => SerialMode::Rtu,
+        Some(_) => SerialMode::Raw,
+    }
+}
+
 const fn describe(mode: SerialMode) -> &'static str {
     match mode {
         SerialMode::Closed => "closed",
@@ -126,7 +138,7 @@ impl<T: AsyncRead + AsyncWrite + Unpin + Send> Transport for T {}
 #[derive(Default)]
 pub struct SerialLine {
     endpoint: Option<Endpoint>,
-    settings: SyncMutex<Option<SerialSettings>>,
+    settings: Arc<SyncMutex<Option<SerialSettings>>>,
     line: Arc<Mutex<Line>>,
     driver: OnceLock<Driver>,
     faults: Faults,
@@ -168,13 +180,7 @@ impl SerialLine {
 
     /// What the port is used for.
     pub fn mode(&self) -> SerialMode {
-        match self.settings() {
-            None => SerialMode::Closed,
-            Some(SerialSettings {
-                modbus_rtu: true, ..
-            }) => SerialMode::Rtu,
-            Some(_) => SerialMode::Raw,
-        }
+        mode_of(self.settings())
     }
 
     /// Opens the port anew with these settings, or closes it. A port for a plug-in is not opened here.
@@ -245,6 +251,53 @@ impl SerialLine {
             let mut line = line.lock().await;
             line.send(endpoint.as_ref(), &settings, &bytes).await?;
             Ok(bytes.len())
+        })
+        .await
+    }
+
+    /// Passes bytes on between the line and `stream`, both ways, until one of them ends. Programs have their turns between.
+    ///
+    /// # Errors
+    /// [`SerialError::Mode`] when the port is closed, or in Modbus RTU mode; [`SerialError::Line`].
+    pub async fn forward(
+        &self,
+        mut stream: impl AsyncRead + AsyncWrite + Unpin + Send + 'static,
+    ) -> Result<(), SerialError> {
+        let (line, endpoint) = (self.line.clone(), self.endpoint.clone());
+        let settings = self.settings.clone();
+        self.drive(async move {
+            let mut from_stream = [0; 1024];
+            let mut from_line = [0; 1024];
+            loop {
+                let settings = *settings.lock().unwrap_or_else(PoisonError::into_inner);
+                let settings = settings
+                    .filter(|settings| !settings.modbus_rtu)
+                    .ok_or_else(|| SerialError::Mode {
+                        found: mode_of(settings),
+                        needed: SerialMode::Raw,
+                    })?;
+                let until = Instant::now() + TURN;
+                let mut line = line.lock().await;
+                if !line.unread.is_empty() {
+                    let unread = core::mem::take(&mut line.unread);
+                    stream.write_all(&unread).await?;
+                }
+                while Instant::now() < until {
+                    tokio::select! {
+                        read = stream.read(&mut from_stream) => match read? {
+                            0 => return Ok(()),
+                            count => {
+                                let bytes = &from_stream[..count];
+                                line.send(endpoint.as_ref(), &settings, bytes).await?;
+                            }
+                        },
+                        received = line.receive(endpoint.as_ref(), &settings, &mut from_line) => {
+                            stream.write_all(&from_line[..received?]).await?;
+                        }
+                        () = sleep_until(until) => {}
+                    }
+                }
+            }
         })
         .await
     }

@@ -5,23 +5,23 @@
 use std::net::SocketAddr;
 use std::sync::Arc;
 
-use io_bus::{PortImage, modbus_server};
+use io_bus::modbus_server::{self, tables::Store};
 use tokio::net::TcpListener;
 use tokio_modbus::client::{Client, Context, Reader, Writer, tcp};
 use tokio_modbus::{ExceptionCode, Request, Slave};
 
-async fn server() -> (SocketAddr, Arc<PortImage>) {
+async fn server() -> (SocketAddr, Arc<Store>) {
     let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
     let address = listener.local_addr().unwrap();
-    let image = Arc::new(PortImage::default());
-    let shared = Arc::clone(&image);
+    let store = Arc::new(Store::default());
+    let shared = Arc::clone(&store);
     tokio::spawn(async move {
         while let Ok((stream, _)) = listener.accept().await {
-            let image = Arc::clone(&shared);
-            tokio::spawn(async move { modbus_server::serve(stream, &image, None).await });
+            let store = Arc::clone(&shared);
+            tokio::spawn(async move { modbus_server::serve(stream, &*store).await });
         }
     });
-    (address, image)
+    (address, store)
 }
 
 async fn client(address: SocketAddr) -> Context {
@@ -29,12 +29,12 @@ async fn client(address: SocketAddr) -> Context {
 }
 
 #[tokio::test]
-async fn a_client_and_a_script_see_the_same_values() {
-    let (address, image) = server().await;
+async fn a_client_reads_what_is_there_and_writes_it() {
+    let (address, store) = server().await;
     let mut plc = client(address).await;
 
-    image.write_bit(127, true).unwrap();
-    image.write_register(0, -2).unwrap();
+    store.values().coils[127] = true;
+    store.values().registers[0] = 65534;
     assert_eq!(
         plc.read_coils(126, 2).await.unwrap().unwrap()[..2],
         [false, true]
@@ -65,15 +65,15 @@ async fn a_client_and_a_script_see_the_same_values() {
         .unwrap();
     assert_eq!(both, [1, 7, 255]);
     assert_eq!(
-        [3, 10, 11, 12].map(|a| image.read_bit(a).unwrap()),
+        [3, 10, 11, 12].map(|n| store.values().coils[n]),
         [true, true, false, true]
     );
-    assert_eq!(image.read_register(255), Ok(500));
+    assert_eq!(store.values().registers[255], 500);
 }
 
 #[tokio::test]
 async fn values_outlive_a_client_and_are_shared_by_all() {
-    let (address, _image) = server().await;
+    let (address, _store) = server().await;
     let mut first = client(address).await;
     first.write_single_register(9, 9).await.unwrap().unwrap();
     first.disconnect().await.unwrap();
@@ -88,7 +88,7 @@ async fn values_outlive_a_client_and_are_shared_by_all() {
 
 #[tokio::test]
 async fn what_is_wrong_has_its_exception_and_the_connection_lives_on() {
-    let (address, _image) = server().await;
+    let (address, _store) = server().await;
     let mut plc = client(address).await;
     let exception = |reply: tokio_modbus::Result<_>| reply.unwrap().err();
     let (outside, count) = (

@@ -53,8 +53,10 @@ async fn ask(address: &RobotAddress, questions: &[&str]) -> Option<Vec<String>> 
     let limit = LINE_BYTES_MAX * (questions.len() as u64 + 1);
     let mut lines = BufReader::new(stream).take(limit);
     let mut line = String::new();
-    // It greets first.
+    // It greets first, in one line or several, which come together.
     lines.read_line(&mut line).await.ok()?;
+    let greeting = lines.get_ref().buffer().len();
+    lines.consume(greeting);
     let mut answers = Vec::with_capacity(questions.len());
     for question in questions {
         let stream = lines.get_mut().get_mut();

@@ -42,6 +42,8 @@ pub struct Follower {
     was_running: bool,
     was_paused: bool,
     has_failed: bool,
+    /// Another program runs in its place: what the states say is of that one.
+    is_replaced: bool,
     /// When it was seen to be over.
     over_since: Option<Duration>,
     is_over: bool,
@@ -57,9 +59,14 @@ impl Follower {
     pub fn take(&mut self, message: &Message, moment: Duration) -> Vec<News> {
         let mut news = Vec::new();
         match message {
+            Message::State(_) if self.is_replaced => {}
             Message::State(state) => self.take_state(state, moment, &mut news),
             Message::Exception(exception) => {
                 self.has_failed |= ends_programs(exception);
+                if is_replacement(exception) {
+                    self.is_replaced = true;
+                    self.over_since.get_or_insert(moment);
+                }
                 news.push(News::Exception(exception.clone()));
             }
             Message::Unknown(_) => {}
@@ -105,6 +112,12 @@ impl Follower {
             }));
         }
     }
+}
+
+/// A controller of ours says so to the sender of the program.
+fn is_replacement(exception: &RobotException) -> bool {
+    let begins = "RuntimeError: the program was stopped: ";
+    matches!(&exception.exception, Exception::Script { text, .. } if text.starts_with(begins))
 }
 
 /// Errors of a script end it, but for those of secondary programs, which only warn (manual 1.2.6); so do errors of the

@@ -190,7 +190,7 @@ fn try_run(case: &TestCase, plan: &Plan, result: &mut TestResult) -> Result<(), 
     }));
     let own = bench.clone();
     let attendant = Attendant {
-        object: crate::OBJECT,
+        object: Some(crate::OBJECT),
         methods: Arc::new(move |attendance| functions(&own, attendance)),
         has_company: turns.company().clone(),
     };

@@ -11,7 +11,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use elite_lang::TaskNode;
 use elite_runtime::message::{
     EMERGENCY_STOP_CODE, InterpreterEvent, Message, Observer, PROTECTIVE_STOP_CODE,
-    RECORDING_ALARM_CODE, Severity,
+    RECORDING_ALARM_CODE, REPLACED, Severity,
 };
 use elite_runtime::panel::VariableValue;
 use motion_api::{Frame, Origin, ProgramId, ThreadNumber};
@@ -59,9 +59,14 @@ pub struct Announcer {
     console: Console,
     feed: Arc<Feed>,
     programs: Mutex<BTreeMap<ProgramId, KnownProgram>>,
+    /// Global variables of the newest programs, with their last values.
+    values: Mutex<BTreeMap<ProgramId, BTreeMap<String, String>>>,
     errors: [AtomicU64; ERROR_KINDS.len()],
     interpreter_log: InterpreterLog,
 }
+
+/// Values are kept of so many programs: of the one that runs, and of those that it and its like have replaced.
+const PROGRAMS_WITH_VALUES: usize = 4;
 
 impl Announcer {
     /// Nobody follows yet.
@@ -71,6 +76,7 @@ impl Announcer {
             console,
             feed,
             programs: Mutex::default(),
+            values: Mutex::default(),
             errors: Default::default(),
             interpreter_log,
         }
@@ -79,6 +85,12 @@ impl Announcer {
     /// Follows the messages from now on.
     pub fn subscribe(&self) -> broadcast::Receiver<Message> {
         self.ports.subscribe()
+    }
+
+    /// The global variables of a program with their last values, as long as it is one of the newest.
+    pub fn values_of(&self, program: ProgramId) -> BTreeMap<String, String> {
+        let values = self.values.lock().unwrap_or_else(PoisonError::into_inner);
+        values.get(&program).cloned().unwrap_or_default()
     }
 
     /// How many errors of each kind there were.
@@ -139,6 +151,11 @@ impl Observer for Announcer {
     fn message(&self, message: &Message) {
         self.count(message);
         let told = language::message(message);
+        // The sender's program, which may be one of ours, knows it by its beginning.
+        let is_replacement =
+            matches!(message, Message::Log { text, .. } if text.starts_with(REPLACED));
+        let for_clients = if is_replacement { message } else { &*told };
+        let for_clients = for_port(for_clients);
         let message = &*told;
         match message {
             Message::Print { text, .. } if self.console == Console::Stdout => {
@@ -170,7 +187,7 @@ impl Observer for Announcer {
             }
             Message::Robot { severity, text, .. } => self.log(*severity, Origin::default(), text),
         }
-        if let Some(message) = for_port(message) {
+        if let Some(message) = for_clients {
             // Nobody listening is fine.
             let _ = self.ports.send(message);
         }
@@ -211,8 +228,15 @@ impl Observer for Announcer {
         self.feed.line_changed(thread, line, node);
     }
 
-    /// Clients ask for values; nobody is told of them.
-    fn variable_changed(&self, _: ProgramId, _: &str, _: &VariableValue) {}
+    /// Clients ask for values, and tasks go on with them; nobody is told.
+    fn variable_changed(&self, program: ProgramId, name: &str, value: &VariableValue) {
+        let mut values = self.values.lock().unwrap_or_else(PoisonError::into_inner);
+        let of_program = values.entry(program).or_default();
+        of_program.insert(name.to_owned(), value.value.clone());
+        while values.len() > PROGRAMS_WITH_VALUES {
+            values.pop_first();
+        }
+    }
 
     fn interpreter(&self, event: &InterpreterEvent<'_>) {
         self.interpreter_log.executing(event);
@@ -249,9 +273,10 @@ fn for_port(message: &Message) -> Option<Message> {
     let short = |text: &str| short(text, PORT_TEXT_BYTES);
     Some(match message {
         Message::Print { .. } => return None,
-        // A problem of a secondary program (manual 1.2.6).
+        // A problem of a secondary program (manual 1.2.6), and that another took the place of one.
         Message::Log { severity, text, .. }
-            if *severity != Severity::Warning || !text.starts_with("[SEC] ") =>
+            if *severity != Severity::Warning
+                || !(text.starts_with("[SEC] ") || text.starts_with(REPLACED)) =>
         {
             return None;
         }

@@ -18,7 +18,7 @@ use controller::options::{
 use elite_runtime::Preset;
 
 use crate::config::PRIMARY_PORT;
-use crate::options::{LogFormat, PortSetting, TrustedHost};
+use crate::options::{ControlChoice, LogFormat, PortSetting, TrustedHost};
 
 pub use test::{TestArgs, TestFormat};
 
@@ -245,7 +245,7 @@ pub struct ServeArgs {
     /// One-line commands of the dashboard [default: 29999]
     #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
     pub dashboard_port: Option<PortSetting>,
-    /// The controller's own Modbus server [default: 5020]
+    /// The controller's own Modbus server [default: 502 where this user may open it, else 5020]
     #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
     pub modbus_port: Option<PortSetting>,
     /// Health and metrics [default: 8080]
@@ -254,6 +254,16 @@ pub struct ServeArgs {
     /// Live data for the Foxglove app, read-only [default: off]
     #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
     pub foxglove_port: Option<PortSetting>,
+    /// Robot state as on the primary port, nothing in, in every control mode [default: 30011; any free port where the primary
+    /// port is not 30001]
+    #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
+    pub state_port: Option<PortSetting>,
+    /// Single lines of script in, their values out [default: 40011; any free port where the primary port is not 30001]
+    #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
+    pub query_port: Option<PortSetting>,
+    /// The serial line at the tool, bytes both ways, with the settings that a program gives it [default: off]
+    #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
+    pub tool_serial_port: Option<PortSetting>,
     /// Another name of this machine, or of a machine whose pages may ask, on the http and Foxglove ports; repeat it for more
     /// [default: this machine's own names]
     #[arg(long, value_name = "NAME")]
@@ -271,7 +281,11 @@ pub struct ServeArgs {
     /// Start with the power off and the brakes engaged, as a real controller does
     #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "true|false")]
     pub powered_off: Option<bool>,
-    /// Start with remote control off: scripts on the primary port are refused
+    /// Who controls the robot at start: the network (remote), the pendant alone (local), or the pendant with remote control
+    /// switched off in the settings, as it leaves the factory (mixed) [default: remote]
+    #[arg(long, value_name = "remote|local|mixed")]
+    pub control: Option<ControlChoice>,
+    /// Short for --control local: scripts are refused, and clients of the primary port are closed
     #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "true|false")]
     pub local: Option<bool>,
 }
@@ -437,6 +451,16 @@ pub struct ReplayPortArgs {
     /// Live data for the Foxglove app [default: off]
     #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
     pub foxglove_port: Option<PortSetting>,
+    /// Robot state as on the primary port, nothing in, in every control mode [default: 30011; any free port where the primary
+    /// port is not 30001]
+    #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
+    pub state_port: Option<PortSetting>,
+    /// Single lines of script in, their values out [default: 40011; any free port where the primary port is not 30001]
+    #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
+    pub query_port: Option<PortSetting>,
+    /// The serial line at the tool, bytes both ways, with the settings that a program gives it [default: off]
+    #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
+    pub tool_serial_port: Option<PortSetting>,
     /// Another name of this machine, or of a machine whose pages may ask, on the http and Foxglove ports; repeat it for more
     /// [default: this machine's own names]
     #[arg(long, value_name = "NAME")]

@@ -20,7 +20,8 @@ use controller::options::{
 };
 
 use crate::cli::{RunArgs, ServeArgs, SharedArgs, TextLanguage};
-use crate::options::{LogFormat, PortSetting, TrustedHost};
+use crate::options::{ControlChoice, LogFormat, PortSetting, TrustedHost};
+use io_bus::ControlMode;
 
 /// The default of `--primary-port`.
 pub const PRIMARY_PORT: u16 = 30001;
@@ -30,6 +31,12 @@ pub const INTERPRETER_PORT: u16 = 30020;
 pub const RTSI_PORT: u16 = 30004;
 /// Where the dashboard of a controller is asked.
 pub const DASHBOARD_PORT: u16 = 29999;
+/// Where the state comes from that nothing can be sent to.
+pub const STATE_PORT: u16 = 30011;
+/// Where single questions are answered.
+pub const QUERY_PORT: u16 = 40011;
+/// Where the controller's own Modbus server is: the vendor's port, and ours where this user may not open that one.
+pub const MODBUS_PORTS: (u16, u16) = (502, 5020);
 
 /// Why there are no settings. Each is one sentence and ends the program with exit status 2.
 #[derive(Debug, Error)]
@@ -52,6 +59,12 @@ pub enum ConfigError {
         line: usize,
         /// What the parser says.
         message: String,
+    },
+    /// Two options that contradict each other.
+    #[error("--local and --control {mode} contradict each other: leave one of them out")]
+    TwoControls {
+        /// The mode that was named.
+        mode: &'static str,
     },
     /// A key that does not exist.
     #[error("{} has an unknown key `{key}`; the keys are {}", path.display(), allowed.join(", "))]
@@ -121,11 +134,17 @@ pub struct PortSettings {
     pub http: PortSetting,
     /// Live data for the Foxglove app.
     pub foxglove: PortSetting,
+    /// The state, read-only.
+    pub state: PortSetting,
+    /// Questions in one line.
+    pub query: PortSetting,
+    /// The tool's serial line.
+    pub tool_serial: PortSetting,
 }
 
 impl PortSettings {
     /// Name in the ready file, option and setting of every service.
-    pub const fn list(&self) -> [(&'static str, &'static str, PortSetting); 7] {
+    pub const fn list(&self) -> [(&'static str, &'static str, PortSetting); 10] {
         [
             ("primary", "--primary-port", self.primary),
             ("interpreter", "--interpreter-port", self.interpreter),
@@ -134,6 +153,9 @@ impl PortSettings {
             ("modbus", "--modbus-port", self.modbus),
             ("http", "--http-port", self.http),
             ("foxglove", "--foxglove-port", self.foxglove),
+            ("state", "--state-port", self.state),
+            ("query", "--query-port", self.query),
+            ("tool-serial", "--tool-serial-port", self.tool_serial),
         ]
     }
 }
@@ -149,6 +171,9 @@ impl PortSettings {
             "modbus" => self.modbus = setting,
             "http" => self.http = setting,
             "foxglove" => self.foxglove = setting,
+            "state" => self.state = setting,
+            "query" => self.query = setting,
+            "tool-serial" => self.tool_serial = setting,
             _ => {}
         }
     }
@@ -194,8 +219,8 @@ pub struct ServeConfig {
     pub until_stdin_closes: bool,
     /// Start with the power off.
     pub powered_off: bool,
-    /// Start with remote control off.
-    pub local: bool,
+    /// Who controls the robot at start.
+    pub control: ControlMode,
 }
 
 /// Settings of `run`.
@@ -231,14 +256,26 @@ impl ServeConfig {
         let log = LogConfig::taken(&mut args.shared);
         let fixed =
             |setting: Option<PortSetting>, number| setting.unwrap_or(PortSetting::Number(number));
+        let (modbus, without_privilege) = MODBUS_PORTS;
+        let primary = fixed(args.primary_port, PRIMARY_PORT);
+        // Next to a primary port elsewhere, another controller may have these.
+        let beside = |setting: Option<PortSetting>, number| match primary {
+            PortSetting::Number(PRIMARY_PORT) => fixed(setting, number),
+            _ => setting.unwrap_or(PortSetting::Any),
+        };
         let ports = PortSettings {
-            primary: fixed(args.primary_port, PRIMARY_PORT),
+            primary,
             interpreter: fixed(args.interpreter_port, INTERPRETER_PORT),
             rtsi: fixed(args.rtsi_port, RTSI_PORT),
             dashboard: fixed(args.dashboard_port, DASHBOARD_PORT),
-            modbus: fixed(args.modbus_port, 5020),
+            modbus: args
+                .modbus_port
+                .unwrap_or(PortSetting::Either(modbus, without_privilege)),
             http: fixed(args.http_port, 8080),
             foxglove: args.foxglove_port.unwrap_or(PortSetting::Off),
+            state: beside(args.state_port, STATE_PORT),
+            query: beside(args.query_port, QUERY_PORT),
+            tool_serial: args.tool_serial_port.unwrap_or(PortSetting::Off),
         };
         each_on_its_own(&ports)?;
         let recordings = RecordTarget::NewFileIn("recordings".into());
@@ -256,7 +293,7 @@ impl ServeConfig {
             trusted_hosts: trusted_hosts(args.trust_host),
             ready_file: args.ready_file,
             powered_off: args.powered_off.unwrap_or(false),
-            local: args.local.unwrap_or(false),
+            control: control(args.control, args.local)?,
         })
     }
 }
@@ -382,6 +419,18 @@ fn model_of(
     })
 }
 
+/// Who controls at start: `--local` is short for one of the modes.
+fn control(named: Option<ControlChoice>, local: Option<bool>) -> Result<ControlMode, ConfigError> {
+    match (named, local) {
+        (Some(ControlChoice(mode)), Some(true)) if mode != ControlMode::Local => {
+            Err(ConfigError::TwoControls { mode: mode.name() })
+        }
+        (Some(ControlChoice(mode)), _) => Ok(mode),
+        (None, Some(true)) => Ok(ControlMode::Local),
+        (None, _) => Ok(ControlMode::Remote),
+    }
+}
+
 /// The names as texts.
 pub(crate) fn trusted_hosts(given: Option<Vec<TrustedHost>>) -> Vec<String> {
     let given = given.unwrap_or_default();
@@ -405,12 +454,13 @@ pub(crate) fn each_on_its_own(ports: &PortSettings) -> Result<(), ConfigError> {
 }
 
 /// Every key of the file: the long names of the options of `serve`, `config` apart.
-const KEYS: [&str; 31] = [
+const KEYS: [&str; 35] = [
     "allow",
     "bind",
     "calibration",
     "cell",
     "clock",
+    "control",
     "cycle-phase-us",
     "dashboard-port",
     "foxglove-port",
@@ -427,15 +477,18 @@ const KEYS: [&str; 31] = [
     "plant",
     "powered-off",
     "primary-port",
+    "query-port",
     "ready-file",
     "record",
     "record-budget",
     "record-rotate",
     "rtsi-port",
     "seed",
+    "state-port",
     "step-ms",
     "task-dir",
     "tcp",
+    "tool-serial-port",
     "trust-host",
 ];
 
@@ -486,6 +539,7 @@ fn fill(args: &mut ServeArgs, path: &Path, text: &str) -> Result<(), ConfigError
             "calibration" => entry.one(&mut shared.calibration),
             "cell" => entry.one(&mut shared.cell),
             "clock" => entry.one(&mut shared.clock),
+            "control" => entry.one(&mut args.control),
             "cycle-phase-us" => entry.named(
                 &mut args.cycle_phase_us,
                 "allowed are whole microseconds from 0",
@@ -505,15 +559,18 @@ fn fill(args: &mut ServeArgs, path: &Path, text: &str) -> Result<(), ConfigError
             "plant" => entry.one(&mut shared.plant),
             "powered-off" => entry.named(&mut args.powered_off, "allowed are true and false"),
             "primary-port" => entry.one(&mut args.primary_port),
+            "query-port" => entry.one(&mut args.query_port),
             "ready-file" => entry.one(&mut args.ready_file),
             "record" => entry.one(&mut shared.record),
             "record-budget" => entry.one(&mut shared.record_budget),
             "record-rotate" => entry.one(&mut shared.record_rotate),
             "rtsi-port" => entry.one(&mut args.rtsi_port),
             "seed" => entry.named(&mut shared.seed, "allowed are whole numbers from 0"),
+            "state-port" => entry.one(&mut args.state_port),
             "step-ms" => entry.one(&mut shared.step_ms),
             "task-dir" => entry.one(&mut shared.task_dir),
             "tcp" => entry.one(&mut shared.tcp),
+            "tool-serial-port" => entry.one(&mut args.tool_serial_port),
             "trust-host" => entry.list(&mut args.trust_host),
             _ => Err(ConfigError::UnknownKey {
                 path: path.to_owned(),

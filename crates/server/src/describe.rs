@@ -2,14 +2,11 @@
 //!
 //! Live and replayed controllers describe themselves here, so that they tell the same.
 
+use elite_runtime::port_map::NOMINAL_AMPERES;
 use kinematics::JointPositions;
 use motion::{ConfigError, CycleConfig};
 
 use crate::ports::description::RobotDescription;
-
-/// Motor current at a joint's nominal torque, A. No public figure exists: the simulator's own choice, so that currents
-/// of all models and joints are alike.
-const NOMINAL_AMPERES: f64 = 12.5;
 
 /// Figures of the arm with the limits in force.
 ///

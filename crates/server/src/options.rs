@@ -7,6 +7,8 @@
 use core::fmt;
 use core::str::FromStr;
 
+use io_bus::ControlMode;
+
 /// Which port a service listens on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PortSetting {
@@ -16,6 +18,8 @@ pub enum PortSetting {
     Any,
     /// This port.
     Number(u16),
+    /// The first where this user may open it, else the second: a default that needs a privilege.
+    Either(u16, u16),
 }
 
 impl FromStr for PortSetting {
@@ -36,8 +40,24 @@ impl fmt::Display for PortSetting {
         match self {
             Self::Off => f.write_str("off"),
             Self::Any => f.write_str("0"),
-            Self::Number(number) => write!(f, "{number}"),
+            Self::Number(number) | Self::Either(number, _) => write!(f, "{number}"),
         }
+    }
+}
+
+/// Who controls the robot when the server starts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ControlChoice(pub ControlMode);
+
+impl FromStr for ControlChoice {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let modes = [ControlMode::Remote, ControlMode::Local, ControlMode::Mixed];
+        let named = modes.into_iter().find(|mode| mode.name() == text);
+        named
+            .map(Self)
+            .ok_or_else(|| "allowed are remote, local and mixed".to_owned())
     }
 }
 

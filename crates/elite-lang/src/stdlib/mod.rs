@@ -150,7 +150,7 @@ fn mark_as_c(ev: &Evaluator<'_>, module: &Module) {
 
 /// The modules that are there without import, unless a program gives their names another meaning (from controller output, not
 /// from the manual).
-pub const PRESENT: &[&str] = &["elicopy"];
+pub const PRESENT: &[&str] = &["copy", "elicopy"];
 
 /// The module that a name means which nothing else defines. It is loaded when it is first used.
 pub fn present(ev: &Evaluator<'_>, name: Symbol) -> R<Option<Value>> {

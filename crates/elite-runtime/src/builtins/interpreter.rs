@@ -87,9 +87,10 @@ fn interpreter_mode(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     observer.interpreter(&InterpreterEvent::Entered);
     let executed = execute_statements(call);
     // The mode is over even when a statement failed or the task is being stopped.
-    interpreter.leave();
+    // What a task leaves that ends goes with the task.
+    interpreter.leave(clear_on_end && executed.is_ok());
     if clear_on_end {
-        clear(call);
+        clear(call, false);
     }
     observer.interpreter(&InterpreterEvent::Left);
     executed?;
@@ -135,13 +136,13 @@ fn end_interpreter(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
 }
 
 fn clear_interpreter(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    clear(call);
+    clear(call, true);
     Ok(Value::None)
 }
 
-fn clear(call: &mut Call<'_, '_>) {
+fn clear(call: &mut Call<'_, '_>, queue: bool) {
     call.native().clear_statements();
-    let id = call.context().interpreter().cleared();
+    let id = call.context().interpreter().cleared(queue);
     let event = InterpreterEvent::Cleared { id: id.0 };
     call.context().observer().interpreter(&event);
 }

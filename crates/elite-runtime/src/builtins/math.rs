@@ -17,6 +17,9 @@ pub const BUILTINS: &[Builtin] = &[
     bits_to_integer("bit_list_to_integer"),
     // The name in the vendor's editor extension.
     bits_to_integer("binary_list_to_integer"),
+    // The names of the editions 2.12.1 to 2.13.0.
+    bits_to_integer("byte_list_to_integer"),
+    integer_to_bits("integer_to_byte_list"),
     integer_to_bits("integer_to_bit_list"),
     integer_to_bits("integer_to_binary_list"),
     math(

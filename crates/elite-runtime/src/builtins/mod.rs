@@ -150,9 +150,10 @@ fn may_hurry(builtin: &Builtin) -> bool {
 /// Whether the answer comes from elsewhere: from machines, people, and whoever else writes what it reads.
 fn asks_outside(builtin: &Builtin) -> bool {
     match builtin.category {
-        Category::Socket | Category::Modbus | Category::Serial | Category::ModbusRtu => true,
+        // What a program writes there follows from itself.
+        Category::Modbus => !builtin.name.starts_with("write_port_"),
+        Category::Socket | Category::Serial | Category::ModbusRtu => true,
         Category::Register => builtin.name.starts_with("read_"),
-        Category::Io => builtin.name.contains("_port_"),
         // Where tasks lie is up to the machine.
         _ => matches!(builtin.name, "popup" | "get_task_path"),
     }

@@ -1,4 +1,4 @@
-//! Manual 6.1: Modbus signals, and the controller's own coils and registers.
+//! Manual 6.1: Modbus signals, and the controller's own Modbus map.
 //!
 //! Signals belong to the controller: they outlive the program that added them. Reading one waits only for its first answer.
 
@@ -127,9 +127,8 @@ const BLOCKING: Parameter = Parameter::required(
     "wait for the connection, at most 3 s",
 )
 .or(Default::Boolean(true));
-const COIL: Parameter = Parameter::required("address", Kind::Integer(0, 127), "coil");
-const REGISTER: Parameter =
-    Parameter::required("address", Kind::Integer(0, 255), "holding register");
+const COIL: Parameter = Parameter::required("address", Kind::Integer(0, 127), "bit");
+const REGISTER: Parameter = Parameter::required("address", Kind::Integer(0, 65535), "word");
 const SIGNED: Parameter = Parameter::required(
     "is_signed",
     Kind::Boolean,
@@ -247,7 +246,7 @@ pub const BUILTINS: &[Builtin] = &[
         "read_port_bit",
         &[COIL],
         "bool",
-        "A coil of the controller's own Modbus server.",
+        "A bit of the controller's own Modbus map.",
         read_port_bit,
     ),
     Builtin::new(
@@ -256,7 +255,7 @@ pub const BUILTINS: &[Builtin] = &[
         "read_port_register",
         &[REGISTER, SIGNED],
         "int",
-        "A register of the controller's own Modbus server.",
+        "A word of the controller's own Modbus map: I/O, state, or what programs and clients share.",
         read_port_register,
     ),
     Builtin::new(
@@ -265,7 +264,7 @@ pub const BUILTINS: &[Builtin] = &[
         "write_port_bit",
         &[COIL, LEVEL],
         "nothing",
-        "Sets a coil of the controller's own Modbus server.",
+        "Sets a bit of the controller's own Modbus map; bits 32 to 59 switch outputs.",
         write_port_bit,
     ),
     Builtin::new(
@@ -274,7 +273,7 @@ pub const BUILTINS: &[Builtin] = &[
         "write_port_register",
         &[REGISTER, WORD],
         "nothing",
-        "Sets a register of the controller's own Modbus server.",
+        "Sets a word of the controller's own Modbus map: outputs, the speed slider, or what is shared.",
         write_port_register,
     ),
     Builtin::new(

@@ -11,6 +11,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "RTSI 看门狗：{0} 设置得不够频繁，{1~}",
     ),
     ("SyntaxError: {}", "SyntaxError: {0~}"),
+    ("Thread over the max size: {}", "线程数超过上限：{0}"),
     (
         "TimeoutError: a secondary program has to be short, this one was ended after waiting for a second",
         "TimeoutError: 次要程序必须简短，这个程序等待一秒后被结束",
@@ -52,6 +53,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "another motion (command {}) is still running; only one motion at a time can move the arm",
         "另一个运动（命令 {0}）仍在进行；同一时刻只能有一个运动驱动手臂",
+    ),
+    (
+        "bit {} cannot be switched ({}); it stays as it is",
+        "第 {0} 位不能切换（{1}），保持不变",
     ),
     (
         "collision at joint {}: {} Nm from outside (allowed {} Nm), as {} N at the tool would be",
@@ -256,6 +261,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "工具即将越过单元的安全平面 {0}：将停在其后 {1} m 处",
     ),
     (
+        "there is no word {} in the controller's Modbus map",
+        "控制器的 Modbus 表中没有字 {0}",
+    ),
+    (
         "to_num(): illegal string {}: not a number",
         "to_num()：字符串 {0} 不合法：不是数",
     ),
@@ -267,6 +276,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "turn joint positions into a pose with get_forward_kin()",
         "用 get_forward_kin() 把关节位置换算为位姿",
+    ),
+    (
+        "word {} cannot be set to {}: {}",
+        "字 {0} 不能设为 {1}：{2}",
     ),
     (
         "{} and {} were about to run into each other, by {} mm where the arm would come to rest",
@@ -283,6 +296,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "{} has an angle of {}: angles are in radians, and {} is a full turn",
         "{0~}的角度为 {1}：角度以弧度为单位，{2} 为一整圈",
+    ),
+    (
+        "{} is not allowed for word {} ({})",
+        "字 {1} 不允许取值 {0}（{2}）",
     ),
     (
         "{} is {}, allowed are {} to {}; {} is used",

@@ -5,6 +5,7 @@
 use std::sync::Arc;
 
 use elite_lang::{Diagnostic, Program, ProgramKind, Resume, SourceFile, Step, memory};
+use io_bus::ProgramState;
 use motion_api::ThreadNumber;
 
 use super::scheduler::{FUEL_PER_SLICE, Source, Task, TaskEnd};
@@ -46,7 +47,7 @@ impl Task {
                 self.context.interpreter().task_runs(&program);
                 // It may have been compiled on another thread; what runs is in the account by now.
                 memory::outside(|| drop(program));
-                self.program_runs(true);
+                self.program_is(ProgramState::Running);
                 let end = self.run_threads().await;
                 self.context.note(What::Ends);
                 end

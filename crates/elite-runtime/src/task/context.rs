@@ -34,7 +34,7 @@ use crate::panel::Panel;
 use crate::task_folder::TaskFolder;
 
 /// Most script threads of one task, the main thread not counted.
-pub(crate) const THREADS_MAX: usize = 64;
+pub(crate) const THREADS_MAX: usize = 20;
 
 /// Calls of builtins in the `finally` and `with` blocks of a task that is being stopped. The language bounds what its own
 /// work costs there; a call may cost far more than one step of that.
@@ -158,7 +158,7 @@ pub(crate) enum ThreadLookup {
 
 /// Why a thread was not started.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-#[error("{THREADS_MAX} threads run already, more are not allowed")]
+#[error("Thread over the max size: {THREADS_MAX}")]
 pub(crate) struct TooManyThreads;
 
 impl TaskContext {

@@ -20,9 +20,29 @@ const FILES_MAX: usize = 128;
 /// Most names of one folder that are listed.
 const NAMES_MAX: usize = 1 << 20;
 
+/// Where programs on the vendor's controllers find the program folder: on one kind of box, on another, and as the pendant has it.
+const PROGRAM_FOLDERS: [&str; 3] = [
+    "/rbctrl/EliRobot_share/program",
+    "/rbctrl/RT_CONTROLLER/ROBOT/program",
+    "/home/elite/user/program",
+];
+
+/// The rest of a path that leads into the program folder of a vendor's controller.
+fn in_program_folder(path: &str) -> Option<&str> {
+    let inside = PROGRAM_FOLDERS
+        .iter()
+        .find_map(|folder| path.strip_prefix(folder))?;
+    match inside.strip_prefix('/') {
+        Some(inside) => Some(inside.trim_start_matches('/')),
+        None => inside.is_empty().then_some(inside),
+    }
+}
+
 /// The files of one task.
 pub(crate) struct Files {
     folder: RefCell<PathBuf>,
+    /// Where the controller's program folder is.
+    programs: PathBuf,
     /// What is granted, if not everything is.
     within: Option<Folders>,
     open: Rc<Cell<usize>>,
@@ -30,21 +50,25 @@ pub(crate) struct Files {
 
 impl Files {
     /// Relative paths count from the folder the controller was started in; with `within`, from the first of those.
-    pub fn new(within: Option<Folders>) -> Self {
+    pub fn new(within: Option<Folders>, programs: &Path) -> Self {
         let folder = match &within {
             Some(folders) => folders.first(),
             None => std::env::current_dir().unwrap_or_else(|_| PathBuf::from("/")),
         };
         Self {
+            programs: folder.join(programs),
             folder: RefCell::new(folder),
             within,
             open: Rc::default(),
         }
     }
 
-    /// The path in the task's own folder.
+    /// The path in the task's own folder. The program folder of the vendor's controllers is the task folder here.
     pub fn full(&self, path: &str) -> PathBuf {
-        self.folder.borrow().join(path)
+        match in_program_folder(path) {
+            Some(inside) => self.programs.join(inside),
+            None => self.folder.borrow().join(path),
+        }
     }
 
     /// The folder that a process starts in.

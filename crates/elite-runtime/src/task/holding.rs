@@ -2,6 +2,7 @@
 //!
 //! Others hold it by orders, a debugger besides; it goes on when both have let go.
 
+use io_bus::ProgramState;
 use motion_api::{CommandKind, IoChange, Origin};
 
 use super::scheduler::Task;
@@ -14,7 +15,7 @@ impl Task {
         if self.paused {
             self.paused = false;
             self.tell_robot(CommandKind::Resume);
-            self.program_runs(true);
+            self.program_is(ProgramState::Running);
             let now = self.context.robot().moment().time;
             self.settings.panel.with_watchdogs(|dogs| dogs.restart(now));
             self.show(TaskState::Running);
@@ -45,7 +46,7 @@ impl Task {
         if !self.paused {
             self.paused = true;
             self.tell_robot(CommandKind::Pause);
-            self.program_runs(false);
+            self.program_is(ProgramState::Paused);
             self.show(TaskState::Paused);
         }
     }
@@ -74,11 +75,12 @@ impl Task {
     }
 
     /// For outputs that follow the run state (manual 5.20 to 5.25). A held program does not run.
-    pub(super) fn program_runs(&mut self, runs: bool) {
+    pub(super) fn program_is(&mut self, state: ProgramState) {
         if self.settings.extras.attendant.is_some() {
             return;
         }
+        let runs = state == ProgramState::Running;
         self.tell_robot(CommandKind::SetIo(IoChange::ProgramRunning(runs)));
-        self.settings.fieldbus.program_running(runs);
+        self.settings.fieldbus.set_program(state);
     }
 }

@@ -83,7 +83,7 @@ impl TaskHost {
             FileAccess::Nothing | FileAccess::Everything => None,
         };
         let sockets = Rc::new(Sockets::new(context.clone()));
-        let files = Rc::new(Files::new(within));
+        let files = Rc::new(Files::new(within, context.task_folder().root()));
         Self {
             context,
             random_state: Cell::new(seed),

@@ -46,4 +46,5 @@ pub(crate) use outside::JobId;
 pub(crate) use report::message_of;
 pub(crate) use scheduler::{Ended, Source, Task};
 pub use scheduler::{ProgramText, TaskEnd, TaskSettings};
+pub(crate) use view::View;
 pub(crate) use wait::Wait;

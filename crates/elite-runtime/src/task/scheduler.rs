@@ -15,10 +15,10 @@ use elite_lang::{
     Interpreter, KnownNames, Leftovers, Limits, Program, ProgramKind, Resume, ScriptThread, Step,
     WaitToken, memory,
 };
-use io_bus::Fieldbus;
+use io_bus::{Fieldbus, ProgramState};
 use motion_api::{CommandKind, Origin, ProgramId, StopReason, ThreadNumber};
 use supervision::{Contained, Fault, Faults, Kind, Panicked, catch, injection};
-use tokio::sync::watch;
+use tokio::sync::{oneshot, watch};
 use tokio::time::Instant;
 
 use super::braking::Braking;
@@ -34,11 +34,12 @@ use crate::debug::{Attached, Debuggee, Holds};
 use crate::external::{Course, What};
 use crate::interpreter::Interpreter as StatementPort;
 use crate::message::{Aside, Message, Observer};
-use crate::panel::{Panel, Variables};
+use crate::panel::{Answer, Panel, Variables};
 use crate::preset::Preset;
 use crate::robot::Robot;
 use crate::supervisor::TaskStatus;
 use crate::task_folder::TaskFolder;
+use crate::value_text::fixed_text;
 
 /// What the language may use. How long a stopped program cleans up is decided here (`TaskContext::may_clean_up`).
 fn limits() -> Limits {
@@ -206,6 +207,8 @@ pub(super) struct Entry {
     pub waiting: Option<Waiting>,
     /// Only secondary programs have bounds.
     pub secondary: Option<Bounds>,
+    /// Who waits for what it is worth.
+    pub answer: Option<oneshot::Sender<Answer>>,
     pub told: Told,
 }
 
@@ -251,7 +254,9 @@ impl Task {
         let extras = &settings.extras;
         if let Some(attendant) = &extras.attendant {
             let methods = (attendant.methods)(&Attendance(context.clone()));
-            interpreter.provide_object(attendant.object, methods);
+            if let Some(object) = attendant.object {
+                interpreter.provide_object(object, methods);
+            }
         }
         if extras.line_counts.is_some() {
             interpreter.count_lines();
@@ -324,7 +329,7 @@ impl Task {
             let counted = self.interpreter.line_counts();
             memory::outside(|| self.settings.extras.add_counts(counted.clone()));
         }
-        self.program_runs(false);
+        self.program_is(ProgramState::Stopped);
         let braking = self.settle(&end).await;
         if let Some(repeat) = self.context.repeat() {
             repeat.ended(self.context.program(), self.context.robot().moment().cycle);
@@ -369,6 +374,11 @@ impl Task {
         });
         let script = self.interpreter.spawn_program(program);
         self.add_thread(number, script, bounds);
+        if bounds.is_some()
+            && let Some(entry) = self.threads.get_mut(&number)
+        {
+            entry.answer = self.settings.panel.take_answer(program.file().name());
+        }
     }
 
     fn remember_globals(&mut self, program: &Program) {
@@ -394,6 +404,7 @@ impl Task {
                 script,
                 waiting: None,
                 secondary: bounds,
+                answer: None,
                 told: Told::default(),
             },
         );
@@ -600,7 +611,11 @@ impl Task {
             Step::OutOfFuel => self.out_of_fuel(number),
             Step::Waiting(token) => self.suspend(number, Waiting::Token(token)),
             Step::Parked { until } => self.suspend(number, Waiting::Parked { until }),
-            Step::Done(_) | Step::Stopped => self.thread_ended(number),
+            Step::Done(value) => {
+                self.answer(number, || fixed_text(&value));
+                self.thread_ended(number);
+            }
+            Step::Stopped => self.thread_ended(number),
             Step::Failed(error) => self.thread_failed(number, &error),
         }
         if let Some(end) = self.context.take_end() {
@@ -654,7 +669,9 @@ impl Task {
             thread: number,
             line,
         };
-        self.warn_of_secondary(origin, reason);
+        if !self.answer(number, || Err(reason.to_owned())) {
+            self.warn_of_secondary(origin, reason);
+        }
         self.stop_thread(number);
     }
 }

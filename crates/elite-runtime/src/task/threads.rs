@@ -1,12 +1,13 @@
 //! How script threads of a task wait, wake, start and end.
 
-use elite_lang::{Resume, ScriptError, Step};
+use elite_lang::{Resume, ScriptError, Step, memory};
 use motion_api::{CommandKind, ThreadNumber};
 
 use super::report::line_in_program;
 use super::scheduler::{Task, TaskEnd, Waiting};
 use super::wait::Wait;
 use crate::debug::CONSOLE_THREAD;
+use crate::panel::Answer;
 
 /// Safepoints for the `finally` and `with` blocks of a thread that is being stopped.
 const FUEL_FOR_UNWINDING: u32 = 200_000;
@@ -97,11 +98,24 @@ impl Task {
         }
     }
 
+    /// Tells whoever waits for it what a secondary program is worth; false where nobody does.
+    pub(super) fn answer(&mut self, number: ThreadNumber, answer: impl FnOnce() -> Answer) -> bool {
+        let entry = self.threads.get_mut(&number);
+        let Some(sender) = entry.and_then(|entry| entry.answer.take()) else {
+            return false;
+        };
+        // Whoever asked may have lost interest. The text goes to another thread.
+        memory::outside(|| drop(sender.send(answer())));
+        true
+    }
+
     pub(super) fn thread_failed(&mut self, number: ThreadNumber, error: &ScriptError) {
         self.tell_last_line(number, line_in_program(error));
         let entry = self.threads.get(&number);
         if entry.is_some_and(|entry| entry.secondary.is_some()) {
-            self.report_secondary_error(number, error);
+            if !self.answer(number, || Err(error.headline())) {
+                self.report_secondary_error(number, error);
+            }
         } else {
             self.report_script_error(error);
             self.end = Some(TaskEnd::Failed);

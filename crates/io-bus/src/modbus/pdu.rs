@@ -190,24 +190,24 @@ impl Request {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::PortImage;
     use crate::modbus_server::codec::answer;
+    use crate::modbus_server::tables::Store;
     use proptest::prelude::*;
 
     /// What our own server, which is tested against tokio-modbus, answers.
-    fn ask(image: &PortImage, request: &Request) -> Result<Reply, PduError> {
+    fn ask(store: &Store, request: &Request) -> Result<Reply, PduError> {
         let pdu = request.encode();
         let length = (pdu.len() + 1) as u16;
         let mut message = vec![0, 1, 0, 0];
         message.extend(length.to_be_bytes());
         message.push(255);
         message.extend(pdu);
-        request.decode(&answer(&message, image)[7..])
+        request.decode(&answer(&message, store)[7..])
     }
 
     #[test]
     fn every_function_gives_what_was_written() {
-        let image = PortImage::default();
+        let store = Store::default();
         let levels = vec![true, false, true, true, false, false, true, true, true];
         let bits = levels.iter().map(|l| u16::from(*l)).collect();
         let read = |table, address, count| Request::Read {
@@ -216,37 +216,37 @@ mod tests {
             count,
         };
         assert_eq!(
-            ask(&image, &Request::WriteCoils(3, levels)),
+            ask(&store, &Request::WriteCoils(3, levels)),
             Ok(Reply::Done)
         );
         assert_eq!(
-            ask(&image, &read(Table::Coils, 3, 9)),
+            ask(&store, &read(Table::Coils, 3, 9)),
             Ok(Reply::Values(bits))
         );
-        assert_eq!(ask(&image, &Request::WriteCoil(4, true)), Ok(Reply::Done));
+        assert_eq!(ask(&store, &Request::WriteCoil(4, true)), Ok(Reply::Done));
         assert_eq!(
-            ask(&image, &read(Table::Coils, 4, 1)),
+            ask(&store, &read(Table::Coils, 4, 1)),
             Ok(Reply::Values(vec![1]))
         );
         let values = vec![1, 65535, 256];
         assert_eq!(
-            ask(&image, &Request::WriteRegisters(7, values.clone())),
+            ask(&store, &Request::WriteRegisters(7, values.clone())),
             Ok(Reply::Done)
         );
-        assert_eq!(ask(&image, &Request::WriteRegister(8, 77)), Ok(Reply::Done));
+        assert_eq!(ask(&store, &Request::WriteRegister(8, 77)), Ok(Reply::Done));
         let request = Request::ReadWrite {
             read: 7,
             count: 3,
             write: 9,
             values: vec![9],
         };
-        assert_eq!(ask(&image, &request), Ok(Reply::Values(vec![1, 77, 9])));
+        assert_eq!(ask(&store, &request), Ok(Reply::Values(vec![1, 77, 9])));
         assert_eq!(
-            ask(&image, &read(Table::HoldingRegisters, 256, 1)),
+            ask(&store, &read(Table::HoldingRegisters, 256, 1)),
             Err(PduError::Exception(2))
         );
         assert_eq!(
-            ask(&image, &Request::Custom(99, vec![])),
+            ask(&store, &Request::Custom(99, vec![])),
             Err(PduError::Exception(1))
         );
     }

@@ -4,7 +4,8 @@
 //! that stay silent.
 
 pub mod codec;
-pub mod state_map;
+pub mod map;
+pub mod tables;
 
 use std::io;
 use std::time::Duration;
@@ -13,9 +14,8 @@ use thiserror::Error;
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::time::timeout;
 
-use crate::port_image::PortImage;
-use codec::{ADU_BYTES_MAX, NotModbus, answer_with, message_bytes};
-use state_map::Controller;
+use codec::{ADU_BYTES_MAX, NotModbus, answer, message_bytes};
+use tables::Tables;
 
 /// A request that has begun has to be complete, and a reply taken, within this time.
 pub const MESSAGE_TIME: Duration = Duration::from_secs(5);
@@ -35,14 +35,13 @@ pub enum Ended {
     Stalled,
 }
 
-/// Answers requests until the client closes; with `controller` also those from address 1000 on.
+/// Answers requests until the client closes.
 ///
 /// # Errors
 /// [`Ended`] says why it ended otherwise.
 pub async fn serve(
     mut stream: impl AsyncRead + AsyncWrite + Unpin,
-    image: &PortImage,
-    controller: Option<&dyn Controller>,
+    tables: &(impl Tables + Sync),
 ) -> Result<(), Ended> {
     // Room for one message: what comes after it waits in the socket.
     let mut buffer = [0; ADU_BYTES_MAX];
@@ -51,7 +50,7 @@ pub async fn serve(
         if let Some(length) = message_bytes(&buffer[..filled])?
             && filled >= length
         {
-            let reply = answer_with(&buffer[..length], image, controller);
+            let reply = answer(&buffer[..length], tables);
             match timeout(MESSAGE_TIME, stream.write_all(&reply)).await {
                 Ok(written) => written?,
                 Err(_elapsed) => return Err(Ended::Stalled),
@@ -78,11 +77,12 @@ pub async fn serve(
 mod tests {
     use super::*;
     use proptest::prelude::*;
+    use tables::Store;
     use tokio::io::duplex;
 
     #[tokio::test(start_paused = true)]
     async fn requests_in_one_piece_or_in_many_are_answered_in_order() {
-        let image = PortImage::default();
+        let store = Store::default();
         let (mut client, server) = duplex(4096);
         let talk = async {
             let write = [0, 1, 0, 0, 0, 6, 1, 6, 0, 5, 0, 9];
@@ -99,20 +99,17 @@ mod tests {
             client.read_exact(&mut replies[..11]).await.unwrap();
             drop(client);
         };
-        let (ended, ()) = tokio::join!(serve(server, &image, None), talk);
+        let (ended, ()) = tokio::join!(serve(server, &store), talk);
         ended.unwrap();
     }
 
     #[tokio::test(start_paused = true)]
     async fn stalled_clients_are_closed() {
-        let image = PortImage::default();
+        let store = Store::default();
         let (mut half, server) = duplex(64);
         half.write_all(&[0, 1, 0]).await.unwrap();
         let start = tokio::time::Instant::now();
-        assert!(matches!(
-            serve(server, &image, None).await,
-            Err(Ended::Stalled)
-        ));
+        assert!(matches!(serve(server, &store).await, Err(Ended::Stalled)));
         assert_eq!(start.elapsed(), MESSAGE_TIME);
 
         let (mut deaf, server) = duplex(24);
@@ -125,17 +122,17 @@ mod tests {
             std::future::pending::<()>().await;
         };
         tokio::select! {
-            ended = serve(server, &image, None) => assert!(matches!(ended, Err(Ended::Stalled))),
+            ended = serve(server, &store) => assert!(matches!(ended, Err(Ended::Stalled))),
             () = ask => {}
         }
     }
 
     #[tokio::test]
     async fn what_is_not_modbus_ends_the_conversation() {
-        let image = PortImage::default();
+        let store = Store::default();
         let (mut client, server) = duplex(64);
         client.write_all(b"GET / HTTP/1.1\r\n").await.unwrap();
-        let ended = serve(server, &image, None).await.unwrap_err();
+        let ended = serve(server, &store).await.unwrap_err();
         assert_eq!(
             ended.to_string(),
             "not Modbus TCP: protocol number 21536 instead of 0"
@@ -148,11 +145,11 @@ mod tests {
         fn any_bytes_end_in_answers_or_a_reason(bytes in proptest::collection::vec(prop_oneof![4 => 0u8..8, 1 => any::<u8>()], 0..400)) {
             let runtime = tokio::runtime::Builder::new_current_thread().enable_time().start_paused(true).build().unwrap();
             runtime.block_on(async {
-                let image = PortImage::default();
+                let store = Store::default();
                 let (mut client, server) = duplex(1 << 20);
                 client.write_all(&bytes).await.unwrap();
                 client.shutdown().await.unwrap();
-                let _ = serve(server, &image, None).await;
+                let _ = serve(server, &store).await;
             });
         }
     }

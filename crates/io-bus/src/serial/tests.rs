@@ -107,3 +107,40 @@ async fn a_port_without_a_device_says_so() {
     let error = line.configure(Some(settings(false))).await.unwrap_err();
     assert!(matches!(error, SerialError::Line(_)), "{error}");
 }
+
+#[tokio::test]
+async fn a_forwarded_line_carries_bytes_both_ways_and_gives_programs_their_turns() {
+    let (mut master, slave) = TTYPort::pair().unwrap();
+    let line = SerialLine::new(Some(Endpoint::parse(&slave.name().unwrap())));
+    let (mut client, there) = tokio::io::duplex(4096);
+    // Nobody has set it yet.
+    let refused = line.forward(there).await.unwrap_err();
+    assert!(matches!(refused, SerialError::Mode { .. }), "{refused}");
+    drop(client);
+
+    line.configure(Some(settings(false))).await.unwrap();
+    let (here, there) = tokio::io::duplex(4096);
+    client = here;
+    let talk = async {
+        client.write_all(b"ask").await.unwrap();
+        let mut asked = [0; 3];
+        let asked = tokio::task::spawn_blocking(move || {
+            master.read_exact(&mut asked).unwrap();
+            master.write_all(&[0, 255, 10, 13]).unwrap();
+            (asked, master)
+        });
+        let (asked, mut master) = asked.await.unwrap();
+        assert_eq!(&asked, b"ask");
+        let mut answer = [0; 4];
+        client.read_exact(&mut answer).await.unwrap();
+        assert_eq!(answer, [0, 255, 10, 13]);
+        // A program writes meanwhile.
+        assert_eq!(line.write(b"hi".to_vec()).await.unwrap(), 2);
+        let mut both = [0; 2];
+        master.read_exact(&mut both).unwrap();
+        assert_eq!(&both, b"hi");
+        client.shutdown().await.unwrap();
+    };
+    let (forwarded, ()) = tokio::join!(line.forward(there), talk);
+    forwarded.unwrap();
+}

@@ -1,20 +1,21 @@
 //! What the dashboard asks of the controller: power, tasks from the task folder, configurations, remote control.
 
-use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use elite_runtime::message::{Message, Observer, Severity};
 use elite_runtime::panel::Popup;
 use elite_runtime::{ProgramText, TaskState};
+use io_bus::ControlMode;
 use kinematics::{Payload, RpyPose};
-use motion_api::{CommandKind, Origin, ProgramId, RobotState};
+use motion_api::{CommandKind, Origin, ProgramId, RobotMode, RobotState};
 use serde::Deserialize;
+use supervision::Kind;
+use tokio::time::timeout;
 
 use super::{Backend, LOOK_AGAIN, locked};
 use crate::ports::dashboard::{Dashboard, Order};
 use crate::ports::description::{RobotDescription, TaskStatus};
 use crate::ports::shown::{Escaped, Shown};
-use crate::ports::text::statements_of_line;
 
 /// The configuration that is always there: the settings with which the server was started.
 const DEFAULT_CONFIGURATION: &str = "default.configuration";
@@ -78,8 +79,8 @@ impl Dashboard for Backend {
         &self.description
     }
 
-    fn remote_control(&self) -> bool {
-        self.remote.load(Ordering::Relaxed)
+    fn control(&self) -> ControlMode {
+        *self.control.borrow()
     }
 
     fn loaded_task(&self) -> Option<String> {
@@ -97,11 +98,11 @@ impl Dashboard for Backend {
                 self.supervisor.stop();
                 self.take(CommandKind::PowerOff).await;
             }
-            Order::ReleaseBrakes => self.take(CommandKind::ReleaseBrakes).await,
+            Order::ReleaseBrakes => self.release_brakes().await,
             Order::UnlockProtectiveStop => self.take(CommandKind::UnlockProtectiveStop).await,
             Order::RestartSafetyBoard => self.take(CommandKind::RestartSafetyBoard).await,
             Order::SetSpeed(fraction) => self.take(CommandKind::SetSpeedFraction(fraction)).await,
-            Order::RemoteControl(on) => self.remote.store(on, Ordering::Relaxed),
+            Order::Control(mode) => self.set_control(mode),
             Order::Log(text) => {
                 // No line is lost: whoever writes faster than that waits for its reply.
                 let due = locked(&self.log_pace).next(tokio::time::Instant::now());
@@ -131,6 +132,7 @@ impl Dashboard for Backend {
 
     async fn load_task(&self, path: &str) -> Result<(), String> {
         self.task_folder.task(path).map_err(|e| e.to_string())?;
+        locked(&self.variables).load(&self.task_folder, path);
         locked(&self.loaded).task = Some(path.to_owned());
         Ok(())
     }
@@ -179,48 +181,101 @@ impl Dashboard for Backend {
             return Err("no task is loaded".to_owned());
         };
         let task = self.task_folder.task(&name).map_err(|e| e.to_string())?;
+        self.take_variables();
+        let beginning = locked(&self.variables).beginning(task.text);
         let program = ProgramText {
             name: task.name,
-            text: task.text,
+            text: beginning.text,
         };
+        self.supervisor.set_presets(&beginning.presets);
         let started = self.supervisor.submit(program, SENDER).await;
+        self.supervisor.set_presets(&[]);
         let id = started.map_err(|error| error.to_string())?;
+        locked(&self.variables).runs(id);
+        // It may be over already.
+        self.take_variables();
         *locked(&self.played) = Some((id, name));
         Ok(())
     }
 
+    /// While a program runs the values are its own; else those that the next one begins with.
     async fn variable(&self, name: &str) -> Result<String, String> {
-        let variables = self.supervisor.panel().variables();
-        let found = variables.into_iter().find(|(known, _)| known == name);
-        found
-            .map(|(_, variable)| variable.value)
-            .ok_or_else(|| format!("variable {name} is undefined"))
+        self.take_variables();
+        let of_program = || {
+            let variables = self.supervisor.panel().variables();
+            let found = variables.into_iter().find(|(known, _)| known == name);
+            found.map(|(_, variable)| variable.value)
+        };
+        let kept = || locked(&self.variables).value(name);
+        let found = match self.supervisor.status().state {
+            TaskState::Stopped => kept().or_else(of_program),
+            TaskState::Running | TaskState::Paused => of_program().or_else(kept),
+        };
+        found.ok_or_else(|| format!("variable {name} is undefined"))
     }
 
-    /// A secondary program beside the task: it shares its globals.
     async fn set_variable(&self, name: &str, value: &str) -> Result<(), String> {
-        let known = self.variable(name).await.is_ok();
-        if !known || self.supervisor.status().state == TaskState::Stopped {
-            return Err(format!("variable {name} is undefined"));
+        if self.supervisor.status().state != TaskState::Stopped {
+            return Err(format!(
+                "variable {name} cannot be set while a program runs: stop it first, or send a sec program to port 30001"
+            ));
         }
-        let text = format!("sec set_variable():\n global {name}\n {name} = {value}\nend\n");
-        // A value, not statements behind one.
-        let is_one = statements_of_line(value).len() == 1;
-        if !is_one || !self.compiles(text.clone()).await {
-            return Err(format!("{value} is no value"));
-        }
-        let program = ProgramText {
-            name: "set_variable".to_owned(),
-            text,
-        };
-        match self.supervisor.submit(program, SENDER).await {
-            Ok(_) => Ok(()),
-            Err(error) => Err(error.to_string()),
-        }
+        self.take_variables();
+        let variables = self.supervisor.panel().variables();
+        let was_seen = variables.iter().any(|(known, _)| known == name);
+        locked(&self.variables).set(&self.task_folder, name, value, was_seen)
     }
 }
 
 impl Backend {
+    /// Takes the last values of the task's variables once its program has ended.
+    pub(crate) fn take_variables(&self) {
+        let Some(program) = locked(&self.variables).running() else {
+            return;
+        };
+        let status = self.supervisor.status();
+        if status.program != program || status.state == TaskState::Stopped {
+            let last = self.announcer.values_of(program);
+            locked(&self.variables).take(&self.task_folder, &last);
+        }
+    }
+}
+
+/// Without power the power comes first, within this time; that it is switched on is seen sooner.
+const POWERED_WITHIN: Duration = Duration::from_secs(30);
+/// See [`POWERED_WITHIN`].
+const SWITCHED_ON_WITHIN: Duration = Duration::from_secs(1);
+
+impl Backend {
+    /// Releases the brakes; without power, as soon as the power that is switched on then has come. Clients watch the mode.
+    pub(super) async fn release_brakes(&self) {
+        if self.robot.state().robot_mode != RobotMode::PowerOff {
+            return self.take(CommandKind::ReleaseBrakes).await;
+        }
+        self.take(CommandKind::PowerOn).await;
+        let (robot, ends) = (self.robot.clone(), self.lifetime.token().clone());
+        self.faults.spawn(Kind::Service, "brakes", async move {
+            let powered = async {
+                let begun = tokio::time::Instant::now();
+                loop {
+                    match robot.state().robot_mode {
+                        RobotMode::Idle => break true,
+                        // Switched off again, or never on; or released by somebody else.
+                        RobotMode::PowerOff if begun.elapsed() > SWITCHED_ON_WITHIN => break false,
+                        RobotMode::Running => break false,
+                        _ => tokio::time::sleep(LOOK_AGAIN).await,
+                    }
+                }
+            };
+            let powered = ends.run_until_cancelled(timeout(POWERED_WITHIN, powered));
+            if let Some(Ok(true)) = powered.await
+                && let Err(full) = robot.send(Origin::default(), CommandKind::ReleaseBrakes)
+            {
+                tracing::warn!("the brakes were not released: {full}");
+            }
+        });
+    }
+
     /// Gives the robot a command and returns when a cycle has taken it, so that what a client asks next, in the next line or
     /// on another port, is already answered by a state with it.
     async fn take(&self, command: CommandKind) {

@@ -1,14 +1,15 @@
 //! The controller as the ports see it: implements their border traits, and carries messages to port 30001.
 //!
-//! Here are the text ports and metrics; RTSI and the dashboard have files of their own.
+//! Here are interpreter mode, questions and metrics; the other ports have files of their own.
 
 mod dashboard;
 mod lifetime;
 mod page;
+mod programs;
 mod rtsi;
+mod variables;
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
@@ -17,13 +18,13 @@ use controller::cell::Cell;
 use controller::cell::point::Direction;
 use elite_lang::{KnownNames, SourceFile};
 use elite_runtime::interpreter::{Statement, Submitted, ThrownAway};
-use elite_runtime::message::{Message, RECORDING_ALARM_CODE, Severity};
+use elite_runtime::message::{Message, RECORDING_ALARM_CODE, REPLACED, Severity};
 use elite_runtime::panel::{FLAGS, PopupStyle};
-use elite_runtime::{ProgramText, Robot, Supervisor};
-use io_bus::Fieldbus;
+use elite_runtime::{NoAnswer, Robot, Supervisor};
+use io_bus::{ControlMode, Fieldbus};
 use motion::realtime::ClockMeter;
 use motion_api::{
-    CommandId, CommandKind, Frame, MotionMode, Origin, ProgramId, RegisterImages, RobotState,
+    CommandId, CommandKind, MotionMode, Origin, ProgramId, RegisterImages, RobotState,
 };
 use recorder::RecorderMeter;
 use serde_json::{Value, json};
@@ -37,22 +38,19 @@ use crate::feed::Feed;
 use crate::host::Host;
 use crate::log_dir::InterpreterLog;
 use crate::logging;
-use crate::ports::ClientId;
-use crate::ports::description::{RobotDescription, TaskStatus, ToolSerial};
+use crate::ports::description::{RobotDescription, TaskStatus};
 use crate::ports::http::metrics::{Figures, RecordingFigures};
 use crate::ports::http::{self, NotSet};
 use crate::ports::interpreter::codec::{Command, Discard, executed};
 use crate::ports::interpreter::{self, Verdict};
-use crate::ports::primary::framing::{ControlPhrase, Program, ProgramKind};
-use crate::ports::primary::{self, Hub, Submission};
-use crate::ports::sample::Sample;
+use crate::ports::primary::{self, Hub};
+use crate::ports::query::{self, codec::Failure};
+use crate::ports::shown::Shown;
 use dashboard::{Configuration, Loaded, LogPace};
 use elite_runtime::task_folder::TaskFolder;
 pub use lifetime::Lifetime;
+use variables::ConfigurationVariables;
 use wire::primary::{ErrorData, Exception, Level, Source};
-
-/// Name of programs that are one line outside a block.
-const LINE_NAME: &str = "line";
 
 /// A command waits so long for room among the others.
 const ROOM_WITHIN: Duration = Duration::from_millis(300);
@@ -69,8 +67,8 @@ pub struct Backend {
     debuggers: Arc<editor::dap::Hub>,
     feed: Arc<Feed>,
     announcer: Arc<Announcer>,
-    /// Programs from the network are run.
-    remote: AtomicBool,
+    /// Who controls the robot.
+    control: watch::Sender<ControlMode>,
     task_folder: TaskFolder,
     task_dir: PathBuf,
     /// What the page draws.
@@ -78,8 +76,11 @@ pub struct Backend {
     log_lines: LogLines,
     start_configuration: Configuration,
     loaded: Mutex<Loaded>,
+    variables: Mutex<ConfigurationVariables>,
     /// What `play` has started last: its number and its name in the folder.
     played: Mutex<Option<(ProgramId, String)>>,
+    /// Who has sent the newest programs, the newest first.
+    sent: Mutex<Vec<(ProgramId, primary::Sender)>>,
     log_pace: Mutex<LogPace>,
     lifetime: Lifetime,
     clock: ClockMeter,
@@ -113,7 +114,9 @@ impl Backend {
                 speed: Some(1.0),
             },
             loaded: Mutex::default(),
+            variables: Mutex::default(),
             played: Mutex::default(),
+            sent: Mutex::default(),
             log_pace: Mutex::default(),
             lifetime,
             robot: controller.robot().clone(),
@@ -122,7 +125,10 @@ impl Backend {
             description: host.description().clone(),
             hub,
             debuggers: host.debuggers().clone(),
-            remote: AtomicBool::new(!config.local),
+            control: {
+                controller.fieldbus().port_image.set_control(config.control);
+                watch::Sender::new(config.control)
+            },
             clock: controller.clock_meter(),
             recording: controller.recorder_meter(),
             recording_path: controller.recording_path().map(Path::to_owned),
@@ -130,6 +136,17 @@ impl Backend {
             log: host.interpreter_log().clone(),
             faults: controller.faults().clone(),
         }
+    }
+
+    /// Programs come from the network, if in mixed mode not by all ways.
+    fn takes_programs(&self) -> bool {
+        *self.control.borrow() != ControlMode::Local
+    }
+
+    /// Gives control to somebody.
+    fn set_control(&self, mode: ControlMode) {
+        self.fieldbus.port_image.set_control(mode);
+        self.control.send_replace(mode);
     }
 
     /// Gives the robot a command; while others flood it, a moment later. What finds no room is told to everybody.
@@ -213,6 +230,9 @@ impl Backend {
                 };
                 (Source::Controller, exception)
             }
+            Message::Log { origin, text, .. } if text.starts_with(REPLACED) => {
+                return self.announce_replacement(origin.program, text);
+            }
             Message::Print { .. } | Message::Log { .. } => return,
         };
         self.hub.announce(unix_millis(), source, &exception);
@@ -266,110 +286,15 @@ impl Backend {
     }
 }
 
-impl primary::Backend for Backend {
-    fn beats(&self) -> watch::Receiver<Option<Arc<Sample>>> {
-        self.feed.beats().subscribe()
-    }
-
-    fn sample(&self) -> Sample {
-        self.feed.sample(&Frame {
-            state: self.robot.state(),
-            registers: self.robot.registers().images(),
+impl query::Answering for Backend {
+    async fn evaluate(&self, statement: &str) -> Result<String, Failure> {
+        self.supervisor.ask(statement).await.map_err(|no_answer| {
+            tracing::warn!("port 40011: {}: {}", Shown(statement), no_answer);
+            match no_answer {
+                NoAnswer::Parse(_) => Failure::Parse,
+                NoAnswer::Execute(_) => Failure::Execute,
+            }
         })
-    }
-
-    fn description(&self) -> &RobotDescription {
-        &self.description
-    }
-
-    fn tool_serial(&self) -> Option<ToolSerial> {
-        let settings = self.fieldbus.tool_serial.settings()?;
-        Some(ToolSerial {
-            baud_rate: settings.baud_rate,
-            parity: settings.parity.into(),
-            stop_bits: settings.stop_bits.into(),
-            modbus_rtu: settings.modbus_rtu,
-            for_daemon: settings.for_daemon,
-        })
-    }
-
-    fn unix_millis(&self) -> u64 {
-        unix_millis()
-    }
-
-    async fn is_whole_program(&self, text: String) -> bool {
-        self.compiles(text).await
-    }
-
-    async fn submit(&self, submission: Submission) {
-        let program = ProgramText {
-            name: name_of(&submission.program),
-            text: submission.program.text,
-        };
-        if !self.remote.load(Ordering::Relaxed) {
-            self.refuse(format!(
-                "RuntimeError: program \"{}\" was refused: remote control is off",
-                program.name
-            ));
-            return;
-        }
-        // A refusal has been told to everybody by the supervisor.
-        let sender = submission.sender.to_string();
-        let _ = self.supervisor.submit(program, &sender).await;
-    }
-
-    fn hurry(&self, phrase: ControlPhrase) {
-        if !self.remote.load(Ordering::Relaxed) && phrase != ControlPhrase::PowerOff {
-            return;
-        }
-        match phrase {
-            ControlPhrase::StopTask | ControlPhrase::PowerOff => self.supervisor.stop(),
-            ControlPhrase::PauseTask => self.supervisor.pause(),
-            _ => {}
-        }
-    }
-
-    async fn control(&self, client: ClientId, phrase: ControlPhrase) {
-        tracing::info!(%client, ?phrase, "control phrase");
-        let task_only = matches!(
-            phrase,
-            ControlPhrase::StopTask | ControlPhrase::PauseTask | ControlPhrase::ResumeTask
-        );
-        // The same rule as on the dashboard.
-        if task_only && !self.remote.load(Ordering::Relaxed) {
-            let phrase = match phrase {
-                ControlPhrase::StopTask => "stop task",
-                ControlPhrase::PauseTask => "pause task",
-                _ => "resume task",
-            };
-            self.refuse(format!(
-                "RuntimeError: \"{phrase}\" was refused: remote control is off"
-            ));
-            return;
-        }
-        match phrase {
-            ControlPhrase::StopTask => self.supervisor.stop(),
-            ControlPhrase::PauseTask => self.supervisor.pause(),
-            ControlPhrase::ResumeTask => self.supervisor.resume(),
-            ControlPhrase::ClosePopup => {
-                if self.supervisor.panel().close_newest_popup().is_none() {
-                    tracing::info!(%client, "close popup: none is open");
-                }
-            }
-            ControlPhrase::PowerOn => self.give(CommandKind::PowerOn).await,
-            ControlPhrase::PowerOff => {
-                self.supervisor.stop();
-                self.give(CommandKind::PowerOff).await;
-            }
-            ControlPhrase::ReleaseBrakes => self.give(CommandKind::ReleaseBrakes).await,
-            ControlPhrase::UnlockProtectiveStop => {
-                self.give(CommandKind::UnlockProtectiveStop).await
-            }
-            ControlPhrase::RestartSafetyBoard => self.give(CommandKind::RestartSafetyBoard).await,
-            ControlPhrase::SetSpeed(fraction) => {
-                self.give(CommandKind::SetSpeedFraction(fraction)).await;
-            }
-        }
     }
 }
 
@@ -382,6 +307,8 @@ impl interpreter::Interpreter for Backend {
         let thrown_away = Box::new(move |reason| {
             let discard = match reason {
                 ThrownAway::OnEntry => Discard::CleanedUp,
+                ThrownAway::OnEnd => Discard::CleanedUpAfterEnd,
+                ThrownAway::Cleared => Discard::Cleared,
                 ThrownAway::TaskEnded => Discard::InvalidState,
             };
             log.discarded(client, &discard.to_string(), &statement.text);
@@ -511,21 +438,4 @@ impl http::Source for Backend {
         }
         Ok(())
     }
-}
-
-/// `first_light` of `def first_light():`.
-fn name_of(program: &Program) -> String {
-    let head = program.text.trim_start();
-    let rest = match program.kind {
-        ProgramKind::Main => head.strip_prefix("def"),
-        ProgramKind::Secondary => head.strip_prefix("sec"),
-        ProgramKind::Line => None,
-    };
-    // A name of the language, or none: it is shown in messages, the log and the recording.
-    let is_name = |name: &str| name.chars().all(|c| c == '_' || c.is_alphanumeric());
-    rest.and_then(|rest| rest.split('(').next())
-        .map(str::trim)
-        .filter(|name| !name.is_empty() && name.len() <= 100 && is_name(name))
-        .unwrap_or(LINE_NAME)
-        .to_owned()
 }

@@ -56,7 +56,7 @@ impl Cockpit for Backend {
             "version": env!("CARGO_PKG_VERSION"),
             "robot": self.description.name,
             "step_time": self.robot.state().step_time,
-            "remote_control": self.remote.load(std::sync::atomic::Ordering::Relaxed),
+            "remote_control": *self.control.borrow() == io_bus::ControlMode::Remote,
             "recording": self.recording.is_some(),
         })
     }

@@ -254,10 +254,19 @@ fn governor() -> Option<Finding> {
 fn ports(config: &ServeConfig) -> Vec<Finding> {
     let (mut free, mut findings) = (Vec::new(), Vec::new());
     for (_, option, setting) in config.ports.list() {
-        let PortSetting::Number(port) = setting else {
-            continue;
+        let (mut port, otherwise) = match setting {
+            PortSetting::Number(port) => (port, None),
+            PortSetting::Either(port, otherwise) => (port, Some(otherwise)),
+            PortSetting::Any | PortSetting::Off => continue,
         };
-        let Err(error) = TcpListener::bind((config.bind, port)) else {
+        let mut opened = TcpListener::bind((config.bind, port));
+        if let (Err(error), Some(otherwise)) = (&opened, otherwise)
+            && error.kind() == ErrorKind::PermissionDenied
+        {
+            port = otherwise;
+            opened = TcpListener::bind((config.bind, port));
+        }
+        let Err(error) = opened else {
             free.push(port.to_string());
             continue;
         };

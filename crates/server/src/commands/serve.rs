@@ -14,7 +14,9 @@ use crate::ports::callers::Callers;
 use crate::ports::http::Pages;
 use crate::ports::http::page::Page;
 use crate::ports::listen::{BindError, PortMeter, bind, start_port};
-use crate::ports::{dashboard, foxglove, http, interpreter, modbus, primary, rtsi};
+use crate::ports::{
+    dashboard, foxglove, http, interpreter, modbus, primary, query, rtsi, state, tool_serial,
+};
 use crate::ready_file;
 use crate::shutdown::{FAULT_EXIT, Shutdown};
 use controller::options::RecordTarget;
@@ -115,6 +117,12 @@ fn end_with_stdin(shutdown: &Shutdown) -> std::io::Result<()> {
     Ok(())
 }
 
+/// Ports that were served.
+struct Served {
+    reboots: bool,
+    backend: Arc<Backend>,
+}
+
 /// How a life of the server ended.
 struct Life {
     status: u8,
@@ -148,6 +156,11 @@ fn live(
         tracing::error!("the program does not end, so the server does");
         shutdown.begin(1);
     }
+    let served = served.map(|Served { reboots, backend }| {
+        // What the program has left in its variables is the next one's.
+        backend.take_variables();
+        reboots
+    });
     let fault = controller.faults().fatal().is_some();
     let flushed = host.shut_down();
     shutdown.close_in_any_case(None);
@@ -233,7 +246,7 @@ async fn serve_ports(
     host: &Host,
     listeners: Listeners,
     shutdown: &Shutdown,
-) -> Result<bool, ServeError> {
+) -> Result<Served, ServeError> {
     let controller = host.controller();
     let lifetime = Lifetime::default();
     let token = lifetime.token().clone();
@@ -250,8 +263,28 @@ async fn serve_ports(
         })
     };
 
+    {
+        let (backend, hub, token) = (backend.clone(), hub.clone(), token.clone());
+        let watch = faults.clone();
+        faults.spawn(Kind::Service, "states", async move {
+            let begin = || hub.publish_states(&*backend, token.clone());
+            watch.keep_up("states", begin).await;
+        });
+    }
+
+    {
+        let (backend, mut status) = (Arc::downgrade(&backend), controller.supervisor().watch());
+        faults.spawn(Kind::Service, "variables", async move {
+            while status.changed().await.is_ok()
+                && let Some(backend) = backend.upgrade()
+            {
+                backend.take_variables();
+            }
+        });
+    }
+
     let page = open_page(config, &backend, faults, &token)?;
-    let image = controller.fieldbus().port_image.clone();
+    let fieldbus = controller.fieldbus().clone();
     let callers = Callers::of(
         config.bind,
         platform::machine::name().as_deref(),
@@ -289,10 +322,10 @@ async fn serve_ports(
                 http::serve(listener, pages, one.clone(), callers.clone(), token.clone())
             })?,
             "modbus" => {
-                let (image, robot) = (image.clone(), controller.robot().clone());
+                let (fieldbus, robot) = (fieldbus.clone(), controller.robot().clone());
                 start_port(&mut services, listener, &meter, move |listener| {
-                    let (image, robot) = (image.clone(), robot.clone());
-                    modbus::serve(listener, image, robot, one.clone(), token.clone())
+                    let (fieldbus, robot) = (fieldbus.clone(), robot.clone());
+                    modbus::serve(listener, fieldbus, robot, one.clone(), token.clone())
                 })?;
             }
             "rtsi" => start_port(&mut services, listener, &meter, move |listener| {
@@ -313,6 +346,22 @@ async fn serve_ports(
             "dashboard" => start_port(&mut services, listener, &meter, move |listener| {
                 dashboard::serve(listener, backend.clone(), one.clone(), token.clone())
             })?,
+            "state" => {
+                let hub = hub.clone();
+                start_port(&mut services, listener, &meter, move |listener| {
+                    let (backend, hub) = (backend.clone(), hub.clone());
+                    state::serve(listener, backend, hub, one.clone(), token.clone())
+                })?;
+            }
+            "query" => start_port(&mut services, listener, &meter, move |listener| {
+                query::serve(listener, backend.clone(), one.clone(), token.clone())
+            })?,
+            "tool-serial" => {
+                let fieldbus = fieldbus.clone();
+                start_port(&mut services, listener, &meter, move |listener| {
+                    tool_serial::serve(listener, fieldbus.clone(), one.clone(), token.clone())
+                })?;
+            }
             other => unreachable!("{other} is no entry of PortSettings::list"),
         }
     }
@@ -355,5 +404,6 @@ async fn serve_ports(
     controller.supervisor().stop();
     while services.join_next().await.is_some() {}
     forwarding.abort();
-    Ok(lifetime.reboots())
+    let reboots = lifetime.reboots();
+    Ok(Served { reboots, backend })
 }

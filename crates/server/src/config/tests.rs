@@ -48,9 +48,12 @@ fn defaults_are_those_of_the_contract() {
     assert_eq!(config.ports.interpreter, PortSetting::Number(30020));
     assert_eq!(config.ports.rtsi, PortSetting::Number(30004));
     assert_eq!(config.ports.dashboard, PortSetting::Number(29999));
-    assert_eq!(config.ports.modbus, PortSetting::Number(5020));
+    assert_eq!(config.ports.modbus, PortSetting::Either(502, 5020));
+    assert_eq!(config.ports.state, PortSetting::Number(30011));
+    assert_eq!(config.ports.query, PortSetting::Number(40011));
+    assert_eq!(config.ports.tool_serial, PortSetting::Off);
     assert_eq!(config.ports.http, PortSetting::Number(8080));
-    assert!(!config.powered_off && !config.local);
+    assert!(!config.powered_off && config.control == ControlMode::Remote);
 
     let run = RunConfig::load(RunArgs {
         file: "x".into(),
@@ -72,8 +75,10 @@ fn a_flag_comes_before_the_file_and_the_file_before_the_default() {
     assert_eq!(config.robot.step.as_secs(), 0.002);
     assert_eq!(config.ports.primary, PortSetting::Off);
     assert_eq!(config.ports.http, PortSetting::Off);
+    // Next to a primary port elsewhere.
+    assert_eq!(config.ports.state, PortSetting::Any);
     assert_eq!(config.robot.allow, BTreeSet::from([Permission::Fs]));
-    assert!(!config.local);
+    assert_eq!(config.control, ControlMode::Remote);
 }
 
 #[test]
@@ -117,6 +122,10 @@ fn every_key_is_read() {
         modbus-port = 502
         http-port = 80
         foxglove-port = "off"
+        state-port = "off"
+        query-port = 4001
+        tool-serial-port = 54321
+        control = "local"
         trust-host = ["cell-4.example", "192.0.2.7"]
         ready-file = "ready.json"
         powered-off = true
@@ -150,9 +159,12 @@ fn every_key_is_read() {
     assert_eq!(config.ports.primary, PortSetting::Any);
     assert_eq!(config.ports.interpreter, PortSetting::Off);
     assert_eq!(config.ports.modbus, PortSetting::Number(502));
+    assert_eq!(config.ports.state, PortSetting::Off);
+    assert_eq!(config.ports.query, PortSetting::Number(4001));
+    assert_eq!(config.ports.tool_serial, PortSetting::Number(54321));
     assert_eq!(config.trusted_hosts, ["cell-4.example", "192.0.2.7"]);
     assert_eq!(config.ready_file, Some("ready.json".into()));
-    assert!(config.powered_off && config.local);
+    assert!(config.powered_off && config.control == ControlMode::Local);
     for key in KEYS {
         assert!(
             text.replace('_', "-").contains(key),
@@ -267,5 +279,31 @@ fn an_empty_list_of_permissions_allows_nothing() {
     assert_eq!(
         serve("eliteserver", "allow = []").unwrap().robot.allow,
         BTreeSet::new()
+    );
+}
+
+#[test]
+fn control_is_named_in_one_way() {
+    let control = |line: &str| serve(line, "").map(|config| config.control);
+    assert_eq!(
+        control("eliteserver --control mixed").unwrap(),
+        ControlMode::Mixed
+    );
+    assert_eq!(
+        control("eliteserver --control local --local").unwrap(),
+        ControlMode::Local
+    );
+    assert_eq!(control("eliteserver --local").unwrap(), ControlMode::Local);
+    let error = control("eliteserver --control mixed --local").unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "--local and --control mixed contradict each other: leave one of them out"
+    );
+    let error = serve("eliteserver", "control = 'none'")
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("allowed are remote, local and mixed"),
+        "{error}"
     );
 }

@@ -130,9 +130,23 @@ pub async fn bind(
         PortSetting::Off => return Ok(None),
         PortSetting::Any => 0,
         PortSetting::Number(port) => port,
+        PortSetting::Either(port, otherwise) => match open(option, ip, port).await {
+            Err(BindError::NotAllowed { .. }) => {
+                tracing::info!(
+                    "{port} needs a privilege that this user does not have: {otherwise} is opened in its place, and clients \
+                     must be told so ({option} chooses)"
+                );
+                otherwise
+            }
+            opened => return opened.map(Some),
+        },
     };
+    open(option, ip, port).await.map(Some)
+}
+
+async fn open(option: &'static str, ip: IpAddr, port: u16) -> Result<TcpListener, BindError> {
     let address = SocketAddr::new(ip, port);
-    let listener = TcpListener::bind(address)
+    TcpListener::bind(address)
         .await
         .map_err(|source| match source.kind() {
             io::ErrorKind::AddrInUse => BindError::InUse { address, option },
@@ -143,8 +157,7 @@ pub async fn bind(
                 option,
                 source,
             },
-        })?;
-    Ok(Some(listener))
+        })
 }
 
 /// Accepts clients until `shutdown` and runs `session` for each, until that ends or the client gives its place up. Returns

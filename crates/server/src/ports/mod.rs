@@ -13,10 +13,13 @@ pub mod modbus;
 pub mod opening;
 pub mod peer;
 pub mod primary;
+pub mod query;
 pub mod rtsi;
 pub mod sample;
 pub mod shown;
+pub mod state;
 pub mod text;
+pub mod tool_serial;
 pub mod websocket;
 
 pub use listen::ClientId;

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use elite_runtime::Robot;
-use io_bus::modbus_server::state_map::Controller;
-use io_bus::{PortImage, modbus_server};
-use motion_api::{CommandKind, IoChange, Origin, Registers, RobotState};
+use elite_runtime::port_map::ClientMap;
+use io_bus::Fieldbus;
+use io_bus::modbus_server::{self, map::Map};
 use tokio::net::TcpListener;
 use tokio_util::sync::CancellationToken;
 
@@ -15,7 +15,7 @@ use crate::ports::peer::Speaks;
 /// Serves the port until `shutdown`; returns when every client is closed.
 pub async fn serve(
     listener: TcpListener,
-    image: Arc<PortImage>,
+    fieldbus: Arc<Fieldbus>,
     robot: Arc<Robot>,
     meter: PortMeter,
     shutdown: CancellationToken,
@@ -26,10 +26,13 @@ pub async fn serve(
         meter,
         shutdown,
         |stream, client, shutdown| {
-            let image = Arc::clone(&image);
-            let robot = RobotMap(Arc::clone(&robot));
+            let (fieldbus, robot) = (Arc::clone(&fieldbus), Arc::clone(&robot));
             async move {
-                let conversation = modbus_server::serve(stream, &image, Some(&robot));
+                let map = Map(ClientMap {
+                    robot: &robot,
+                    image: &fieldbus.port_image,
+                });
+                let conversation = modbus_server::serve(stream, &map);
                 if let Some(Err(ended)) = shutdown.run_until_cancelled(conversation).await {
                     tracing::debug!(%client, "modbus: {ended}");
                 }
@@ -37,22 +40,4 @@ pub async fn serve(
         },
     )
     .await;
-}
-
-/// The robot as the map from address 1000 on shows it.
-struct RobotMap(Arc<Robot>);
-
-impl Controller for RobotMap {
-    fn state(&self) -> RobotState {
-        self.0.state()
-    }
-
-    fn registers(&self) -> &Registers {
-        self.0.registers()
-    }
-
-    fn change(&self, change: IoChange) -> bool {
-        let kind = CommandKind::SetIo(change);
-        self.0.send(Origin::default(), kind).is_ok()
-    }
 }

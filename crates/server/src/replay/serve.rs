@@ -120,6 +120,9 @@ pub(super) fn serve(
         modbus: PortSetting::Off,
         http: fixed(args.http_port, 8080),
         foxglove: args.foxglove_port.unwrap_or(PortSetting::Off),
+        state: PortSetting::Off,
+        query: PortSetting::Off,
+        tool_serial: PortSetting::Off,
     };
     crate::config::each_on_its_own(&ports)?;
     let bind = args.bind.unwrap_or(IpAddr::V4(Ipv4Addr::LOCALHOST));
@@ -219,8 +222,14 @@ fn open_services(
         let page = page.clone();
         match name {
             "primary" => start_port(&mut services, listener, &meter, move |listener| {
-                let hub = playback.hub().clone();
-                primary::serve(listener, playback.clone(), hub, one.clone(), stop.clone())
+                let (playback, stop) = (playback.clone(), stop.clone());
+                let (hub, one) = (playback.hub().clone(), one.clone());
+                async move {
+                    let publishing = hub.publish_states(&*playback, stop.clone());
+                    let served = playback.clone();
+                    let serving = primary::serve(listener, served, hub.clone(), one, stop.clone());
+                    tokio::join!(publishing, serving);
+                }
             })?,
             "rtsi" => start_port(&mut services, listener, &meter, move |listener| {
                 rtsi::serve(listener, playback.clone(), one.clone(), stop.clone())

@@ -11,6 +11,7 @@ mod modbus_rtu;
 mod modbus_server;
 mod opening;
 mod primary;
+mod query;
 mod rtsi;
 mod script_socket;
 mod xmlrpc;
@@ -65,6 +66,33 @@ pub(super) const TARGETS: &[Target] = &[
             b"GET ",
         ],
         bytes_max: 400,
+    },
+    Target {
+        name: "query",
+        about: "port 40011: questions read the same in any pieces, answers of one line",
+        judge: query::judge,
+        shown: as_they_are,
+        seeds: || {
+            let lines: [&[u8]; 3] = [
+                b"req 1 get_actual_joint_positions()\nreq 2 get_inverse_kin([0,0,0,0,0,0])\r\n",
+                b"req 5get_inverse_kin(x)\n req 18446744073709551615 a\nreq -1 b\n",
+                b"req x y\nrequest 1 z\nreq 7 set_tcp([0, 0, 0.1, 0, 0, 0])\nreq 8",
+            ];
+            lines.map(<[u8]>::to_vec).to_vec()
+        },
+        words: &[
+            b"req ",
+            b"1",
+            b" ",
+            b"\n",
+            b"\r",
+            b"\t",
+            b"_",
+            b"[",
+            b"]",
+            b"\xc3\xa4",
+        ],
+        bytes_max: 300,
     },
     Target {
         name: "dashboard",
@@ -286,7 +314,12 @@ pub(super) const TARGETS: &[Target] = &[
                 &[6, 4, 0, 1, 2],
                 &[15, 0, 0, 0, 9, 2, 1, 1],
                 &[16, 0, 0, 0, 2, 4, 1, 2, 3, 4],
-                &[23, 0, 0, 0, 1, 0, 0, 0, 1, 2, 1, 1],
+                &[23, 1, 0, 0, 1, 1, 0, 0, 1, 2, 1, 1],
+                &[4, 0, 63, 0, 48],
+                &[16, 0, 2, 0, 2, 4, 0, 3, 0, 100],
+                &[6, 0, 17, 0, 50],
+                &[22, 1, 0, 0, 0xf2, 0, 0x25],
+                &[15, 0, 32, 0, 24, 3, 1, 1, 1],
             ]
             .map(frame)
             .to_vec()

@@ -1,11 +1,12 @@
 //! What a Modbus TCP client sends, cut into messages as the session does it: every one gets an answer that is a message.
 
-use io_bus::modbus_server::codec::{HEADER_BYTES, answer_with, message_bytes};
-use io_bus::modbus_server::state_map::Controller;
-use io_bus::port_image::PortImage;
-use motion_api::{IoChange, Registers, RobotState};
+use io_bus::PortImage;
+use io_bus::modbus_server::codec::{HEADER_BYTES, answer, message_bytes};
+use io_bus::modbus_server::map::{Controller, Map};
+use motion_api::{CommandKind, Registers, RobotState};
 
-struct Standing(Registers);
+#[derive(Default)]
+struct Standing(Registers, PortImage);
 
 impl Controller for Standing {
     fn state(&self) -> RobotState {
@@ -14,22 +15,28 @@ impl Controller for Standing {
     fn registers(&self) -> &Registers {
         &self.0
     }
-    fn change(&self, _: IoChange) -> bool {
-        true
+    fn image(&self) -> &PortImage {
+        &self.1
+    }
+    fn joint_current(&self, _: &RobotState, _: usize) -> f64 {
+        -40.0
+    }
+    fn give(&self, commands: &[CommandKind]) -> bool {
+        commands.len() < 2
     }
 }
 
 pub(super) fn judge(data: &[u8]) {
-    let (image, controller) = (PortImage::default(), Standing(Registers::default()));
+    let map = Map(Standing::default());
     let mut rest = data;
     while let Ok(Some(length)) = message_bytes(rest) {
         let Some((message, after)) = rest.split_at_checked(length) else {
             return;
         };
-        let answer = answer_with(message, &image, Some(&controller));
-        assert_eq!(message_bytes(&answer), Ok(Some(answer.len())));
-        assert_eq!(answer[..4], message[..4], "transaction and protocol");
-        let (asked, answered) = (message[HEADER_BYTES], answer[HEADER_BYTES]);
+        let reply = answer(message, &map);
+        assert_eq!(message_bytes(&reply), Ok(Some(reply.len())));
+        assert_eq!(reply[..4], message[..4], "transaction and protocol");
+        let (asked, answered) = (message[HEADER_BYTES], reply[HEADER_BYTES]);
         assert!(answered == asked || answered == asked | 0x80);
         rest = after;
     }

@@ -35,6 +35,10 @@ const FIRST: &[(&str, &str)] = &[
         "bit_list_to_integer",
         "由位得到整数，首位为最低位；满 32 位时前 32 位为有符号数。",
     ),
+    (
+        "byte_list_to_integer",
+        "由位得到整数，首位为最低位；满 32 位时前 32 位为有符号数。",
+    ),
     ("cal_rpy_frame", "由原点和两个方向得到坐标系位姿。"),
     ("ceil", "不小于 f 的最小整数。"),
     ("clear_interpreter", "删除注入的函数。"),
@@ -170,6 +174,7 @@ const FIRST: &[(&str, &str)] = &[
     ("halt", "结束整个任务，视为成功。"),
     ("integer_to_binary_list", "整数补码的低 32 位，最低位在前。"),
     ("integer_to_bit_list", "整数补码的低 32 位，最低位在前。"),
+    ("integer_to_byte_list", "整数补码的低 32 位，最低位在前。"),
     (
         "interpolate_pose",
         "两位姿之间插值：位置走直线，姿态走最短旋转。",

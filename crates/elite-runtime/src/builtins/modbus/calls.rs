@@ -6,9 +6,13 @@ use std::time::Duration;
 use elite_lang::{ExceptionKind, Raised, Value, memory};
 use io_bus::modbus::pdu::Request;
 use io_bus::modbus::{DeviceAddress, ModbusError, SignalKind, SignalSpec};
+use io_bus::modbus_server::map::{Map, meaning_of_coil, meaning_of_word};
+use io_bus::modbus_server::tables::{Refusal, Space, Tables};
 use motion_api::RunStateChoice;
 
 use super::super::call::Call;
+use crate::port_map::ProgramMap;
+use crate::task::Wait;
 
 /// The exception for what the client refuses: a wrong argument or a state.
 fn check<T>(
@@ -241,21 +245,55 @@ pub(super) fn modbus_reset_connection(call: &mut Call<'_, '_>) -> Result<Value, 
     Ok(Value::None)
 }
 
-/// The declared ranges are those of the image, so its errors do not happen; they are passed on all the same.
-fn port<T>(call: &mut Call<'_, '_>, result: Result<T, io_bus::PortError>) -> Result<T, Raised> {
-    result.map_err(|error| call.error(ExceptionKind::ValueError, error.to_string()))
+/// The robot behind its own Modbus map.
+fn map<'a>(call: &'a Call<'_, '_>) -> Map<ProgramMap<'a>> {
+    Map(ProgramMap {
+        view: call.context().robot(),
+        image: &call.context().fieldbus().port_image,
+        origin: call.origin(),
+    })
+}
+
+/// The declared ranges are those of addresses.
+fn address(call: &mut Call<'_, '_>) -> Result<u16, Raised> {
+    Ok(u16::try_from(call.integer(0)?).unwrap_or(u16::MAX))
+}
+
+/// Does what a client of the map could do; where the robot takes no command just now, in one of the next cycles.
+fn on_map<T>(
+    call: &mut Call<'_, '_>,
+    act: impl Fn(&Map<ProgramMap<'_>>) -> Result<T, Refusal>,
+) -> Result<Result<T, Refusal>, Raised> {
+    loop {
+        let done = act(&map(call));
+        match done {
+            Err(Refusal::Busy) => {
+                let next = call.context().robot().moment().cycle + 1;
+                call.wait(Wait::Cycle(next))?;
+            }
+            done => return Ok(done),
+        }
+    }
+}
+
+fn no_word(call: &mut Call<'_, '_>, address: u16) -> Raised {
+    let text = format!("there is no word {address} in the controller's Modbus map");
+    call.error(ExceptionKind::ValueError, text)
 }
 
 pub(super) fn read_port_bit(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let address = call.integer(0)?;
-    let level = call.context().fieldbus().port_image.read_bit(address);
-    Ok(Value::Bool(port(call, level)?))
+    let address = address(call)?;
+    let levels = map(call).read_bits(Space::Outputs, address, 1);
+    // The declared range is within the map.
+    Ok(Value::Bool(levels.is_ok_and(|levels| levels == [true])))
 }
 
 pub(super) fn read_port_register(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let (address, signed) = (call.integer(0)?, call.boolean(1)?);
-    let word = call.context().fieldbus().port_image.read_register(address);
-    let word = port(call, word)?;
+    let (address, signed) = (address(call)?, call.boolean(1)?);
+    let words = map(call).read_words(Space::Outputs, address, 1);
+    let Ok(&[word]) = words.as_deref() else {
+        return Err(no_word(call, address));
+    };
     Ok(Value::Int(if signed {
         word.cast_signed().into()
     } else {
@@ -263,24 +301,38 @@ pub(super) fn read_port_register(call: &mut Call<'_, '_>) -> Result<Value, Raise
     }))
 }
 
+/// The manual's own example writes a bit that the map has as an input, so what cannot be written is told without ending the
+/// program.
 pub(super) fn write_port_bit(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let (address, level) = (call.integer(0)?, call.boolean(1)?);
-    let written = call
-        .context()
-        .fieldbus()
-        .port_image
-        .write_bit(address, level);
-    port(call, written)?;
+    let (address, level) = (address(call)?, call.boolean(1)?);
+    let written = on_map(call, |map| map.write_bits(address, &[level]))?;
+    if written.is_err()
+        && call
+            .context()
+            .warns_first(&format!("write_port_bit {address}"))
+    {
+        let what = meaning_of_coil(address).unwrap_or("it has no known meaning");
+        call.warn(format_args!(
+            "bit {address} cannot be switched ({what}); it stays as it is"
+        ));
+    }
     Ok(Value::None)
 }
 
 pub(super) fn write_port_register(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let (address, value) = (call.integer(0)?, call.integer(1)?);
-    let written = call
-        .context()
-        .fieldbus()
-        .port_image
-        .write_register(address, value);
-    port(call, written)?;
-    Ok(Value::None)
+    let (address, value) = (address(call)?, call.integer(1)?);
+    // The declared range is that of signed and unsigned words together.
+    let word = value as u16;
+    let text = match on_map(call, |map| map.write_words(address, &[word]))? {
+        Ok(()) => return Ok(Value::None),
+        Err(Refusal::Value) => {
+            let what = meaning_of_word(address).unwrap_or_default();
+            format!("{value} is not allowed for word {address} ({what})")
+        }
+        Err(_) => match meaning_of_word(address) {
+            Some(what) => format!("word {address} cannot be set to {value}: {what}"),
+            None => return Err(no_word(call, address)),
+        },
+    };
+    Err(call.error(ExceptionKind::ValueError, text))
 }

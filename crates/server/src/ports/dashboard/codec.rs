@@ -6,7 +6,9 @@
 
 use motion_api::{RobotMode, SafetyMode};
 
-use crate::ports::description::TaskStatus;
+use io_bus::ControlMode;
+
+use crate::ports::description::{CONTROLLER_VERSION, TaskStatus};
 
 /// The longest line, bytes.
 pub const LINE_BYTES_MAX: usize = 64 * 1024;
@@ -14,8 +16,15 @@ pub const LINE_BYTES_MAX: usize = 64 * 1024;
 /// The longest reply, bytes.
 pub const REPLY_BYTES_MAX: usize = 512;
 
-/// Sent on accept: the SDK reads one line before it asks anything.
-pub const GREETING: &str = "Elite dashboard server";
+/// Sent on accept, in one write: the vendor's SDK takes what one read brings before it asks anything. The first line is the
+/// vendor's, the others say what theirs say.
+pub fn greeting() -> String {
+    let version = CONTROLLER_VERSION.map(|part| part.to_string()).join(".");
+    format!(
+        "EliRobot dashboard shell, version {version}\r\nType 'help' to see the list of commands.\r\nType 'help name' to find out \
+         what the command 'name' does.\r\nType 'usage name' to find out how the command 'name' is used."
+    )
+}
 
 /// Range of the speed slider in commands, percent.
 pub const SPEED_PERCENT: core::ops::RangeInclusive<u32> = 2..=100;
@@ -173,8 +182,11 @@ fn command(name: &str, rest: &str) -> Option<Command> {
         ("help" | "usage", _) => {
             Command::Help(rest.split_whitespace().map(str::to_owned).collect())
         }
-        // The SDK writes the text right after `-s`; people leave a blank.
-        ("popup", _) if rest.starts_with("-s") => Command::ShowPopup(rest[2..].trim().to_owned()),
+        // The SDK writes the text right after `-s`; people leave a blank, which is no part of it.
+        ("popup", _) if rest.starts_with("-s") => {
+            let text = &rest[2..];
+            Command::ShowPopup(text.strip_prefix(' ').unwrap_or(text).to_owned())
+        }
         ("log", "-a") => Command::Log(argument.replace("\\n", "\n")),
         ("task", "-p") => Command::LoadTask(text()?),
         ("configuration", "-p") => Command::LoadConfiguration(text()?),
@@ -272,14 +284,20 @@ pub fn help(names: &[String]) -> String {
     lines.join("\r\n")
 }
 
-/// The reply to a command that is refused while remote control is off.
-pub fn needs_remote_control(word: &str) -> String {
-    format!(
-        "Command [{word}] is not supported in local control mode. Please close local control mode first."
-    )
+/// The reply to a command that is refused where remote control is off. Only the sentence of local mode is the vendor's.
+pub fn needs_remote_control(word: &str, mode: ControlMode) -> String {
+    match mode {
+        ControlMode::Mixed => format!(
+            "Command [{word}] is not supported while remote control is disabled in the settings. Please enable remote control \
+             first."
+        ),
+        ControlMode::Local | ControlMode::Remote => format!(
+            "Command [{word}] is not supported in local control mode. Please close local control mode first."
+        ),
+    }
 }
 
-/// The reply to `status`. Clients look for the labels `RunningStatus: ` and `Target Speed Fraction: `.
+/// The reply to `status`, as the vendor prints a session of it.
 pub fn status(
     robot: RobotMode,
     safety: SafetyMode,
@@ -287,15 +305,15 @@ pub fn status(
     speed_fraction: f64,
 ) -> String {
     format!(
-        "RobotMode: {}\r\nSafetyMode: {}\r\nRunningStatus: {}\r\nTarget Speed Fraction: {}%",
+        "Target Speed Fraction: {}\r\nRobotMode: {}\r\nSafetyMode: {}\r\nRunningStatus: {}",
+        percent(speed_fraction),
         robot_mode_word(robot),
         safety.name(),
         match task {
-            TaskStatus::Stopped => "STOPPED",
+            TaskStatus::Stopped => "STOP",
             TaskStatus::Running => "RUNNING",
-            TaskStatus::Paused => "PAUSED",
+            TaskStatus::Paused => "PAUSE",
         },
-        percent(speed_fraction)
     )
 }
 
@@ -421,6 +439,7 @@ mod tests {
     fn replies_fit_one_read_of_the_sdk() {
         let names: Vec<String> = vec!["status".to_owned(); 100];
         for reply in [
+            greeting(),
             help(&[]),
             help(&names),
             mistake(&"x".repeat(9999), &Mistake::Unknown),
@@ -447,7 +466,7 @@ mod tests {
                 TaskStatus::Paused,
                 0.29
             ),
-            "RobotMode: BACK_DRIVE\r\nSafetyMode: NORMAL\r\nRunningStatus: PAUSED\r\nTarget Speed Fraction: 29%"
+            "Target Speed Fraction: 29\r\nRobotMode: BACK_DRIVE\r\nSafetyMode: NORMAL\r\nRunningStatus: PAUSE"
         );
     }
 

@@ -7,6 +7,7 @@ pub mod session;
 
 use std::sync::Arc;
 
+use io_bus::ControlMode;
 use motion_api::RobotState;
 use tokio::net::TcpListener;
 use tokio_util::sync::CancellationToken;
@@ -22,7 +23,7 @@ pub enum Order {
     PowerOn,
     /// Arm power off.
     PowerOff,
-    /// Idle → running.
+    /// Idle → running; from power off, by way of power on.
     ReleaseBrakes,
     /// Leave a protective stop.
     UnlockProtectiveStop,
@@ -30,8 +31,8 @@ pub enum Order {
     RestartSafetyBoard,
     /// The speed slider, 0 to 1.
     SetSpeed(f64),
-    /// Accept programs from the network, or not.
-    RemoteControl(bool),
+    /// Control for somebody.
+    Control(ControlMode),
     /// A line for the log.
     Log(String),
     /// Show a popup.
@@ -58,8 +59,8 @@ pub trait Dashboard: Send + Sync + 'static {
     fn task_status(&self) -> TaskStatus;
     /// The arm; the same values every time.
     fn description(&self) -> &RobotDescription;
-    /// Whether programs from the network are accepted.
-    fn remote_control(&self) -> bool;
+    /// Who controls the robot.
+    fn control(&self) -> ControlMode;
     /// The task that is loaded, as its name was given.
     fn loaded_task(&self) -> Option<String>;
     /// The configuration that is loaded, as its name was given.

@@ -10,13 +10,14 @@ use std::time::Duration;
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 
 use super::codec::{
-    Command, GREETING, LINE_BYTES_MAX, encode, help, mistake, needs_remote_control, parse, percent,
+    Command, LINE_BYTES_MAX, encode, greeting, help, mistake, needs_remote_control, parse, percent,
     robot_mode_word, status,
 };
 use super::{Dashboard, Order};
 use crate::ports::ClientId;
 use crate::ports::description::{CONTROLLER_VERSION, TaskStatus};
 use crate::ports::lines::{Line, LineFramer};
+use io_bus::ControlMode;
 use motion_api::RobotMode;
 
 /// What is read at once.
@@ -49,7 +50,7 @@ pub async fn serve(
     let (reader, mut writer) = tokio::io::split(stream);
     let mut input = Input::new(reader);
     let mut waiting = Waiting::default();
-    writer.write_all(&encode(GREETING)).await?;
+    writer.write_all(&encode(&greeting())).await?;
     loop {
         let Some(entry) = waiting.next() else {
             if input.has_ended {
@@ -277,7 +278,7 @@ fn urgent_order(line: &str, dashboard: &impl Dashboard) -> Option<Order> {
         Ok(Command::Pause) if dashboard.task_status() == TaskStatus::Running => Order::Pause,
         _ => return None,
     };
-    dashboard.remote_control().then_some(order)
+    (dashboard.control() == ControlMode::Remote).then_some(order)
 }
 
 /// The reply to a line, and whether the connection ends with it.
@@ -287,9 +288,9 @@ async fn answer(line: &str, client: ClientId, dashboard: &impl Dashboard) -> (St
         Err(found) => return (mistake(line, &found), false),
     };
     if let Some(word) = command.word_needing_remote_control()
-        && !dashboard.remote_control()
+        && dashboard.control() != ControlMode::Remote
     {
-        return (needs_remote_control(word), false);
+        return (needs_remote_control(word, dashboard.control()), false);
     }
     tracing::debug!(%client, ?command, "dashboard");
     let closes = matches!(command, Command::Quit | Command::Reboot | Command::Shutdown);
@@ -340,7 +341,7 @@ fn question(command: &Command, dashboard: &impl Dashboard) -> Option<String> {
             dashboard.loaded_configuration().unwrap_or_default()
         ),
         Command::ConfigurationIsModified => "configuration is not modified".to_owned(),
-        Command::RemoteControl => dashboard.remote_control().to_string(),
+        Command::RemoteControl => (dashboard.control() == ControlMode::Remote).to_string(),
         Command::Help(names) => help(names),
         Command::Quit => "Disconnected".to_owned(),
         _ => return None,
@@ -378,9 +379,16 @@ async fn carry_out(command: Command, dashboard: &impl Dashboard) -> String {
             (Order::ShowPopup(text), reply)
         }
         Command::ClosePopup => (Order::ClosePopup, "Closing popup".to_owned()),
+        // The setting is the pendant's; the dashboard only switches where it is enabled.
+        Command::SetRemoteControl(_) if dashboard.control() == ControlMode::Mixed => {
+            return needs_remote_control("remoteControl", ControlMode::Mixed);
+        }
         Command::SetRemoteControl(on) => {
-            let reply = format!("Remote control is {}", if on { "on" } else { "off" });
-            (Order::RemoteControl(on), reply)
+            let (mode, word) = match on {
+                true => (ControlMode::Remote, "on"),
+                false => (ControlMode::Local, "off"),
+            };
+            (Order::Control(mode), format!("Remote control is {word}"))
         }
         // The SDK wants this also when nothing runs.
         Command::Stop => (Order::Stop, "Stopping task".to_owned()),

@@ -80,6 +80,10 @@ pub enum Discard {
     TooMany,
     /// It was thrown away when interpreter mode was entered.
     CleanedUp,
+    /// It was thrown away when the mode ended.
+    CleanedUpAfterEnd,
+    /// It was thrown away by `clear_interpreter()`.
+    Cleared,
 }
 
 impl fmt::Display for Discard {
@@ -90,6 +94,8 @@ impl fmt::Display for Discard {
             Self::InvalidState => f.write_str("Task is in an invalid state"),
             Self::TooMany => f.write_str("Too many interpreted messages"),
             Self::CleanedUp => f.write_str("Cleaned up before interpretation"),
+            Self::CleanedUpAfterEnd => f.write_str("Cleaned up after end"),
+            Self::Cleared => f.write_str("Cleaned up"),
         }
     }
 }

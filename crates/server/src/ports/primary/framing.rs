@@ -51,7 +51,7 @@ pub struct Program {
 /// A plain line that is an order to the controller, not a statement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ControlPhrase {
-    /// `stop task`
+    /// `stop task`; also `halt()` as a line of its own
     StopTask,
     /// `pause task`
     PauseTask,
@@ -97,6 +97,11 @@ pub enum Rejection {
         /// How many.
         programs: usize,
     },
+    /// The client sends no more, and its last block is open though it has blocks that are closed.
+    CutOff {
+        /// How many lines came.
+        lines: usize,
+    },
     /// Not UTF-8.
     NotUtf8 {
         /// Line of the program, from 1.
@@ -128,6 +133,10 @@ impl fmt::Display for Rejection {
             Self::Stopped { programs } => write!(
                 f,
                 "RuntimeError: {programs} programs that waited for their turn were not run: a stop came behind them"
+            ),
+            Self::CutOff { lines } => write!(
+                f,
+                "RuntimeError: the connection ended inside a block: the text was cut off after line {lines}, so none of it runs"
             ),
             Self::NotUtf8 { .. } => f.write_str("the program is not UTF-8 text"),
             Self::Speed { given } => {
@@ -239,7 +248,13 @@ impl Framer {
             self.end_line(ended_by, frames);
         }
         if let State::Block(kind) = self.state {
-            self.emit(kind, ended_by, frames);
+            if ended_by == EndedBy::PeerClosed && closes_blocks(&self.text) {
+                let lines = self.text.iter().filter(|byte| **byte == b'\n').count();
+                frames.push(Frame::Rejected(Rejection::CutOff { lines }));
+                self.reset();
+            } else {
+                self.emit(kind, ended_by, frames);
+            }
         }
     }
 
@@ -351,6 +366,9 @@ impl Framer {
                 self.line_in_string = self.strings.in_string();
             }
         } else {
+            // Blanks before a line on its own open nothing.
+            let blanks = self.text.len() - self.text.trim_ascii_start().len();
+            self.text.drain(..blanks);
             self.emit(ProgramKind::Line, ended_by, frames);
         }
     }
@@ -388,6 +406,13 @@ impl Framer {
     fn reset(&mut self) {
         *self = Self::with_limit(self.limit);
     }
+}
+
+/// Some block in the text has its `end`: whoever writes one writes them all. An `end` in a text of several lines may be
+/// taken for one; a program with such a text that has no `end` of its own is rare.
+fn closes_blocks(text: &[u8]) -> bool {
+    let mut lines = text.split(|byte| *byte == b'\n');
+    lines.any(|line| is_end_line(line.trim_ascii_start()))
 }
 
 /// Blank, a comment alone, or a directive of the pendant, which says nothing without a program around it.
@@ -449,7 +474,8 @@ fn control_phrase(line: &[u8]) -> Option<Frame> {
     let line = core::str::from_utf8(line).ok()?;
     let words: Vec<&str> = line.split_whitespace().collect();
     let phrase = match words.as_slice() {
-        ["stop", "task"] => ControlPhrase::StopTask,
+        // As a program of its own it would take the place of the one that it is to end.
+        ["stop", "task"] | ["halt()"] => ControlPhrase::StopTask,
         ["close", "popup"] => ControlPhrase::ClosePopup,
         ["pause", "task"] => ControlPhrase::PauseTask,
         ["resume", "task"] => ControlPhrase::ResumeTask,

@@ -12,6 +12,7 @@ use tokio_util::sync::CancellationToken;
 
 use super::Backend;
 use super::state_message::encode_state;
+use crate::ports::ClientId;
 use crate::ports::description::RobotDescription;
 use crate::ports::sample::Sample;
 use wire::primary::exception::encode_exception;
@@ -29,15 +30,40 @@ pub type Message = Arc<[u8]>;
 /// The sending side. Cloning gives another handle to the same hub.
 #[derive(Clone, Debug)]
 pub struct Hub {
-    state: watch::Sender<Option<Message>>,
-    exceptions: broadcast::Sender<Message>,
+    state: watch::Sender<Option<Published>>,
+    exceptions: broadcast::Sender<Addressed>,
+}
+
+/// A state, and when it was, s.
+#[derive(Clone, Debug)]
+pub(super) struct Published {
+    pub(super) time: f64,
+    pub(super) message: Message,
+}
+
+/// A message for every client, or for one.
+#[derive(Clone, Debug)]
+pub(super) struct Addressed {
+    pub(super) to: Option<ClientId>,
+    pub(super) message: Message,
 }
 
 /// The receiving side of one session.
 #[derive(Debug)]
 pub struct Subscription {
-    pub(super) state: watch::Receiver<Option<Message>>,
-    pub(super) exceptions: broadcast::Receiver<Message>,
+    pub(super) state: watch::Receiver<Option<Published>>,
+    pub(super) exceptions: broadcast::Receiver<Addressed>,
+    /// Sent before anything else. The state that is published next may be of an earlier cycle; it is left out then.
+    pub(super) first: Option<Published>,
+}
+
+impl Published {
+    fn of(sample: &Sample, robot: &RobotDescription) -> Self {
+        Self {
+            time: sample.state.time,
+            message: encode_state(sample, robot).into(),
+        }
+    }
 }
 
 impl Default for Hub {
@@ -50,27 +76,48 @@ impl Default for Hub {
 }
 
 impl Hub {
-    /// What a new client hears from now on.
-    pub fn subscribe(&self) -> Subscription {
-        let mut state = self.state.subscribe();
-        state.mark_changed(); // a new client gets the latest state at once
+    /// What a new client hears from now on. Once states are published it gets one at once, as the controller is now: the
+    /// latest beat may be older than what the client has heard on another port.
+    pub fn subscribe(&self, backend: &impl Backend) -> Subscription {
+        let (mut state, exceptions) = (self.state.subscribe(), self.exceptions.subscribe());
+        let is_published = state.borrow_and_update().is_some();
+        let first = is_published.then(|| {
+            let mut sample = backend.sample();
+            sample.peripherals.tool_serial = backend.tool_serial();
+            Published::of(&sample, backend.description())
+        });
         Subscription {
             state,
-            exceptions: self.exceptions.subscribe(),
+            exceptions,
+            first,
         }
     }
 
     /// Tells every client; with nobody connected nobody hears it. `unix_millis` is when it happened.
     pub fn announce(&self, unix_millis: u64, source: Source, exception: &Exception) {
-        let message = encode_exception(unix_millis, source, exception);
+        self.tell(None, unix_millis, source, exception);
+    }
+
+    /// Tells one client of the primary port, if it is still connected.
+    pub fn announce_to(
+        &self,
+        client: ClientId,
+        unix_millis: u64,
+        source: Source,
+        exception: &Exception,
+    ) {
+        self.tell(Some(client), unix_millis, source, exception);
+    }
+
+    fn tell(&self, to: Option<ClientId>, unix_millis: u64, source: Source, exception: &Exception) {
+        let message = encode_exception(unix_millis, source, exception).into();
         // An error only says that no client is connected.
-        let _ = self.exceptions.send(message.into());
+        let _ = self.exceptions.send(Addressed { to, message });
     }
 
     /// Replaces the state that clients are sent.
     pub fn publish_state(&self, sample: &Sample, robot: &RobotDescription) {
-        let message = encode_state(sample, robot);
-        self.state.send_replace(Some(message.into()));
+        self.state.send_replace(Some(Published::of(sample, robot)));
     }
 
     /// Publishes a state in every beat until `shutdown`; without a beat for a while, the state as it is. (A virtual clock

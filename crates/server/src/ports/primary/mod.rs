@@ -69,6 +69,8 @@ pub trait Backend: Send + Sync + 'static {
     fn description(&self) -> &RobotDescription;
     /// The serial port of the tool, if it is configured. The cycle knows nothing of it.
     fn tool_serial(&self) -> Option<ToolSerial>;
+    /// Returns when, and as soon as, no client may be connected: in local control mode.
+    fn closed_to_clients(&self) -> impl Future<Output = ()> + Send;
     /// The controller's time for messages, ms since 1970.
     fn unix_millis(&self) -> u64;
     /// True when the text parses as it stands. Asked only when a client fell silent in the middle of a block.
@@ -83,7 +85,7 @@ pub trait Backend: Send + Sync + 'static {
     fn hurry(&self, phrase: ControlPhrase);
 }
 
-/// Serves the port until `shutdown`; returns when every client is closed.
+/// Serves the port until `shutdown`; returns when every client is closed. States are published by whoever has the hub.
 pub async fn serve<B: Backend>(
     listener: TcpListener,
     backend: Arc<B>,
@@ -91,8 +93,7 @@ pub async fn serve<B: Backend>(
     meter: PortMeter,
     shutdown: CancellationToken,
 ) {
-    let publishing = hub.publish_states(&*backend, shutdown.clone());
-    let serving = serve_port(
+    serve_port(
         listener,
         Speaks::Its,
         meter,
@@ -105,6 +106,6 @@ pub async fn serve<B: Backend>(
                 session::serve(stream, sender, &*backend, &hub, shutdown).await;
             }
         },
-    );
-    tokio::join!(publishing, serving);
+    )
+    .await;
 }

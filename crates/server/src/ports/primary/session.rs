@@ -16,10 +16,11 @@ use tokio::time::{Instant, sleep, sleep_until, timeout, timeout_at};
 use tokio_util::sync::CancellationToken;
 
 use super::framing::{EndedBy, Frame, Framer, Rejection};
-use super::hub::{Hub, Message, Subscription};
+use super::hub::{Addressed, Hub, Message, Subscription};
 use super::{Backend, Sender, Submission};
 use crate::ports::ClientId;
 use crate::ports::shown::Shown;
+use wire::primary::exception::encode_exception;
 use wire::primary::{Exception, Source};
 
 /// After this much silence an open block that is a whole program as it stands is run.
@@ -53,9 +54,17 @@ pub enum SessionEnd {
     Disconnected,
     /// The server ends.
     Shutdown,
+    /// The controller is in local control mode.
+    LocalMode,
 }
 
-/// Serves one client until its connection is gone or the server ends.
+/// What a client hears before its connection is closed in local mode.
+const LOCAL_MODE: &str = "RuntimeError: remote control is off: in local control mode every connection to the primary port is closed";
+
+/// How long a client in local mode has to hear that.
+const FAREWELL: Duration = Duration::from_millis(500);
+
+/// Serves one client until its connection is gone, the port is closed to clients, or the server ends.
 pub async fn serve(
     stream: impl AsyncRead + AsyncWrite,
     sender: impl Into<Sender>,
@@ -65,25 +74,45 @@ pub async fn serve(
 ) -> SessionEnd {
     let sender = sender.into();
     let client = sender.client;
-    let (reader, writer) = tokio::io::split(stream);
-    let reading = read_scripts(reader, sender, backend, hub);
-    let writing = write_messages(writer, client, hub.subscribe());
-    tokio::pin!(reading, writing);
-    let mut more_to_read = true;
-    loop {
-        tokio::select! {
-            () = &mut reading, if more_to_read => more_to_read = false,
-            error = &mut writing => {
-                tracing::debug!(%client, %error, "primary: the client is gone");
-                if more_to_read {
-                    // Elapsed: the peer is half dead; there is nobody left to serve either way.
-                    let _ = timeout(LAST_WORDS, reading).await;
+    let (mut reader, mut writer) = tokio::io::split(stream);
+    {
+        let reading = read_scripts(&mut reader, sender, backend, hub);
+        let writing = write_messages(&mut writer, Some(client), hub.subscribe(backend));
+        let closing = backend.closed_to_clients();
+        tokio::pin!(reading, writing, closing);
+        let mut more_to_read = true;
+        loop {
+            tokio::select! {
+                biased;
+                () = shutdown.cancelled() => return SessionEnd::Shutdown,
+                () = &mut closing => break,
+                () = &mut reading, if more_to_read => more_to_read = false,
+                error = &mut writing => {
+                    tracing::debug!(%client, %error, "primary: the client is gone");
+                    if more_to_read {
+                        // Elapsed: the peer is half dead; there is nobody left to serve either way.
+                        let _ = timeout(LAST_WORDS, reading).await;
+                    }
+                    return SessionEnd::Disconnected;
                 }
-                return SessionEnd::Disconnected;
             }
-            () = shutdown.cancelled() => return SessionEnd::Shutdown,
         }
     }
+    tracing::info!(%client, "primary: closed, as every client is in local control mode");
+    // A client that is being written to is past helping; any other hears why, and what it still sends is dropped.
+    let reason = Exception::Script {
+        line: 1,
+        column: 1,
+        text: LOCAL_MODE.to_owned(),
+    };
+    let message = encode_exception(backend.unix_millis(), Source::Controller, &reason);
+    let farewell = async {
+        writer.write_all(&message).await?;
+        writer.shutdown().await?;
+        tokio::io::copy(&mut reader, &mut tokio::io::sink()).await
+    };
+    let _ = timeout(FAREWELL, farewell).await;
+    SessionEnd::LocalMode
 }
 
 /// Carries out what the client sends until it sends no more and all of it is done.
@@ -333,6 +362,7 @@ async fn carry_out(frame: Frame, sender: Sender, backend: &impl Backend, hub: &H
                 Rejection::TooLong
                 | Rejection::TooMuchWaits
                 | Rejection::Stopped { .. }
+                | Rejection::CutOff { .. }
                 | Rejection::Speed { .. } => (1, 1),
             };
             let exception = Exception::Script {
@@ -345,13 +375,19 @@ async fn carry_out(frame: Frame, sender: Sender, backend: &impl Backend, hub: &H
     }
 }
 
-/// Sends what the hub has until the connection breaks. One write a message, as the SDK needs it.
-async fn write_messages(
-    mut writer: impl AsyncWrite + Unpin,
-    client: ClientId,
+/// Sends what the hub has until the connection breaks, what is for others left out; `client` is `None` for one that is sent
+/// nothing of its own. One write a message, as the SDK needs it.
+pub(in crate::ports) async fn write_messages(
+    writer: &mut (impl AsyncWrite + Unpin),
+    client: Option<ClientId>,
     mut from_hub: Subscription,
 ) -> io::Error {
     let mut pace = Pace::new();
+    if let Some(first) = &from_hub.first
+        && let Err(error) = writer.write_all(&first.message).await
+    {
+        return error;
+    }
     loop {
         let Some(message) = next_message(&mut from_hub, &mut pace, client).await else {
             return io::Error::other("the hub is gone");
@@ -366,26 +402,34 @@ async fn write_messages(
 async fn next_message(
     from_hub: &mut Subscription,
     pace: &mut Pace,
-    client: ClientId,
+    client: Option<ClientId>,
 ) -> Option<Message> {
-    let Subscription { state, exceptions } = from_hub;
+    let Subscription {
+        state,
+        exceptions,
+        first,
+    } = from_hub;
     loop {
         tokio::select! {
             biased;
             exception = async { sleep_until(pace.ready_at()).await; exceptions.recv().await } => match exception {
-                Ok(message) => {
+                Ok(Addressed { to, message }) if to.is_none() || to == client => {
                     pace.sent(Instant::now());
                     return Some(message);
                 }
+                Ok(_) => {}
                 Err(RecvError::Lagged(missed)) => {
-                    tracing::warn!(%client, missed, "primary: the client reads too slowly and missed exceptions");
+                    tracing::warn!(?client, missed, "primary: the client reads too slowly and missed exceptions");
                 }
                 Err(RecvError::Closed) => return None,
             },
             changed = state.changed() => {
                 changed.ok()?;
-                if let Some(message) = state.borrow_and_update().clone() {
-                    return Some(message);
+                let before = first.take().map(|first| first.time);
+                if let Some(next) = &*state.borrow_and_update()
+                    && before.is_none_or(|before| next.time >= before)
+                {
+                    return Some(next.message.clone());
                 }
             }
         }

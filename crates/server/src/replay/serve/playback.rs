@@ -304,6 +304,11 @@ impl Playback {
 }
 
 impl primary::Backend for Playback {
+    /// A recording has no control mode.
+    fn closed_to_clients(&self) -> impl Future<Output = ()> + Send {
+        std::future::pending()
+    }
+
     fn beats(&self) -> watch::Receiver<Option<Arc<Sample>>> {
         self.beats.subscribe()
     }

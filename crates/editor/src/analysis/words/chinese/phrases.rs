@@ -175,6 +175,7 @@ pub(super) const PHRASES: &[(&str, &str)] = &[
         "below 0 and above 1 goes on",
         "小于 0 或大于 1 时沿同一方向外推",
     ),
+    ("bit", "位"),
     ("bits, the lowest first", "各位，最低位在前"),
     (
         "blend radius; 0 stops at the target",
@@ -207,7 +208,6 @@ pub(super) const PHRASES: &[(&str, &str)] = &[
         "centre of the table in the base frame; it turns about its z axis",
         "基坐标系下转台的中心；转台绕其 z 轴转动",
     ),
-    ("coil", "线圈"),
     ("coils or registers in a row", "连续的线圈或寄存器数"),
     ("cosine", "余弦值"),
     (
@@ -289,7 +289,6 @@ pub(super) const PHRASES: &[(&str, &str)] = &[
         "handle from start_thread; 0 means no thread and is accepted",
         "start_thread 返回的句柄；0 表示没有线程，可以接受",
     ),
-    ("holding register", "保持寄存器"),
     (
         "how long this point leads the arm; the call lasts as long",
         "该点引导手臂的时长；调用持续同样长的时间",
@@ -671,4 +670,5 @@ pub(super) const PHRASES: &[(&str, &str)] = &[
         "whose axes: a pose relative to the base, \"base\" or \"tool\"",
         "采用哪个坐标系的轴：相对基座的位姿、\"base\" 或 \"tool\"",
     ),
+    ("word", "字"),
 ];

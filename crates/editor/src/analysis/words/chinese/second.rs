@@ -22,8 +22,11 @@ pub(super) const SECOND: &[(&str, &str)] = &[
     ("read_output_boolean_register", "布尔输出寄存器的值。"),
     ("read_output_float_register", "浮点输出寄存器的值。"),
     ("read_output_integer_register", "整数输出寄存器的值。"),
-    ("read_port_bit", "控制器自身 Modbus 服务器的线圈。"),
-    ("read_port_register", "控制器自身 Modbus 服务器的寄存器。"),
+    ("read_port_bit", "控制器自身 Modbus 表中的一位。"),
+    (
+        "read_port_register",
+        "控制器自身 Modbus 表中的一个字：I/O、状态或共享值。",
+    ),
     ("rotvec2rpy", "旋转矢量（轴乘角）转为横滚、俯仰、偏航。"),
     ("rpc_factory", "创建远程调用句柄；首次调用时连接。"),
     ("rpy2rotvec", "横滚、俯仰、偏航转为旋转矢量（轴乘角）。"),
@@ -286,10 +289,13 @@ pub(super) const SECOND: &[(&str, &str)] = &[
         "write_output_integer_register",
         "把 32 位整数写入输出寄存器。",
     ),
-    ("write_port_bit", "设置控制器自身 Modbus 服务器的线圈。"),
+    (
+        "write_port_bit",
+        "设置控制器自身 Modbus 表中的一位；32 至 59 为输出。",
+    ),
     (
         "write_port_register",
-        "设置控制器自身 Modbus 服务器的寄存器。",
+        "设置控制器自身 Modbus 表中的一个字：输出、速度滑块或共享值。",
     ),
     (
         "zero_ftsensor",

@@ -22,7 +22,7 @@ struct Fake {
 struct Robot {
     state: RobotState,
     task: TaskStatus,
-    remote: bool,
+    control: ControlMode,
     loaded: Option<String>,
     configuration: Option<String>,
     orders: Vec<Order>,
@@ -40,7 +40,7 @@ impl Default for Fake {
             robot: Mutex::new(Robot {
                 state,
                 task: TaskStatus::Stopped,
-                remote: true,
+                control: ControlMode::Remote,
                 loaded: None,
                 configuration: None,
                 orders: Vec::new(),
@@ -60,8 +60,8 @@ impl Dashboard for Fake {
     fn description(&self) -> &RobotDescription {
         &self.description
     }
-    fn remote_control(&self) -> bool {
-        self.robot.lock().unwrap().remote
+    fn control(&self) -> ControlMode {
+        self.robot.lock().unwrap().control
     }
     fn loaded_task(&self) -> Option<String> {
         self.robot.lock().unwrap().loaded.clone()
@@ -80,7 +80,7 @@ impl Dashboard for Fake {
             Order::ReleaseBrakes => robot.state.robot_mode = RobotMode::Running,
             Order::RestartSafetyBoard => robot.state.safety_mode = SafetyMode::Normal,
             Order::SetSpeed(fraction) => robot.state.target_speed_fraction = *fraction,
-            Order::RemoteControl(on) => robot.remote = *on,
+            Order::Control(mode) => robot.control = *mode,
             Order::Pause => robot.task = TaskStatus::Paused,
             Order::Stop => robot.task = TaskStatus::Stopped,
             _ => {}
@@ -145,7 +145,11 @@ async fn rig_behind(gate: Gate) -> Rig {
         client,
         session,
     };
-    assert_eq!(rig.read().await, "Elite dashboard server\r\n");
+    let greeting = rig.read().await;
+    assert!(
+        greeting.starts_with("EliRobot dashboard shell, version "),
+        "{greeting}"
+    );
     rig
 }
 
@@ -238,7 +242,7 @@ async fn the_getters_answer_what_the_sdk_matches() {
         ("nonsense", "Command [nonsense] is not found. Please use \"help\"."),
         (
             "status",
-            "RobotMode: POWER_OFF\r\nSafetyMode: NORMAL\r\nRunningStatus: STOPPED\r\nTarget Speed Fraction: 50%",
+            "Target Speed Fraction: 50\r\nRobotMode: POWER_OFF\r\nSafetyMode: NORMAL\r\nRunningStatus: STOP",
         ),
     ])
     .await;
@@ -278,6 +282,22 @@ async fn without_remote_control_tasks_are_not_touched() {
     rig.talk(&[
         ("remoteControl -on", "Remote control is on"),
         ("stop", "Stopping task"),
+    ])
+    .await;
+}
+
+#[tokio::test]
+async fn where_remote_control_is_disabled_the_dashboard_does_not_enable_it() {
+    let mut rig = rig().await;
+    rig.robot.robot.lock().unwrap().control = ControlMode::Mixed;
+    for word in ["play", "remoteControl -on", "remoteControl -off"] {
+        let reply = rig.ask(word).await;
+        let part = "is not supported while remote control is disabled in the settings";
+        assert!(reply.contains(part), "{reply}");
+    }
+    rig.talk(&[
+        ("remoteControl -s", "false"),
+        ("robotMode", "robotMode: POWER_OFF"),
     ])
     .await;
 }

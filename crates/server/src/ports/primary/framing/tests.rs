@@ -106,9 +106,39 @@ fn every_line_outside_a_block_is_a_program() {
         frames("if x:\n  a()\n# comment\n\n   \nend\n"),
         [
             program(Line, "if x:\n"),
-            program(Line, "  a()\n"),
+            program(Line, "a()\n"),
             program(Line, "end\n")
         ]
+    );
+}
+
+#[test]
+fn blanks_before_a_line_are_no_part_of_it() {
+    assert_eq!(
+        frames("  \t a()\r\n \tb('  c')"),
+        [program(Line, "a()\n"), closed(Line, "b('  c')\n")]
+    );
+    let halt = [Frame::Control(ControlPhrase::StopTask)];
+    assert_eq!(frames(" halt() \n"), halt);
+    assert_eq!(frames("def f():\n  halt()\nend\n").len(), 1);
+}
+
+#[test]
+fn a_block_that_is_open_at_the_end_was_cut_off_if_it_has_blocks_that_are_closed() {
+    let cut = |lines| [Frame::Rejected(Rejection::CutOff { lines })];
+    assert_eq!(frames("def f():\n  if a:\n    b()\n  end\n  c("), cut(5));
+    assert_eq!(frames("sec f():\n  while a:\n  end # x\n"), cut(3));
+    assert_eq!(
+        frames("def f():\n  b()\n"),
+        [closed(Main, "def f():\n  b()\n")]
+    );
+    let mut framer = Framer::default();
+    let mut by_silence = Vec::new();
+    framer.push(b"def f():\n  if a:\n  end\n", &mut by_silence);
+    framer.finish(EndedBy::Silence, &mut by_silence);
+    assert!(
+        matches!(by_silence[..], [Frame::Program(_)]),
+        "{by_silence:?}"
     );
 }
 

@@ -24,6 +24,7 @@ struct Fake {
     description: RobotDescription,
     beats: watch::Sender<Option<Arc<Sample>>>,
     asked: Mutex<Vec<Asked>>,
+    local: watch::Sender<bool>,
     /// Programs wait for this many permits; without a limit they are taken over at once.
     room: Semaphore,
 }
@@ -41,6 +42,7 @@ impl Fake {
             description: RobotDescription::cs66(),
             beats: watch::Sender::new(None),
             asked: Mutex::default(),
+            local: watch::Sender::new(false),
             room: Semaphore::new(Semaphore::MAX_PERMITS),
         })
     }
@@ -73,6 +75,11 @@ impl Backend for Fake {
     }
     fn tool_serial(&self) -> Option<ToolSerial> {
         None
+    }
+    async fn closed_to_clients(&self) {
+        let mut local = self.local.subscribe();
+        // The sender lives as long as this.
+        let _ = local.wait_for(|local| *local).await;
     }
     fn unix_millis(&self) -> u64 {
         1_700_000_000_000
@@ -404,7 +411,7 @@ async fn a_client_that_is_far_behind_loses_the_oldest_exceptions() {
 #[tokio::test(start_paused = true)]
 async fn what_cannot_be_run_is_reported_to_every_client_with_its_place() {
     let mut rig = rig(4096);
-    let mut other = rig.hub.subscribe();
+    let mut other = rig.hub.subscribe(&*rig.backend);
     rig.client
         .write_all(b"a()\ndef t():\n  b('\xff')\nend\nc()\n")
         .await
@@ -463,6 +470,10 @@ async fn port() -> (
     .unwrap();
     let address = listener.local_addr().unwrap();
     let (backend, hub, shutdown) = (Fake::new(), Hub::default(), CancellationToken::new());
+    tokio::spawn({
+        let (backend, hub, shutdown) = (Arc::clone(&backend), hub.clone(), shutdown.clone());
+        async move { hub.publish_states(&*backend, shutdown).await }
+    });
     let port = tokio::spawn(crate::ports::primary::serve(
         listener,
         Arc::clone(&backend),
@@ -526,4 +537,35 @@ async fn every_client_gets_the_stream_and_the_exceptions() {
     }
     shutdown.cancel();
     port.await.unwrap();
+}
+
+#[tokio::test(start_paused = true)]
+async fn in_local_mode_a_client_hears_why_and_is_closed() {
+    let mut rig = rig(4096);
+    rig.backend.local.send_replace(true);
+    let text = exception_text(&mut rig.client).await;
+    assert!(text.contains("in local control mode"), "{text}");
+    assert_eq!(rig.client.read(&mut [0]).await.unwrap(), 0);
+    rig.client.write_all(b"a()\n").await.unwrap();
+    drop(rig.client);
+    assert_eq!(rig.session.await.unwrap(), SessionEnd::LocalMode);
+    assert!(rig.backend.asked().is_empty());
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_is_for_one_client_is_sent_to_no_other() {
+    let mut rig = rig(4096);
+    tokio::task::yield_now().await;
+    let exception = |text: &str| Exception::Script {
+        line: 1,
+        column: 1,
+        text: text.to_owned(),
+    };
+    rig.hub
+        .announce_to(ClientId(99), 0, Source::Controller, &exception("not yours"));
+    rig.hub
+        .announce_to(ClientId(1), 0, Source::Controller, &exception("yours"));
+    rig.hub.announce(0, Source::Controller, &exception("all"));
+    assert_eq!(exception_text(&mut rig.client).await, "yours");
+    assert_eq!(exception_text(&mut rig.client).await, "all");
 }

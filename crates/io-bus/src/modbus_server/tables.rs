@@ -1,0 +1,145 @@
+//! What a Modbus server serves: bits and words behind addresses. The protocol knows no more of it; [`super::map`] is the
+//! controller's own, [`Store`] a device that only keeps what is written.
+
+use std::ops::Range;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// Why a request is refused (MODBUS Application Protocol Specification V1.1b3, 7). The numbers are those on the wire.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Refusal {
+    /// There is no such function.
+    Function = 1,
+    /// There is nothing at an address, or it only shows something and was written.
+    Address = 2,
+    /// A count or a value that is not allowed.
+    Value = 3,
+    /// It cannot be passed on just now.
+    Busy = 6,
+}
+
+/// Which of the two spaces of a kind is read: that which can be written or that which cannot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Space {
+    /// Coils and holding registers: functions 1 and 3.
+    Outputs,
+    /// Discrete inputs and input registers: functions 2 and 4.
+    Inputs,
+}
+
+/// Bits and words. A request that is refused has changed nothing. Counts are at least 1, and addresses may reach beyond the
+/// last one there is.
+pub trait Tables {
+    /// Bits.
+    ///
+    /// # Errors
+    /// [`Refusal`]
+    fn read_bits(&self, space: Space, address: u16, count: u16) -> Result<Vec<bool>, Refusal>;
+    /// Sets coils.
+    ///
+    /// # Errors
+    /// [`Refusal`]
+    fn write_bits(&self, address: u16, levels: &[bool]) -> Result<(), Refusal>;
+    /// Words.
+    ///
+    /// # Errors
+    /// [`Refusal`]
+    fn read_words(&self, space: Space, address: u16, count: u16) -> Result<Vec<u16>, Refusal>;
+    /// Sets holding registers.
+    ///
+    /// # Errors
+    /// [`Refusal`]
+    fn write_words(&self, address: u16, values: &[u16]) -> Result<(), Refusal>;
+    /// Sets a holding register to what becomes of its value.
+    ///
+    /// # Errors
+    /// [`Refusal`]
+    fn change_word(&self, address: u16, change: &dyn Fn(u16) -> u16) -> Result<(), Refusal> {
+        let [old] = self.read_words(Space::Outputs, address, 1)?[..] else {
+            return Err(Refusal::Address);
+        };
+        self.write_words(address, &[change(old)])
+    }
+}
+
+/// Coils of a [`Store`].
+pub const STORE_COILS: usize = 128;
+/// Holding registers of a [`Store`].
+pub const STORE_REGISTERS: usize = 256;
+
+/// A device with 128 coils and 256 holding registers, and nothing behind them: what a test plays a PLC with.
+#[derive(Debug)]
+pub struct Store {
+    values: Mutex<Values>,
+}
+
+/// What a [`Store`] keeps.
+#[derive(Debug)]
+pub struct Values {
+    /// Coils.
+    pub coils: [bool; STORE_COILS],
+    /// Holding registers.
+    pub registers: [u16; STORE_REGISTERS],
+}
+
+impl Default for Store {
+    fn default() -> Self {
+        Self {
+            values: Mutex::new(Values {
+                coils: [false; STORE_COILS],
+                registers: [0; STORE_REGISTERS],
+            }),
+        }
+    }
+}
+
+impl Store {
+    /// What it keeps.
+    pub fn values(&self) -> MutexGuard<'_, Values> {
+        self.values.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Tables for Store {
+    fn read_bits(&self, space: Space, address: u16, count: u16) -> Result<Vec<bool>, Refusal> {
+        outputs_only(space)?;
+        let span = span(address, count.into(), STORE_COILS)?;
+        Ok(self.values().coils[span].to_vec())
+    }
+
+    fn write_bits(&self, address: u16, levels: &[bool]) -> Result<(), Refusal> {
+        let span = span(address, levels.len(), STORE_COILS)?;
+        self.values().coils[span].copy_from_slice(levels);
+        Ok(())
+    }
+
+    fn read_words(&self, space: Space, address: u16, count: u16) -> Result<Vec<u16>, Refusal> {
+        outputs_only(space)?;
+        let span = span(address, count.into(), STORE_REGISTERS)?;
+        Ok(self.values().registers[span].to_vec())
+    }
+
+    fn write_words(&self, address: u16, values: &[u16]) -> Result<(), Refusal> {
+        let span = span(address, values.len(), STORE_REGISTERS)?;
+        self.values().registers[span].copy_from_slice(values);
+        Ok(())
+    }
+}
+
+/// It has no inputs.
+const fn outputs_only(space: Space) -> Result<(), Refusal> {
+    match space {
+        Space::Outputs => Ok(()),
+        Space::Inputs => Err(Refusal::Function),
+    }
+}
+
+/// The indices of `count` values from `address`.
+fn span(address: u16, count: usize, size: usize) -> Result<Range<usize>, Refusal> {
+    let start = usize::from(address);
+    let end = start + count;
+    if end > size {
+        return Err(Refusal::Address);
+    }
+    Ok(start..end)
+}
