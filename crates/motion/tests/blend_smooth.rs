@@ -96,7 +96,7 @@ fn in_a_blend_the_tcp_slows_down_once_and_speeds_up_once() {
                 // Braking into the zone, the curve's own dip, and the way out: five. A course in many parts has 13 to 17.
                 assert!(turns <= 7, "{model} {name} {speed} {radius}: {turns} turns");
                 // An arm that did not know what follows brakes late and hard. Turning back sharply shortens and lengthens the way of the TCP fast.
-                let most = if angle < 2.5 { 240.0 } else { 900.0 };
+                let most = if angle < 2.5 { 300.0 } else { 900.0 };
                 assert!(jerk < most, "{model} {name} {speed} {radius}: {jerk} m/s³");
             }
         }
