@@ -1,4 +1,4 @@
-//! How hard a motion along a track will speed up and slow down.
+//! How hard a motion along a track will speed up and slow down, and what of a motion need not be stepped through to know that.
 
 use super::{FORESEEN, STEPS, Travel};
 use crate::scalar::{Drive, Track};
@@ -27,5 +27,24 @@ impl Travel {
             travel.step_on(track);
         }
         most * travel.rate * travel.rate
+    }
+
+    /// Where the speed stays the same, at most until `place`, nothing has to be stepped through; the time skipped, s.
+    pub(super) fn skip_evenly(&mut self, track: &Track, place: f64) -> f64 {
+        let (first, last) = (self.knots[0], self.knots[STEPS + 1]);
+        if first.speed != last.speed || first.speed <= 0.0 {
+            return 0.0;
+        }
+        let even = track.even_until(last.place, last.speed).min(place);
+        let way = even - last.place - last.speed * (track.window() + 2.0 * self.step);
+        let steps = (way / (last.speed * self.step)).floor();
+        if steps < 1.0 {
+            return 0.0;
+        }
+        let skipped = steps * self.step;
+        self.knots
+            .iter_mut()
+            .for_each(|knot| knot.place += knot.speed * skipped);
+        skipped
     }
 }
