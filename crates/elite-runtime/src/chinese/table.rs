@@ -59,6 +59,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "第 {0} 位不能切换（{1}），保持不变",
     ),
     (
+        "clean-up behind a stop is ended at line {}: {}",
+        "停止后的清理在第 {0} 行结束：{1~}",
+    ),
+    (
         "collision at joint {}: {} Nm from outside (allowed {} Nm), as {} N at the tool would be",
         "关节 {0} 发生碰撞：外力矩 {1} Nm（允许 {2} Nm），相当于工具处 {3} N",
     ),
@@ -468,6 +472,7 @@ pub(super) const WORDS: &[(&str, &str)] = &[
         "位姿 [x, y, z, Rx, Ry, Rz]（m 和 rad）",
     ),
     ("a pose of finite numbers", "由有限的数组成的位姿"),
+    ("a stopped program cannot wait", "已停止的程序不能等待"),
     ("a string", "字符串"),
     ("an angle of the TCP", "TCP 的角度"),
     ("an integer", "整数"),
@@ -481,6 +486,8 @@ pub(super) const WORDS: &[(&str, &str)] = &[
     ("at most 30 m/s²", "不超过 30 m/s²"),
     ("base", "基座"),
     ("forearm", "前臂"),
+    ("it has called very many functions", "调用的函数过多"),
+    ("it has computed for 0.5 s", "已计算 0.5 秒"),
     ("joint positions", "关节位置"),
     ("more than 0", "大于 0"),
     ("nothing is done", "不做处理"),
