@@ -84,6 +84,17 @@ pub const RECORDING_ALARM_CODE: i32 = 120;
 /// Error code of the alarm that the control cycle has ended by a fault of ours. Our numbering.
 pub const CONTROLLER_FAULT_CODE: i32 = 130;
 
+/// What ends the clean-up of a stopped program.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum CutShort {
+    /// The time for it.
+    Time,
+    /// A wait.
+    Wait,
+    /// The number of its calls.
+    Calls,
+}
+
 impl Message {
     /// A program ended by a fault of the controller.
     pub fn internal_error(program: ProgramId, line: u32, what: &str) -> Self {
@@ -106,6 +117,18 @@ impl Message {
             origin,
             text: text.into(),
         }
+    }
+
+    /// What a stopped program cleans up in its `finally` and `with` blocks is ended before its end.
+    pub(crate) fn clean_up_is_cut(origin: Origin, cut: CutShort) -> Self {
+        let why = match cut {
+            CutShort::Time => "it has computed for 0.5 s",
+            CutShort::Wait => "a stopped program cannot wait",
+            CutShort::Calls => "it has called very many functions",
+        };
+        let line = origin.line;
+        let text = format!("clean-up behind a stop is ended at line {line}: {why}");
+        Self::log(Severity::Warning, origin, text)
     }
 
     /// A problem of a secondary program: a warning that begins as manual 1.2.6 says.

@@ -14,7 +14,7 @@ use super::files::Files;
 use super::network::Sockets;
 use super::processes::Processes;
 use crate::external::What;
-use crate::message::{Message, Severity};
+use crate::message::{CutShort, Message};
 
 /// What programs may reach beyond the robot (`--allow`).
 #[derive(Clone, Debug)]
@@ -144,14 +144,12 @@ impl Host for TaskHost {
     }
 
     fn unwinding_is_cut(&self, _thread: ThreadId, line: u32, cut: Cut) {
-        let why = match cut {
-            Cut::Time => "it has computed for 0.5 s",
-            Cut::Wait if self.context.has_called_enough() => "it has called very many functions",
-            Cut::Wait => "a stopped program cannot wait",
+        let cut = match cut {
+            Cut::Time => CutShort::Time,
+            Cut::Wait if self.context.has_called_enough() => CutShort::Calls,
+            Cut::Wait => CutShort::Wait,
         };
-        let text = format!("clean-up behind a stop is ended at line {line}: {why}");
-        let origin = self.context.origin(line);
-        let message = Message::log(Severity::Warning, origin, text);
+        let message = Message::clean_up_is_cut(self.context.origin(line), cut);
         self.context.observer().message(&message);
     }
 
