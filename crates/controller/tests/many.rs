@@ -12,7 +12,7 @@ use crate::common;
 
 use common::{program, started};
 use controller::options::RecordTarget;
-use controller::{Controller, Manner, Prepared, RobotConfig};
+use controller::{Manner, Prepared, RobotConfig};
 use elite_runtime::TaskEnd;
 use recorder::{Cycle, Recording, difference};
 
