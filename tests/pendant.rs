@@ -222,8 +222,8 @@ fn a_task_of_the_pendant_is_the_program_beside_its_xml() {
         lines.read_line(&mut line).unwrap();
         line.trim_end().to_owned()
     };
-    let hello = reply();
-    assert!(hello.contains("ashboard"), "{hello}");
+    let hello = [(); 4].map(|()| reply());
+    assert!(hello[0].contains("ashboard"), "{hello:?}");
     let mut ask = |order: &str| {
         (&stream)
             .write_all(format!("{order}\n").as_bytes())

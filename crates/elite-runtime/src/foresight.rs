@@ -145,9 +145,14 @@ impl Foreseen {
             CommandKind::EndForceMode if is_last_of_force => state.force_mode = false,
             CommandKind::Freedrive { .. } if is_last_of_hand => self.is_led_by_hand = true,
             CommandKind::EndFreedrive if is_last_of_hand => self.is_led_by_hand = false,
-            CommandKind::Stop { only } if only == CommandId::NONE => {
-                state.force_mode &= !is_last_of_force;
-                self.is_led_by_hand &= !is_last_of_hand;
+            CommandKind::Stop { only } => {
+                // What follows a stopped motion waits until the arm stands.
+                let is_stopped = |id: &CommandId| only == CommandId::NONE || *id == only;
+                self.running = self.running.filter(|id| !is_stopped(id));
+                if only == CommandId::NONE {
+                    state.force_mode &= !is_last_of_force;
+                    self.is_led_by_hand &= !is_last_of_hand;
+                }
             }
             kind if kind.sets_in_motion() && !kind.is_setting() => self.running = Some(command.id),
             _ => {}

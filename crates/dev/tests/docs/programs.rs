@@ -39,6 +39,7 @@ walks! {
     platforms: "docs/platforms.md",
     plc: "docs/plc.md",
     primary: "docs/protocol/primary.md",
+    query: "docs/protocol/query.md",
     real_robot: "docs/real-robot.md",
     recording: "docs/recording.md",
     reliability: "docs/RELIABILITY.md",

@@ -236,6 +236,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "路径偏移把 TCP 带到手臂无法跟随之处",
     ),
     ("the pose is out of reach", "位姿不可达"),
+    ("the program was stopped: ", "程序已停止："),
     (
         "the program was stopped: {} takes its place",
         "程序已停止：由 {0} 取代",

@@ -140,7 +140,9 @@ async fn a_forwarded_line_carries_bytes_both_ways_and_gives_programs_their_turns
         master.read_exact(&mut both).unwrap();
         assert_eq!(&both, b"hi");
         client.shutdown().await.unwrap();
+        // The other end of the line is there until the client has gone.
+        master
     };
-    let (forwarded, ()) = tokio::join!(line.forward(there), talk);
+    let (forwarded, _master) = tokio::join!(line.forward(there), talk);
     forwarded.unwrap();
 }

@@ -14,6 +14,8 @@ use super::{Arm, Warnings, Wish};
 
 /// A target farther away than this is a direction, m.
 const FARTHEST_TARGET: f64 = 10.0;
+/// Numbers beyond this are no direction that anybody means, m; such a target is out of reach.
+const FARTHEST_DIRECTION: f64 = 1e6;
 /// The slowest that the arm goes at the end of a direction, m/s, and as share of the speed that is wanted.
 const SLOWEST_END: f64 = 0.02;
 /// See [`SLOWEST_END`].
@@ -49,7 +51,7 @@ impl Direction {
     ) -> Result<Option<(Self, Pose)>, Refusal> {
         let way = target.translation - start.translation;
         let distance = way.norm();
-        if distance <= FARTHEST_TARGET {
+        if distance <= FARTHEST_TARGET || distance > FARTHEST_DIRECTION {
             return Ok(None);
         }
         if wish.duration > 0.0 {
