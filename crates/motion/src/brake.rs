@@ -9,8 +9,12 @@ use crate::config::MotionLimits;
 use crate::constants::SETTLING_TIME;
 use crate::path::Ground;
 use crate::queue::{Motion, Queue};
+use crate::scalar::ramp::natural_speed;
 use crate::scalar::{Drive, Profile, ScalarState};
 use crate::setpoint::Setpoint;
+
+/// Share of a joint's jerk that braking uses: within the cycle before, a path may have moved a little otherwise than its setpoints say.
+const JERK_SHARE: f64 = 0.95;
 
 /// A stop under way.
 #[derive(Clone, Copy, Debug)]
@@ -97,12 +101,32 @@ impl JointBrake {
             // What it accelerates at already may be more than it is to brake with.
             let most = limits.acceleration[joint].max(start.acceleration.abs());
             let goal = share * from.qd[joint];
-            Profile::to_speed(start, goal, most, limits.jerk[joint])
+            let jerk = limits.jerk[joint];
+            let braking = Profile::to_speed(start, goal, most, JERK_SHARE * jerk);
+            // Close to the end of its range, or speeding up to its largest speed, a joint needs all of it.
+            let range = limits.position_min[joint]..=limits.position_max[joint];
+            let fastest = natural_speed(start.speed, start.acceleration, JERK_SHARE * jerk);
+            let is_enough = range.contains(&braking.at(braking.duration()).position)
+                && fastest.abs() <= limits.speed[joint];
+            if is_enough {
+                braking
+            } else {
+                Profile::to_speed(start, goal, most, jerk)
+            }
         });
         Self {
             profiles,
             time: 0.0,
         }
+    }
+
+    /// Every joint stays within its range.
+    pub(crate) fn stays_within(&self, limits: &MotionLimits) -> bool {
+        let end = self.position_at(1.0);
+        (0..6).all(|joint| {
+            let range = limits.position_min[joint]..=limits.position_max[joint];
+            range.contains(&end[joint])
+        })
     }
 
     /// Every joint has the speed it is to have.

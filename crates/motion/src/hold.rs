@@ -185,13 +185,16 @@ impl Cycle {
             JointBrake::to_share(&self.commanded, self.braked_share(), &self.slowing_limits())
         } else if is_gentle {
             let acceleration = able.acceleration.map(|a| PAUSE_OF_STREAMS * a);
-            JointBrake::new(
-                &self.commanded,
-                &MotionLimits {
-                    acceleration,
-                    ..*able
-                },
-            )
+            let limits = MotionLimits {
+                acceleration,
+                ..*able
+            };
+            let gentle = JointBrake::new(&self.commanded, &limits);
+            if gentle.stays_within(able) {
+                gentle
+            } else {
+                JointBrake::new(&self.commanded, able)
+            }
         } else {
             JointBrake::new(&self.commanded, able)
         };
