@@ -310,6 +310,11 @@ impl<'a, 'n> Call<'a, 'n> {
         {
             self.wait(Wait::Command(stop))?;
         }
+        if kind.sets_in_motion() {
+            while let Some(motion) = self.context.first_left_behind() {
+                self.wait(Wait::Command(motion))?;
+            }
+        }
         Ok(())
     }
 

@@ -90,6 +90,8 @@ pub(crate) struct TaskContext {
     met_the_world: Cell<bool>,
     /// Motions whose calls have returned before they ended, and whose they were.
     ahead: RefCell<Vec<(ThreadNumber, CommandId)>>,
+    /// Motions of threads that have ended, on their way to their blends.
+    left_behind: RefCell<Vec<CommandId>>,
     /// The latest command that moves the arm on when its call has returned, and whose it is.
     steering: Cell<Option<(ThreadNumber, CommandId)>>,
     /// Whether what comes from outside is noted, or comes from a recording.
@@ -158,7 +160,7 @@ pub(crate) enum ThreadLookup {
 
 /// Why a thread was not started.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-#[error("Thread over the max size: {THREADS_MAX}")]
+#[error("Thread over the max size: {}", THREADS_MAX)]
 pub(crate) struct TooManyThreads;
 
 impl TaskContext {
@@ -194,6 +196,7 @@ impl TaskContext {
             extras: settings.extras.clone(),
             met_the_world: Cell::default(),
             ahead: RefCell::default(),
+            left_behind: RefCell::default(),
             steering: Cell::default(),
             course: settings.course.clone(),
             turn: Cell::default(),
@@ -218,6 +221,25 @@ impl TaskContext {
             !has_ended
         });
         ahead.push((self.running.get().number, id));
+    }
+
+    /// A thread has ended whose last motions are still on their way to their blends.
+    pub fn leave_ahead(&self, thread: ThreadNumber) {
+        let left = self.take_ahead(thread);
+        self.left_behind.borrow_mut().extend(left);
+    }
+
+    /// The first motion on its way whose thread has ended: the next one waits for its call, which nobody waits for any more.
+    pub fn first_left_behind(&self) -> Option<CommandId> {
+        let mut left = self.left_behind.borrow_mut();
+        left.retain(|id| {
+            let has_ended = self.robot.has_ended(*id);
+            if has_ended {
+                self.robot.forget(*id);
+            }
+            !has_ended
+        });
+        left.first().copied()
     }
 
     /// A command of the running thread moves the arm on when its call has returned, until something ends it.
@@ -260,6 +282,7 @@ impl TaskContext {
     /// Whether a motion is one whose call has returned already.
     pub fn is_ahead(&self, id: CommandId) -> bool {
         self.ahead.borrow().iter().any(|(_, other)| *other == id)
+            || self.left_behind.borrow().contains(&id)
     }
 
     /// The motions of a thread that is stopped.

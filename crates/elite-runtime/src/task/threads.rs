@@ -86,6 +86,7 @@ impl Task {
         {
             self.tell_robot(CommandKind::Stop { only: id });
         }
+        self.context.leave_ahead(number);
         if let Some(attached) = &self.attached {
             attached.thread_ended(number);
         }
