@@ -44,9 +44,9 @@ impl Access {
 /// What ends the clean-up of a thread that is being stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cut {
-    /// It has computed for as long as it may.
+    /// The clean-up has computed for as long as it may.
     Time,
-    /// It would have to wait.
+    /// The clean-up would have to wait.
     Wait,
 }
 

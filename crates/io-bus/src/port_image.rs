@@ -13,11 +13,11 @@ pub const WORDS: usize = 128;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum ProgramState {
-    /// It runs.
+    /// A program runs.
     Running = 1,
-    /// It is held.
+    /// A program is paused.
     Paused = 2,
-    /// None runs.
+    /// No program runs.
     Stopped = 3,
 }
 

@@ -266,7 +266,7 @@ pub struct AttributeUse {
 pub struct KeywordUse {
     /// What is called.
     pub function: Shape,
-    /// Its first argument by position: what `partial` calls later, what `replace` copies.
+    /// The first argument of the call by position: what `partial` calls later, what `replace` copies.
     pub first: Option<Shape>,
     /// The keyword, or `**` for names that a mapping brings.
     pub name: Box<str>,

@@ -449,8 +449,8 @@ impl super::Evaluator<'_> {
         self.deeper(inner)
     }
 
-    /// The same for a call of anything but a function, or for a step of an iterator: who calls or steps again and again has
-    /// safepoints of its own.
+    /// Recursion into a call of anything but a function, or into a step of an iterator, without counting work: who calls or steps
+    /// again and again has safepoints of its own.
     #[inline]
     pub fn deeper<T>(&self, inner: impl FnOnce() -> R<T>) -> R<T> {
         let core = &*self.core;

@@ -17,7 +17,7 @@ pub struct Limits {
     pub int_bits: u64,
     /// Safepoints (back-edges and calls) a stopped thread may still pass in its `finally` and `with` blocks.
     pub stop_fuel: u32,
-    /// The same for the blocks of a generator that is dropped: they run while everybody waits.
+    /// Fuel of the `finally` and `with` blocks of a generator that is dropped: they run while all other threads wait.
     pub drop_fuel: u32,
 }
 

@@ -22,17 +22,17 @@ const ANSWERED_WITHIN: Duration = Duration::from_millis(1500);
 /// Why a question has no answer.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum NoAnswer {
-    /// It does not compile.
+    /// The question does not compile.
     #[error("{0}")]
     Parse(String),
-    /// It failed, or does what a secondary program may not.
+    /// The question failed, or does what a secondary program may not.
     #[error("{0}")]
     Execute(String),
 }
 
 impl Supervisor {
     /// The value of an expression of one line, as text, floats with six decimals; any other statement runs and gives `None`.
-    /// It sees what a secondary program sees that is sent now, and may do as little: neither move nor wait.
+    /// A question sees what a secondary program sees that is sent now, and may do as little: neither move nor wait.
     ///
     /// # Errors
     /// [`NoAnswer`]

@@ -41,7 +41,7 @@ pub(crate) const THREADS_MAX: usize = 20;
 const CALLS_OF_UNWINDING: u32 = 20 * CALLS_OF_A_LOOK - 1;
 /// What `finally` and `with` blocks of a stopped program may compute, in seconds of the real clock.
 const CLEAN_UP: f64 = 0.5;
-/// The same where no time passes: looks, each after 4096 steps, which take about 0.3 ms.
+/// Length of a clean-up where no time passes: looks, each after 4096 steps, which take about 0.3 ms.
 const LOOKS_OF_CLEAN_UP: u32 = 1500;
 /// So many of them see the robot of one cycle, as a turn of a thread does.
 const CALLS_OF_A_LOOK: u32 = 256;

@@ -46,7 +46,7 @@ impl JointSpeed {
         }
     }
 
-    /// The same goal from the motion `now` on, where something else moved the joints before.
+    /// Keeps the goal from the motion `now` on, where something else moved the joints before.
     pub(crate) fn go_on_from(&mut self, now: &[ScalarState; 6]) {
         self.begun = now.map(|state| state.acceleration.abs());
     }

@@ -219,7 +219,7 @@ impl Servo {
         self.next_within(now, [&arm.able, &arm.axes], arm.step, time)
     }
 
-    /// The same of any six numbers: within what they can do and what they may do.
+    /// One step of the tracking law for any six numbers, within what they can do and what they may do.
     pub(crate) fn next_within(
         &mut self,
         now: &[ScalarState; 6],

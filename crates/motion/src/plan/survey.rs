@@ -70,7 +70,7 @@ impl Survey {
         })
     }
 
-    /// The same along a line that leads in a direction.
+    /// A survey along a line that leads in a direction, which ends where the arm can go no further.
     pub(super) fn towards(self, direction: Direction) -> Self {
         Self {
             direction: Some(direction),

@@ -149,7 +149,7 @@ impl Travel {
         self.fits_as_before(track, 0.0)
     }
 
-    /// The same, or it has at least as much leeway as on another track.
+    /// Whether the motion can go on over a track that has been changed, or has at least as much leeway as on another track.
     pub fn fits_as_before(&self, track: &Track, before: f64) -> bool {
         let speed = self.committed_speed();
         self.leeway(track) >= before.min(0.0) - 1e-9 * speed * speed

@@ -19,7 +19,7 @@ const CONFIGURATIONS_MAX: usize = 32;
 
 /// The variables of one configuration, or of a task that has none.
 #[derive(Debug, Default)]
-struct Kept {
+struct VariableSet {
     values: Vec<Variable>,
     /// The file that they are in, and its text.
     file: Option<(String, String)>,
@@ -31,7 +31,7 @@ struct Kept {
 /// All of them, and the program whose last values have not been taken yet.
 #[derive(Debug, Default)]
 pub(super) struct ConfigurationVariables {
-    kept: BTreeMap<String, Kept>,
+    kept: BTreeMap<String, VariableSet>,
     /// That of the loaded task.
     loaded: Option<String>,
     running: Option<(ProgramId, String)>,
@@ -85,7 +85,7 @@ impl ConfigurationVariables {
         while self.kept.len() >= CONFIGURATIONS_MAX {
             self.kept.pop_first();
         }
-        let kept = Kept {
+        let kept = VariableSet {
             values,
             file,
             is_generated: xml.is_some(),
@@ -94,7 +94,7 @@ impl ConfigurationVariables {
         self.kept.insert(key, kept);
     }
 
-    fn of_loaded(&mut self) -> Option<&mut Kept> {
+    fn of_loaded(&mut self) -> Option<&mut VariableSet> {
         self.kept.get_mut(self.loaded.as_ref()?)
     }
 
@@ -202,7 +202,7 @@ impl ConfigurationVariables {
     }
 }
 
-impl Kept {
+impl VariableSet {
     /// Writes the values into their file. Where it cannot be written they are kept in memory.
     fn write(&mut self, folder: &TaskFolder) {
         let Some((name, text)) = &mut self.file else {

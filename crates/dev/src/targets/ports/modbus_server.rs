@@ -6,9 +6,9 @@ use io_bus::modbus_server::map::{Controller, Map};
 use motion_api::{CommandKind, Registers, RobotState};
 
 #[derive(Default)]
-struct Standing(Registers, PortImage);
+struct StandingRobot(Registers, PortImage);
 
-impl Controller for Standing {
+impl Controller for StandingRobot {
     fn state(&self) -> RobotState {
         RobotState::at_start(Default::default(), 0.004)
     }
@@ -27,7 +27,7 @@ impl Controller for Standing {
 }
 
 pub(super) fn judge(data: &[u8]) {
-    let map = Map(Standing::default());
+    let map = Map(StandingRobot::default());
     let mut rest = data;
     while let Ok(Some(length)) = message_bytes(rest) {
         let Some((message, after)) = rest.split_at_checked(length) else {

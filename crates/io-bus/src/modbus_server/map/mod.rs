@@ -73,7 +73,7 @@ impl Block {
 /// What a write does.
 #[derive(Clone, Copy)]
 enum Write {
-    /// It is refused.
+    /// Every write is refused.
     Never,
     /// A command, where the value is one that is allowed.
     Command(fn(&View<'_>, u16) -> Result<CommandKind, Refusal>),

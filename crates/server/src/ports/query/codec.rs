@@ -17,9 +17,9 @@ pub struct Request {
 /// Why there is no value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Failure {
-    /// It is badly formed.
+    /// The request is badly formed.
     Parse,
-    /// It met an exception, or does what a question may not.
+    /// The request met an exception, or does what a question may not.
     Execute,
 }
 
