@@ -5,3 +5,4 @@ mod common;
 mod many;
 mod stepped;
 mod stopped_threads;
+mod zone_changes;

@@ -590,7 +590,9 @@ fn io_after(awaited: &Awaited, state: &RobotState, cycle: u64) -> IoImage {
             CommandKind::SetStandardDigitalOut { index, level } if index < 16 => {
                 image.apply(&IoChange::digital_out(DigitalBank::Standard, index, level));
             }
-            CommandKind::SetIo(change) => image.apply(&change),
+            CommandKind::SetIo(change) | CommandKind::SetIoAtZone { change, .. } => {
+                image.apply(&change);
+            }
             _ => {}
         }
     }

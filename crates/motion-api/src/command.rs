@@ -137,6 +137,14 @@ pub enum CommandKind {
     },
     /// Any other input or output, or how it is configured (manual chapter 5).
     SetIo(IoChange),
+    /// An input or output that changes when a planned motion ends: where the arm enters its blend zone, or stops. At once where
+    /// that motion has ended already; never where it is stopped before.
+    SetIoAtZone {
+        /// The motion.
+        motion: CommandId,
+        /// The change.
+        change: IoChange,
+    },
     /// The speed slider, 0 to 1.
     SetSpeedFraction(f64),
     /// Arm power on: power off → idle.
@@ -376,6 +384,7 @@ impl CommandKind {
             Self::SetPayload(_) => "set_payload",
             Self::SetStandardDigitalOut { .. } => "set_standard_digital_out",
             Self::SetIo(_) => "set_io",
+            Self::SetIoAtZone { .. } => "set_io_at_zone",
             Self::SetSpeedFraction(_) => "set_speed_fraction",
             Self::PowerOn => "power_on",
             Self::PowerOff => "power_off",

@@ -3,6 +3,7 @@
 //! A write is seen by the next read, whoever reads; nobody waits for a cycle and nobody locks. Values outlive programs.
 //! Each register is one atomic, so two writers of different registers never undo each other.
 
+use crate::IoChange;
 use std::sync::atomic::{AtomicI32, AtomicU64, Ordering};
 
 /// Boolean registers in each direction.
@@ -19,6 +20,18 @@ pub struct Registers {
     pub input: RegisterBank,
     /// Written by scripts, read from outside.
     pub output: RegisterBank,
+}
+
+impl Registers {
+    /// Writes an output register; other changes are none of registers.
+    pub fn change(&self, change: &IoChange) {
+        match *change {
+            IoChange::BooleanRegister { index, level } => self.output.set_boolean(index, level),
+            IoChange::FloatRegister { index, value } => self.output.set_float(index, value),
+            IoChange::IntegerRegister { index, value } => self.output.set_integer(index, value),
+            _ => {}
+        }
+    }
 }
 
 /// The registers of one direction. All low and zero at first. Numbers beyond the last are read as zero and not written.

@@ -21,6 +21,9 @@ pub const RECORDS_PER_CYCLE: usize = COMMANDS_PER_CYCLE + 2;
 /// Commands that may wait at the same time for the arm to stand. When as many wait, no further command is taken.
 pub const WAITING_COMMANDS: usize = 16;
 
+/// Changes of inputs and outputs that may wait at the same time for motions to enter their blend zones.
+pub const ZONE_CHANGES: usize = 64;
+
 /// Most events that one command causes at once: its end, the end of the motion it stops, warnings, a stop.
 pub const EVENTS_PER_COMMAND: usize = 8;
 
@@ -28,7 +31,8 @@ pub const EVENTS_PER_COMMAND: usize = 8;
 pub const EVENT_RESERVE: usize = 4;
 
 /// Smallest event ring with which every event always finds room.
-pub const EVENT_RING_MIN: usize = EVENTS_PER_COMMAND + WAITING_COMMANDS + 1 + EVENT_RESERVE;
+pub const EVENT_RING_MIN: usize =
+    EVENTS_PER_COMMAND + WAITING_COMMANDS + ZONE_CHANGES + 1 + EVENT_RESERVE;
 
 /// Length of one step of the servo and of the rigid bodies, s; a cycle has a whole number of them.
 pub const SERVO_STEP: f64 = 0.001;
@@ -175,6 +179,10 @@ pub const JOINT_CELLS: usize = 48;
 pub const CELLS_OF_LEG: usize = LINE_PLACES_MAX as usize;
 /// See [`CELLS_OF_LEG`].
 pub const CELLS_OF_ROUTE: usize = 6000;
+/// Cells of a leg that are divided about its blend zone, at most.
+pub const CELLS_ABOUT_ZONE: usize = 64;
+/// A motion with a duration begins so much later than the one before was to end, at most, to make that good, s.
+pub const MADE_GOOD: f64 = 0.012;
 /// Most legs of a queue.
 pub const LEGS_AHEAD: usize = 64;
 /// A sender is told that the next motion may follow so long before the arm would have to slow down without it, s.

@@ -42,6 +42,7 @@ use crate::setpoint::{Expected, LimitedSetpoint, Placed, Setpoint, limit};
 use crate::thermal::Thermal;
 use crate::upcoming::Upcoming;
 use crate::waiting::Waiting;
+use crate::zone_changes::ZoneChanges;
 
 /// What the caller measured about the cycles; zeros under the virtual clock.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -95,6 +96,7 @@ pub struct Cycle {
     /// What the leg of the next motion bears.
     pub(crate) cells: Cells,
     pub(crate) waiting: Waiting,
+    pub(crate) zone_changes: ZoneChanges,
     pub(crate) is_paused: bool,
     /// The joints are braked, or stand after that, whatever modes want.
     pub(crate) holding: Option<Holding>,
@@ -206,6 +208,7 @@ impl Cycle {
             upcoming: None,
             cells: Cells::new(),
             waiting: Waiting::default(),
+            zone_changes: ZoneChanges::new(),
             is_paused: false,
             holding: None,
             lag: None,
@@ -255,6 +258,7 @@ impl Cycle {
         self.measure();
         self.check_arm();
         self.settle();
+        self.make_zone_changes();
         let state = report(self, timing);
         self.out.publish(&state, &mut self.io);
     }
@@ -275,6 +279,9 @@ impl Cycle {
             };
         }
         self.plan_on();
+        if matches!(self.generator, Generator::Hold) {
+            self.queue.pass(self.step);
+        }
         self.slow_the_way_down();
         let is_hard = self.slows_hard();
         let ground = Ground {

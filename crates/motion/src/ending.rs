@@ -76,6 +76,7 @@ impl Cycle {
             self.out.ended(id, outcome);
         }
         if self.queue.is_over(motion) {
+            self.queue.note_overrun(motion);
             self.generator = Generator::Hold;
             return;
         }

@@ -36,6 +36,7 @@ impl Cycle {
         let mut left = COMMANDS_PER_CYCLE;
         while left > 0 {
             let under_way = self.waiting.count()
+                + self.zone_changes.count()
                 + self.queue.open_count()
                 + usize::from(self.running() != CommandId::NONE)
                 + usize::from(self.deferred.is_some());
@@ -115,6 +116,7 @@ impl Cycle {
             | CommandKind::SetGravity(_)
             | CommandKind::SetStandardDigitalOut { .. }
             | CommandKind::SetIo(_)
+            | CommandKind::SetIoAtZone { .. }
             | CommandKind::SetDigitalInput { .. }
             | CommandKind::SetSpeedFraction(_)
             | CommandKind::EncoderEnableSetTickCount { .. }
@@ -318,6 +320,7 @@ impl Cycle {
                 Ok(Ending::Now)
             }
             CommandKind::PowerOff => {
+                self.drop_zone_changes(CommandId::NONE, Outcome::Aborted);
                 self.stop_for(StopCause::PowerOff);
                 self.waiting.add(command.id, WaitingFor::PowerOff);
                 Ok(Ending::Later)
@@ -409,12 +412,11 @@ impl Cycle {
                 Ok(Ending::Now)
             }
             CommandKind::SetIo(change) => {
-                self.io.apply(&change);
-                if let IoChange::ProgramRunning(_) = change {
-                    self.path_offset.stop();
-                    self.path_offset.forget_settings();
-                }
+                self.set_io(&change);
                 Ok(Ending::Now)
+            }
+            CommandKind::SetIoAtZone { motion, change } => {
+                self.set_io_at_zone(command.id, motion, change)
             }
             CommandKind::SetGravity(gravity) => self.set_gravity(gravity),
             CommandKind::SetDigitalInput { index, level } => self.set_input(index, level),
@@ -458,19 +460,13 @@ impl Cycle {
     }
 
     fn stop(&mut self, id: CommandId, only: CommandId) -> Ending {
-        let is_concerned = only == CommandId::NONE
-            || only == self.running()
-            || self.deferred.is_some_and(|deferred| deferred.id == only)
-            || self
-                .upcoming
-                .as_ref()
-                .is_some_and(|upcoming| upcoming.id == only)
-            || matches!(self.generator, Generator::Path(_))
-                && self.queue.open().any(|leg| leg.id == only);
+        let is_concerned =
+            only == CommandId::NONE || only == self.running() || self.is_under_way(only);
         if !is_concerned {
             return Ending::Now;
         }
         self.is_paused = false;
+        self.drop_zone_changes(only, Outcome::Aborted);
         self.stop_for(match only {
             CommandId::NONE => StopCause::Stop,
             _ => StopCause::StopOfOneMotion,
@@ -487,6 +483,15 @@ impl Cycle {
         if let Generator::Online(mut online) = self.generator {
             online.take_tool(&self.online_arm(), &self.target);
             self.generator = Generator::Online(online);
+        }
+    }
+
+    /// Changes inputs, outputs, registers, or how they are configured.
+    pub(crate) fn set_io(&mut self, change: &IoChange) {
+        self.io.apply(change);
+        if let IoChange::ProgramRunning(_) = change {
+            self.path_offset.stop();
+            self.path_offset.forget_settings();
         }
     }
 

@@ -177,6 +177,9 @@ impl Io {
                 self.freedrive_registers = [0; 2];
             }
             IoChange::ProgramRunning(running) => self.program_running = running,
+            IoChange::BooleanRegister { .. }
+            | IoChange::FloatRegister { .. }
+            | IoChange::IntegerRegister { .. } => self.registers.change(change),
             _ => {}
         }
         self.image.config.freedrive_by_input =

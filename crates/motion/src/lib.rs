@@ -77,6 +77,7 @@ pub mod thermal;
 mod upcoming;
 pub mod virtual_time;
 mod waiting;
+mod zone_changes;
 
 pub use config::{ConfigError, CycleConfig, LimitOverrides, MotionLimits, PlantKind};
 pub use cycle::{Cycle, Timing};

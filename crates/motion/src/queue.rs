@@ -10,7 +10,7 @@ mod time;
 use kinematics::JointPositions;
 use motion_api::{CommandId, MotionMode, Origin, Outcome};
 
-use crate::constants::{CELLS_OF_ROUTE, LEGS_AHEAD, START_OF_MOTION};
+use crate::constants::{CELLS_ABOUT_ZONE, CELLS_OF_ROUTE, LEGS_AHEAD, MADE_GOOD, START_OF_MOTION};
 use crate::path::{Ground, Path, Route, Span};
 use crate::plan::{Cells, Joint, Leg, Over};
 use crate::scalar::{Drive, ScalarState, Track, Travel};
@@ -61,6 +61,8 @@ pub(crate) struct Queue {
     legs: Vec<Queued>,
     /// Up to where the way is kept within other limits than it was planned with.
     kept: Kept,
+    /// By how much the motion before has exceeded its duration, s.
+    overrun: f64,
 }
 
 /// A motion under way along the queue's way.
@@ -92,6 +94,7 @@ impl Queue {
             track: Track::new(CELLS_OF_ROUTE),
             legs: Vec::with_capacity(LEGS_AHEAD + 1),
             kept: NONE_KEPT,
+            overrun: 0.0,
         }
     }
 
@@ -167,7 +170,7 @@ impl Queue {
             }
         };
         let new = cells.iter().filter(|(until, _)| *until > from).count();
-        if self.route.room() < 2 || self.track.room() < new + 1 + count + 1 {
+        if self.route.room() < 2 || self.track.room() < new + CELLS_ABOUT_ZONE + count + 1 {
             return None;
         }
         let span = Span {
@@ -264,10 +267,15 @@ impl Queue {
     ) -> Option<()> {
         let on_route = |place: f64| begin + (place - from) / rate;
         let mut done = from;
+        let mut spare = CELLS_ABOUT_ZONE;
         for (until, limits) in cells.iter().filter(|(until, _)| *until > from) {
             let own = limits.counted(rate);
-            if (done..until).contains(&leg.zone) {
-                self.track.push(on_route(leg.zone), own)?;
+            while spare > 0
+                && let Some(border) = border_about_zone(leg, done, until)
+            {
+                self.track.push(on_route(border), own)?;
+                done = border;
+                spare -= 1;
             }
             self.track.push(on_route(until), own)?;
             done = until;
@@ -310,6 +318,11 @@ impl Queue {
         self.legs.iter_mut().filter(|leg| !leg.has_ended)
     }
 
+    /// Whether the command of a leg has not ended.
+    pub(crate) fn is_open(&self, id: CommandId) -> bool {
+        self.legs.iter().any(|leg| leg.id == id && !leg.has_ended)
+    }
+
     /// The leg that is under way: the first whose command has not ended, or the last.
     pub(crate) fn current(&self) -> Option<&Queued> {
         let mut legs = self.legs.iter();
@@ -344,6 +357,23 @@ impl Queue {
     pub(crate) fn is_over(&self, motion: &Motion) -> bool {
         let due = self.legs.last().map_or(0.0, |leg| leg.due);
         motion.travel.is_finished(&self.track) && motion.travel.time() >= due - START_OF_MOTION
+    }
+
+    /// Notes by how much a motion with a duration of its own has exceeded that when it ends: cycles are whole. The next one with a
+    /// duration makes it good, if it begins at once.
+    pub(crate) fn note_overrun(&mut self, motion: &Motion) {
+        let timed = self.legs.last().filter(|leg| leg.leg.wish.duration > 0.0);
+        self.overrun = timed.map_or(0.0, |leg| (motion.travel.time() - leg.due).max(0.0));
+    }
+
+    /// A cycle has passed without a motion.
+    pub(crate) fn pass(&mut self, step: f64) {
+        if self.overrun > 0.0 {
+            self.overrun += step;
+        }
+        if self.overrun > MADE_GOOD {
+            self.overrun = 0.0;
+        }
     }
 
     /// True when nothing moves: at the end, or halted on the way.
@@ -458,4 +488,22 @@ impl Motion {
     pub(crate) fn committed_speed(&self) -> f64 {
         self.travel.committed_speed()
     }
+}
+
+/// Where a cell from `done` to `until` is divided because a blend zone is near. How fast the arm may be is known by cells: the shorter
+/// they are, the later it has to be known what follows.
+fn border_about_zone(leg: &Leg, done: f64, until: f64) -> Option<f64> {
+    if leg.radius <= 0.0 {
+        return None;
+    }
+    let end = leg.path.length();
+    let length = (end - leg.zone).max((end - done) / 2.0) / 4.0;
+    // A rest that is shorter than half a piece stays with the piece before.
+    let next = done + length;
+    let border = match (done < leg.zone, next >= leg.zone) {
+        (true, true) => leg.zone,
+        _ => next,
+    };
+    let is_zone = border == leg.zone;
+    (length > 0.0 && border < until && (is_zone || until - border > 0.5 * length)).then_some(border)
 }

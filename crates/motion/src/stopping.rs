@@ -105,6 +105,7 @@ impl Cycle {
 
     /// Ends the motion with `reason` and gives the braking from the present target.
     fn brake_from_target(&mut self, reason: StopReason) -> Brake {
+        self.drop_zone_changes(CommandId::NONE, Outcome::ProtectiveStop(reason));
         self.end_motions(Outcome::ProtectiveStop(reason));
         let is_for_plane = matches!(reason, StopReason::SafetyPlane { .. });
         let brake = match &self.generator {

@@ -13,6 +13,7 @@ use crate::common;
 
 use common::{ideal, movej};
 use kinematics::{JointPositions, JointSpeeds};
+use motion::constants::EVENT_RING_MIN;
 use motion::{ConfigError, Cycle, CycleConfig, Timing};
 use motion_api::{BorderSizes, CommandId, CommandKind, Event, Origin, Record, border};
 
@@ -82,7 +83,7 @@ fn one_tick_makes_one_cycle_record_and_one_for_each_command() {
 fn commands_wait_until_their_ends_have_room_and_none_is_lost() {
     let sizes = BorderSizes {
         commands: 1024,
-        events: 40,
+        events: EVENT_RING_MIN + 8,
         records: None,
         frames: 0,
         ..BorderSizes::default()

@@ -10,7 +10,7 @@ use crate::common;
 use common::draw::Draw;
 use common::{Bench, MODELS, ideal, moved, movej, tcp_speed};
 use kinematics::{JointPositions, RpyPose};
-use motion_api::{CommandId, CommandKind, Outcome};
+use motion_api::{CommandId, CommandKind, DigitalBank, IoChange, Outcome, RobotState};
 use nalgebra::Vector3;
 
 const STEP: f64 = 0.004;
@@ -208,6 +208,53 @@ fn timed_pieces_take_the_sum_of_their_times_at_an_even_speed() {
 }
 
 #[test]
+fn timed_pieces_that_stop_take_the_sum_of_their_times() {
+    for seed in 0..CASES {
+        let mut draw = Draw::new(seed);
+        let time = draw.spread(0.04, 0.3);
+        let count = draw.whole(30, 60);
+        // A rest to rest motion of this way needs some 1.2 m/s² and 160 m/s³.
+        let longest = (0.2 * time * time).min(5.0 * time.powi(3));
+        let piece = draw.spread(0.1, 1.0) * longest.min(0.35 / count as f64);
+        let is_joint = draw.chance(0.5);
+        let [stopping, blending] = [0.0, 0.2 * piece].map(|radius| {
+            let (mut bench, start) = stretched();
+            let q = bench.now().target_q;
+            let kinds: Vec<CommandKind> = (1..=count)
+                .map(|k| {
+                    let radius = if k < count { radius } else { 0.0 };
+                    let way = piece * k as f64;
+                    if is_joint {
+                        let mut target = q;
+                        target[0] += way / 0.6;
+                        CommandKind::MoveJ {
+                            target,
+                            acceleration: 1.4,
+                            speed: 1.05,
+                            duration: time,
+                            radius,
+                        }
+                    } else {
+                        line(moved(&start, [0.0, way, 0.0]), (1.2, 0.25), time, radius)
+                    }
+                })
+                .collect();
+            run(&mut bench, &kinds, Sent::Early).0
+        });
+        let asked = time * count as f64;
+        let at = format!("{seed} joint {is_joint} {count} of {time} s and {piece} m");
+        assert!(
+            (asked - STEP..=1.005 * asked + PLANNING).contains(&stopping),
+            "{at}: {stopping} s of {asked} s"
+        );
+        assert!(
+            blending <= stopping + STEP,
+            "{at}: {blending} s blended, {stopping} s not"
+        );
+    }
+}
+
+#[test]
 fn a_timed_trajectory_with_changing_speeds_takes_its_time() {
     // As a driver samples a trajectory of the joints: points every 50 ms along a smooth swing of two joints.
     for model in MODELS {
@@ -246,4 +293,108 @@ fn a_timed_trajectory_with_changing_speeds_takes_its_time() {
             );
         }
     }
+}
+
+/// Speeds along a line, m/s, and radii of a blend behind it, m; from zones of a second to ones that are passed in four milliseconds.
+const ZONES: [(f64, f64); 11] = [
+    (0.05, 0.05),
+    (0.1, 0.001),
+    (0.1, 0.005),
+    (0.1, 0.02),
+    (0.25, 0.001),
+    (0.25, 0.005),
+    (0.25, 0.02),
+    (0.5, 0.01),
+    (0.5, 0.05),
+    (1.0, 0.02),
+    (1.0, 0.1),
+];
+
+#[test]
+fn an_output_between_two_motions_switches_at_the_blend_radius_however_short_that_is() {
+    for acceleration in [0.5, 1.2, 5.0] {
+        for (speed, radius) in ZONES {
+            for turn in [[0.0, 0.2, 0.0], [0.0, 0.0, -0.2], [0.1, -0.1, 0.0]] {
+                let (mut bench, start) = stretched();
+                let corner = moved(&start, [0.0, 0.4, 0.0]);
+                let [x, y, z] = turn;
+                let after = moved(&corner, [x, y, z]);
+                let how = (acceleration, speed);
+                let first = bench.send(line(corner, how, 0.0, radius));
+                let change = IoChange::digital_out(DigitalBank::Standard, 3, true);
+                let set = bench.send(CommandKind::SetIoAtZone {
+                    motion: first,
+                    change,
+                });
+                while !bench.queued.contains(&first) && bench.outcome(first).is_none() {
+                    bench.tick();
+                }
+                let second = bench.send(line(after, how, 0.0, 0.0));
+                assert_eq!(bench.finish(second), Outcome::Done);
+                bench.check_limits();
+                let away = |state: &RobotState| {
+                    let there = Vector3::from(state.target_tcp_pose.xyz);
+                    (there - Vector3::from(corner.xyz)).norm()
+                };
+                let is_high = |state: &&RobotState| state.io().digital_out >> 3 & 1 == 1;
+                let found = bench.states.iter().find(is_high).unwrap();
+                let error = away(found) - radius;
+                // It is made in the first cycle in the zone.
+                let step = tcp_speed(found).max(0.3 * speed) * STEP;
+                assert!(
+                    error <= 1e-9 && error > -1.5 * step,
+                    "{acceleration} m/s², {speed} m/s, {radius} m, {turn:?}: {error} m from the radius"
+                );
+                assert_eq!(bench.outcome(set), Some(Outcome::Done));
+            }
+        }
+    }
+}
+
+#[test]
+fn changes_at_a_zone_are_made_in_order_and_never_behind_a_stop() {
+    let (mut bench, start) = stretched();
+    let corner = moved(&start, [0.0, 0.2, 0.0]);
+    let at_zone = |motion, change| CommandKind::SetIoAtZone { motion, change };
+    let float = |value| IoChange::FloatRegister { index: 2, value };
+    let first = bench.send(line(corner, (1.2, 0.1), 0.0, 0.01));
+    let ids = [1.0, 2.0, 3.0].map(|value| bench.send(at_zone(first, float(value))));
+    bench.run(50);
+    assert!(ids.iter().all(|id| bench.outcome(*id).is_none()));
+    assert_eq!(bench.script.registers.output.float(2), 0.0);
+    assert_eq!(bench.finish(first), Outcome::Done);
+    assert_eq!(bench.script.registers.output.float(2), 3.0);
+    assert!(
+        ids.iter()
+            .all(|id| bench.outcome(*id) == Some(Outcome::Done))
+    );
+    // A motion that has ended has no zone to wait for.
+    assert_eq!(bench.do_it(at_zone(first, float(4.0))), Outcome::Done);
+    assert_eq!(bench.script.registers.output.float(2), 4.0);
+    // The program never comes to what stands behind a motion that is stopped.
+    let back = bench.send(line(start, (1.2, 0.1), 0.0, 0.01));
+    let never = bench.send(at_zone(back, float(5.0)));
+    bench.run(100);
+    bench.do_it(CommandKind::Stop {
+        only: CommandId::NONE,
+    });
+    bench.run(100);
+    assert_eq!(bench.outcome(never), Some(Outcome::Aborted));
+    assert_eq!(bench.script.registers.output.float(2), 4.0);
+}
+
+#[test]
+fn no_more_changes_wait_for_zones_than_there_is_room_for() {
+    let (mut bench, start) = stretched();
+    let corner = moved(&start, [0.0, 0.2, 0.0]);
+    let motion = bench.send(line(corner, (1.2, 0.1), 0.0, 0.01));
+    let change = IoChange::IntegerRegister { index: 0, value: 1 };
+    let mut refused = 0;
+    for _ in 0..80 {
+        let id = bench.send(CommandKind::SetIoAtZone { motion, change });
+        bench.tick();
+        refused += usize::from(matches!(bench.outcome(id), Some(Outcome::Refused(_))));
+    }
+    assert_eq!(refused, 80 - motion::constants::ZONE_CHANGES);
+    assert_eq!(bench.finish(motion), Outcome::Done);
 }

@@ -26,7 +26,7 @@ const CASES: u64 = 40;
 const COMMANDS: usize = 50;
 
 /// Kinds of commands; [`place`] puts each of them somewhere.
-const KINDS: usize = 50;
+const KINDS: usize = 51;
 
 /// The place of a kind among all. There is no wildcard: a new command has no place, and this does not compile until it has
 /// one and is drawn below.
@@ -82,6 +82,7 @@ fn place(kind: &CommandKind) -> usize {
         CommandKind::PathOffsetMax { .. } => 47,
         CommandKind::Push { .. } => 48,
         CommandKind::ProtectiveStop => 49,
+        CommandKind::SetIoAtZone { .. } => 50,
     }
 }
 
@@ -373,6 +374,10 @@ impl Wild {
                 replaces: self.draw.chance(0.3),
             },
             49 => CommandKind::ProtectiveStop,
+            50 => CommandKind::SetIoAtZone {
+                motion: CommandId(self.draw.whole(0, 60) as u64),
+                change: self.change(),
+            },
             _ => CommandKind::SetDigitalInput {
                 index: *self.draw.pick(&[0, 16, 18, 20, 28]),
                 level: self.draw.chance(0.4),

@@ -76,6 +76,7 @@ commands! {
     "set_payload" => SetPayload(payload);
     "set_standard_digital_out" => SetStandardDigitalOut { index, level };
     "set_io" => SetIo(change);
+    "set_io_at_zone" => SetIoAtZone { motion, change };
     "set_speed_fraction" => SetSpeedFraction(fraction);
     "power_on" => PowerOn;
     "power_off" => PowerOff;
@@ -348,6 +349,13 @@ mod tests {
                 mask: 0x0FFF_FFFF,
                 levels: 5,
             }),
+            CommandKind::SetIoAtZone {
+                motion: CommandId(3),
+                change: IoChange::FloatRegister {
+                    index: 47,
+                    value: x,
+                },
+            },
             CommandKind::SetSpeedFraction(x),
             CommandKind::PowerOn,
             CommandKind::PowerOff,

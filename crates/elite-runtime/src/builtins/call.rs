@@ -10,7 +10,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use elite_lang::{ExceptionKind, NativeCall, Raised, Value};
-use motion_api::{CommandId, CommandKind, Origin, Outcome, PointList, Refusal, RobotState};
+use motion_api::{
+    CommandId, CommandKind, IoChange, Origin, Outcome, PointList, Refusal, RobotState,
+};
 
 use super::declare::{Body, Builtin, Parameter};
 use crate::message::{Message, SCRIPT_ALARM_CODE, Severity};
@@ -50,6 +52,9 @@ fn wait_for_job(
     }
     Ok(())
 }
+
+/// Changes of points that a thread sends ahead of the arm behind one motion; for the next one it waits until the arm has caught up.
+const CHANGES_AHEAD: usize = 16;
 
 /// A call in progress.
 pub struct Call<'a, 'n> {
@@ -381,6 +386,41 @@ impl<'a, 'n> Call<'a, 'n> {
             self.ended(id)?;
         }
         Ok(())
+    }
+
+    /// Changes an output, a register or how a point is configured: now, or, where the program is ahead of the arm, when that enters the
+    /// blend zone of this thread's last motion.
+    pub fn change(&mut self, change: IoChange) -> Result<CommandId, Raised> {
+        if let Some(motion) = self.context.last_ahead() {
+            if self.context.count_change_ahead(motion) <= CHANGES_AHEAD {
+                return self.send(CommandKind::SetIoAtZone { motion, change });
+            }
+            self.catch_up(false)?;
+        }
+        self.send(match change.standard_digital_out() {
+            Some((index, level)) => CommandKind::SetStandardDigitalOut { index, level },
+            None => CommandKind::SetIo(change),
+        })
+    }
+
+    /// Changes an output register; the next read of this thread sees it.
+    pub fn change_register(&mut self, change: IoChange) -> Result<(), Raised> {
+        if self.context.last_ahead().is_some() {
+            let id = self.change(change)?;
+            self.context.note_register_change(id);
+            return Ok(());
+        }
+        self.await_register_changes()?;
+        self.context.robot().registers().change(&change);
+        Ok(())
+    }
+
+    /// Waits until the output registers hold what this thread has written.
+    pub fn await_register_changes(&mut self) -> Result<(), Raised> {
+        match self.context.take_register_change() {
+            Some(id) if !self.context.robot().has_ended(id) => self.wait(Wait::Command(id)),
+            _ => Ok(()),
+        }
     }
 
     /// What the end of a command means for its caller.

@@ -116,7 +116,18 @@ fn sees_the_robot(builtin: &Builtin, call: &Call<'_, '_>) -> bool {
         // Without joint positions they take those of the arm.
         "get_inverse_kin" | "get_inverse_kin_has_solution" => call.given(1).is_none(),
         "get_forward_kin" => call.given(0).is_none(),
+        // What they change changes when the arm enters the blend zone: see `Call::change`.
+        name if changes_points(builtin.category, name) => false,
         _ => !matches!(builtin.category, Category::Math | Category::Text),
+    }
+}
+
+/// Whether a builtin changes outputs, output registers or how points are configured, and does nothing else.
+fn changes_points(category: Category, name: &str) -> bool {
+    match category {
+        Category::Io => name.starts_with("set_"),
+        Category::Register => name.starts_with("write_"),
+        _ => false,
     }
 }
 

@@ -3,7 +3,7 @@
 
 use ::kinematics::script_math;
 use elite_lang::{ExceptionKind, Raised, Value};
-use motion_api::{CommandKind, IoChange};
+use motion_api::IoChange;
 
 use super::call::Call;
 use super::declare::{Builtin, Category, FROM_OUTPUT, Kind, Parameter};
@@ -90,7 +90,7 @@ const fn copying(name: &'static str, summary: &'static str) -> Builtin {
 }
 
 fn set(call: &mut Call<'_, '_>, change: IoChange) -> Result<Value, Raised> {
-    call.send(CommandKind::SetIo(change))?;
+    call.change(change)?;
     Ok(Value::None)
 }
 

@@ -1,6 +1,7 @@
 //! Manual 5.37 to 5.45: general purpose registers. A write is seen by the next read, whoever reads.
 
 use elite_lang::{Raised, Value};
+use motion_api::IoChange;
 
 use super::call::Call;
 use super::declare::{Builtin, Category::Register, Kind, Parameter, Range};
@@ -68,6 +69,7 @@ pub const BUILTINS: &[Builtin] = &[
         "Value of a boolean output register.",
         |call| {
             let n = call.byte(0)?;
+            call.await_register_changes()?;
             Ok(Value::Bool(
                 call.context().robot().registers().output.boolean(n),
             ))
@@ -82,6 +84,7 @@ pub const BUILTINS: &[Builtin] = &[
         "Value of a float output register.",
         |call| {
             let n = call.byte(0)?;
+            call.await_register_changes()?;
             Ok(Value::Float(
                 call.context().robot().registers().output.float(n),
             ))
@@ -96,6 +99,7 @@ pub const BUILTINS: &[Builtin] = &[
         "Value of an integer output register.",
         |call| {
             let n = call.byte(0)?;
+            call.await_register_changes()?;
             Ok(integer(
                 call.context().robot().registers().output.integer(n),
             ))
@@ -135,34 +139,21 @@ fn integer(value: i32) -> Value {
 }
 
 fn write_boolean(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let (n, level) = (call.byte(0)?, call.boolean(1)?);
-    call.context()
-        .robot()
-        .registers()
-        .output
-        .set_boolean(n, level);
+    let (index, level) = (call.byte(0)?, call.boolean(1)?);
+    call.change_register(IoChange::BooleanRegister { index, level })?;
     Ok(Value::None)
 }
 
 fn write_float(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let (n, value) = (call.byte(0)?, call.number(1)?);
-    call.context()
-        .robot()
-        .registers()
-        .output
-        .set_float(n, value);
+    let (index, value) = (call.byte(0)?, call.number(1)?);
+    call.change_register(IoChange::FloatRegister { index, value })?;
     Ok(Value::None)
 }
 
 fn write_integer(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
-    let n = call.byte(0)?;
-    let value = call.integer(1)?;
+    let index = call.byte(0)?;
     // The declared range is that of the register.
-    let value = i32::try_from(value).unwrap_or_default();
-    call.context()
-        .robot()
-        .registers()
-        .output
-        .set_integer(n, value);
+    let value = i32::try_from(call.integer(1)?).unwrap_or_default();
+    call.change_register(IoChange::IntegerRegister { index, value })?;
     Ok(Value::None)
 }

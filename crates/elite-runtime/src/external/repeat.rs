@@ -8,7 +8,7 @@ use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use motion_api::{Command, CommandId, CommandKind, Origin, ProgramId};
+use motion_api::{Command, CommandId, CommandKind, DigitalBank, IoChange, Origin, ProgramId};
 
 use super::{External, Order, RecordedCall, What};
 
@@ -352,7 +352,20 @@ impl Repeat {
     }
 }
 
-/// Equal, and NaN equal to itself.
+/// Equal, NaN equal to itself, and a change of an output equal to one that waits for a blend zone: the recorded command is the one
+/// that is carried out.
 fn is_same(a: &CommandKind, b: &CommandKind) -> bool {
+    let (a, b) = (made_at_once(a), made_at_once(b));
     a == b || format!("{a:?}") == format!("{b:?}")
+}
+
+/// A change of an output without the motion whose blend zone it waits for; other commands as they are.
+fn made_at_once(kind: &CommandKind) -> CommandKind {
+    match *kind {
+        CommandKind::SetIoAtZone { change, .. } => CommandKind::SetIo(change),
+        CommandKind::SetStandardDigitalOut { index, level } => {
+            CommandKind::SetIo(IoChange::digital_out(DigitalBank::Standard, index, level))
+        }
+        other => other,
+    }
 }

@@ -94,6 +94,10 @@ pub(crate) struct TaskContext {
     left_behind: RefCell<Vec<CommandId>>,
     /// The latest command that moves the arm on when its call has returned, and whose it is.
     steering: Cell<Option<(ThreadNumber, CommandId)>>,
+    /// Changes of points that wait for the blend zone of a motion: which, and how many so far.
+    changes_ahead: Cell<(CommandId, usize)>,
+    /// The last change of an output register by each thread that was ahead of the arm.
+    register_changes: RefCell<BTreeMap<ThreadNumber, CommandId>>,
     /// Whether what comes from outside is noted, or comes from a recording.
     course: Course,
     /// How often the task has looked round.
@@ -198,6 +202,8 @@ impl TaskContext {
             ahead: RefCell::default(),
             left_behind: RefCell::default(),
             steering: Cell::default(),
+            changes_ahead: Cell::default(),
+            register_changes: RefCell::default(),
             course: settings.course.clone(),
             turn: Cell::default(),
             calls: Cell::default(),
@@ -221,6 +227,26 @@ impl TaskContext {
             !has_ended
         });
         ahead.push((self.running.get().number, id));
+    }
+
+    /// Counts a change of a point that is sent ahead of the arm; how many there are now for that motion.
+    pub fn count_change_ahead(&self, motion: CommandId) -> usize {
+        let (of, count) = self.changes_ahead.get();
+        let count = if of == motion { count + 1 } else { 1 };
+        self.changes_ahead.set((motion, count));
+        count
+    }
+
+    /// The running thread has changed an output register ahead of the arm.
+    pub fn note_register_change(&self, id: CommandId) {
+        let number = self.running.get().number;
+        self.register_changes.borrow_mut().insert(number, id);
+    }
+
+    /// The running thread's last change of an output register that was ahead of the arm, told once.
+    pub fn take_register_change(&self) -> Option<CommandId> {
+        let number = self.running.get().number;
+        self.register_changes.borrow_mut().remove(&number)
     }
 
     /// A thread has ended whose last motions are still on their way to their blends.

@@ -102,6 +102,27 @@ pub enum IoChange {
     InputActionsToDefault,
     /// A program runs, or none does (or it is held).
     ProgramRunning(bool),
+    /// A boolean output register.
+    BooleanRegister {
+        /// 0 to 127.
+        index: u8,
+        /// To what.
+        level: bool,
+    },
+    /// A float output register.
+    FloatRegister {
+        /// 0 to 47.
+        index: u8,
+        /// To what.
+        value: f64,
+    },
+    /// An integer output register.
+    IntegerRegister {
+        /// 0 to 47.
+        index: u8,
+        /// To what.
+        value: i32,
+    },
 }
 
 impl IoChange {
@@ -111,6 +132,16 @@ impl IoChange {
         Self::DigitalOut {
             mask,
             levels: if level { mask } else { 0 },
+        }
+    }
+
+    /// Index and level, where this changes one standard digital output and nothing else.
+    pub const fn standard_digital_out(&self) -> Option<(u8, bool)> {
+        match *self {
+            Self::DigitalOut { mask, levels } if mask.is_power_of_two() && mask <= 0x8000 => {
+                Some((mask.trailing_zeros() as u8, levels & mask != 0))
+            }
+            _ => None,
         }
     }
 
@@ -168,6 +199,14 @@ impl IoChange {
             Self::ProgramRunning(running) => {
                 ("program_running", two(f64::from(u8::from(running)), 0.0))
             }
+            Self::BooleanRegister { index, level } => (
+                "boolean_register",
+                two(index.into(), f64::from(u8::from(level))),
+            ),
+            Self::FloatRegister { index, value } => ("float_register", two(index.into(), value)),
+            Self::IntegerRegister { index, value } => {
+                ("integer_register", two(index.into(), value.into()))
+            }
         }
     }
 
@@ -223,6 +262,15 @@ impl IoChange {
             "boolean_register_action" => Self::BooleanRegisterAction { index, action },
             "input_actions_to_default" => Self::InputActionsToDefault,
             "program_running" => Self::ProgramRunning(a != 0.0),
+            "boolean_register" => Self::BooleanRegister {
+                index,
+                level: b != 0.0,
+            },
+            "float_register" => Self::FloatRegister { index, value: b },
+            "integer_register" => Self::IntegerRegister {
+                index,
+                value: b as i32,
+            },
             _ => return None,
         })
     }

@@ -77,7 +77,10 @@ impl IoImage {
             | IoChange::DigitalInAction { .. }
             | IoChange::BooleanRegisterAction { .. }
             | IoChange::InputActionsToDefault
-            | IoChange::ProgramRunning(_) => {}
+            | IoChange::ProgramRunning(_)
+            | IoChange::BooleanRegister { .. }
+            | IoChange::FloatRegister { .. }
+            | IoChange::IntegerRegister { .. } => {}
         }
     }
 
@@ -128,6 +131,11 @@ mod tests {
             "boolean_register_action",
             "input_actions_to_default",
             "program_running",
+            "safety_hardness",
+            "tool_digital_mode",
+            "boolean_register",
+            "float_register",
+            "integer_register",
         ];
         (0..names.len(), 0..3_u8, any::<u32>(), 0..4_u8, 0..2_u8).prop_map(
             move |(n, a, b, c, d)| {

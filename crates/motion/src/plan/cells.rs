@@ -86,6 +86,12 @@ impl Cells {
             acceleration: longest,
             jerk: 1.0,
         };
-        window_for(&any, f64::INFINITY)
+        // A short motion never comes to these accelerations.
+        let short = ScalarLimits {
+            speed: f64::INFINITY,
+            acceleration: f64::INFINITY,
+            jerk: fastest.jerk,
+        };
+        window_for(&any, f64::INFINITY).min(window_for(&short, length))
     }
 }

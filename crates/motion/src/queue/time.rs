@@ -52,7 +52,11 @@ impl Queue {
         let passed = now + travel.map_or(0.0, |travel| travel.foresee(&self.track, middle).1);
         let begins = before.map_or(0.0, |before| before.due);
         let begins = if begins > 0.0 { begins } else { passed };
-        let due = begins + wanted;
+        let overrun = match travel {
+            Some(_) => 0.0,
+            None => core::mem::take(&mut self.overrun),
+        };
+        let due = (begins + wanted - overrun).max(0.0);
         self.set_due(due);
         if self.track.end() <= exit {
             return None;
@@ -80,7 +84,8 @@ impl Queue {
         if late > 0.0 {
             self.set_due(due + late);
         }
-        let tolerated = START_OF_MOTION * wanted + if travel.is_some() { NOT_FELT } else { 0.0 };
+        let in_chain = if travel.is_some() { NOT_FELT } else { 0.0 };
+        let tolerated = START_OF_MOTION * wanted + in_chain + overrun;
         (late > tolerated).then_some((wanted, wanted + late))
     }
 

@@ -3,7 +3,7 @@
 use elite_lang::{Raised, Value};
 use motion_api::io::TOOL_ANALOG;
 use motion_api::{
-    AnalogDomain, CommandKind, DigitalBank, InputAction, IoChange, IoImage, RunStateChoice, ToolPin,
+    AnalogDomain, DigitalBank, InputAction, IoChange, IoImage, RunStateChoice, ToolPin,
 };
 
 use super::super::call::Call;
@@ -16,7 +16,7 @@ pub(super) fn image(call: &Call<'_, '_>) -> IoImage {
 }
 
 fn change(call: &mut Call<'_, '_>, change: IoChange) -> Result<Value, Raised> {
-    call.send(CommandKind::SetIo(change))?;
+    call.change(change)?;
     Ok(Value::None)
 }
 
@@ -33,12 +33,7 @@ pub(super) fn digital_out(call: &mut Call<'_, '_>, bank: DigitalBank) -> Result<
 pub(super) fn set_digital_out(call: &mut Call<'_, '_>, bank: DigitalBank) -> Result<Value, Raised> {
     let index = call.byte(0)?;
     let level = call.boolean(1)?;
-    let kind = match bank {
-        DigitalBank::Standard => CommandKind::SetStandardDigitalOut { index, level },
-        _ => CommandKind::SetIo(IoChange::digital_out(bank, index, level)),
-    };
-    call.send(kind)?;
-    Ok(Value::None)
+    change(call, IoChange::digital_out(bank, index, level))
 }
 
 pub(super) fn set_standard_digital_out(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
