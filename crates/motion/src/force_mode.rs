@@ -114,6 +114,7 @@ impl Cycle {
     /// From here on the joints come to rest from what they do now.
     fn finish_force_mode(&mut self) {
         self.force.pressing = None;
+        self.lag = None;
         self.target = self.commanded;
         if stands(&self.target) {
             return;

@@ -84,6 +84,7 @@ impl Cycle {
     /// From here on the joints come to rest from what they do now.
     fn leave_path_offset(&mut self, acceleration: f64) {
         self.path_offset.end();
+        self.lag = None;
         self.target = self.commanded;
         self.generator = Generator::Hold;
         if stands(&self.target) {

@@ -25,6 +25,10 @@ const CASES: u64 = 40;
 /// Commands of a run.
 const COMMANDS: usize = 50;
 
+/// Cases in which a limit was broken once: offsets of the path that ended while the arm made good what it lagged behind, and force mode
+/// that began under a stream.
+const ONCE_WRONG: [u64; 6] = [47, 232, 440, 492, 798, 983];
+
 /// Kinds of commands; [`place`] puts each of them somewhere.
 const KINDS: usize = 51;
 
@@ -547,15 +551,16 @@ fn recover(bench: &mut Bench, ids: &mut Vec<CommandId>) {
 
 #[test]
 fn any_commands_at_any_moment_keep_the_limits() {
-    let cases = match number("ELITE_CASE") {
-        Some(case) => case..case + 1,
+    let cases: Vec<u64> = match number("ELITE_CASE") {
+        Some(case) => vec![case],
         None => {
             let first = number("ELITE_FIRST").unwrap_or(0);
-            first..first + number("ELITE_CASES").unwrap_or(CASES)
+            let drawn = first..first + number("ELITE_CASES").unwrap_or(CASES);
+            drawn.chain(ONCE_WRONG).collect()
         }
     };
-    let is_told = cases.end - cases.start == 1;
-    let count = cases.end - cases.start;
+    let is_told = cases.len() == 1;
+    let count = cases.len() as u64;
     let mut all = [false; KINDS];
     let mut wrong = Vec::new();
     for case in cases {

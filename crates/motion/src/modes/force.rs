@@ -76,6 +76,8 @@ pub(crate) struct Pressing {
     before: Option<JointPositions>,
     /// Nothing moved underneath in the cycle before.
     was_holding: bool,
+    /// No setpoint was made yet: the acceleration of the one before is that at its end, those made here are means over a cycle.
+    is_first: bool,
     /// How the last joint speeds were found.
     pub(crate) method: Method,
 }
@@ -140,6 +142,7 @@ impl Pressing {
             lag: Vector6::zeros(),
             before: None,
             was_holding: true,
+            is_first: true,
             method: Method::Free,
         }
     }
@@ -405,8 +408,19 @@ impl Pressing {
         let now = states(commanded);
         let mut lower = JointSpeeds::ZERO;
         let mut upper = JointSpeeds::ZERO;
+        // The mean of the cycle before may lie half a cycle's jerk away from its end.
+        let share = if self.is_first && !view.is_holding {
+            0.5
+        } else {
+            1.0
+        };
+        self.is_first = false;
         for joint in 0..6 {
-            (lower[joint], upper[joint]) = arm.axes[joint].reachable_speeds(&now[joint], step);
+            let axis = Axis {
+                jerk: share * arm.axes[joint].jerk,
+                ..arm.axes[joint]
+            };
+            (lower[joint], upper[joint]) = axis.reachable_speeds(&now[joint], step);
         }
         // The twist is wanted at the end of the step: the Jacobian is that of the place foreseen.
         let ahead = JointPositions(core::array::from_fn(|joint| {
