@@ -85,6 +85,15 @@ enum Order {
     /// Writes the pages of all functions of the robot: docs/reference and docs/zh/reference
     #[cfg(feature = "ports")]
     Reference,
+    /// Figures of names and comments: types that are no nouns, shared names, comments that lean on others, long functions and lines
+    #[cfg(feature = "names")]
+    Names {
+        /// Only these crates
+        crates: Vec<String>,
+        /// List every finding with its place instead of the table
+        #[arg(long)]
+        list: bool,
+    },
     /// What the campaign starts
     #[command(hide = true)]
     Cases {
@@ -124,6 +133,11 @@ fn obey(order: Order) -> Result<ExitCode, Box<dyn std::error::Error>> {
                 }
                 std::fs::write(path, made.text)?;
             }
+            Ok(ExitCode::SUCCESS)
+        }
+        #[cfg(feature = "names")]
+        Order::Names { crates, list } => {
+            std::io::stdout().write_all(name_figures(&crates, list)?.as_bytes())?;
             Ok(ExitCode::SUCCESS)
         }
         Order::Campaign {
@@ -236,6 +250,23 @@ fn obey(order: Order) -> Result<ExitCode, Box<dyn std::error::Error>> {
             Ok(ExitCode::SUCCESS)
         }
     }
+}
+
+/// The table of `cargo dev names`, or the list of what it counts.
+#[cfg(feature = "names")]
+fn name_figures(only: &[String], is_list: bool) -> Result<String, dev::names::NamesError> {
+    use dev::names::{Findings, Inventory, scan_workspace, table};
+
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let mut all = Inventory::default();
+    for inventory in scan_workspace(&root, only)?.values_mut() {
+        all.append(inventory);
+    }
+    Ok(if is_list {
+        Findings::of(&all).list(&root)
+    } else {
+        table(&scan_workspace(&root, only)?, &all)
+    })
 }
 
 fn known(name: &str) -> Result<&'static dev::targets::Target, String> {
