@@ -151,30 +151,8 @@ fn obey(order: Order) -> Result<ExitCode, Box<dyn std::error::Error>> {
             no_faults,
         } => {
             let with_faults = names.is_empty() && !no_faults;
-            let names = if names.is_empty() {
-                targets()
-                    .iter()
-                    .map(|target| target.name.to_owned())
-                    .collect()
-            } else {
-                names
-            };
-            for name in &names {
-                known(name)?;
-            }
-            let mut reports = Vec::new();
-            for name in names {
-                let report = watched(&name, seed, from, count, Duration::from_secs_f64(seconds))?;
-                eprintln!(
-                    "{name}: {} cases, {} kinds of findings",
-                    report.cases,
-                    report.found.len()
-                );
-                kept(&report, seed, &keep)?;
-                reports.push(report);
-            }
-            let is_clean = reports.iter().all(|report| report.found.is_empty());
-            std::io::stdout().write_all(table(&reports, seed).as_bytes())?;
+            let time = Duration::from_secs_f64(seconds);
+            let is_clean = campaign(names, seed, from, count, time, &keep)?;
             let is_clean = is_clean & (!with_faults || faults(&binary, seed)?);
             Ok(if is_clean {
                 ExitCode::SUCCESS
@@ -250,6 +228,42 @@ fn obey(order: Order) -> Result<ExitCode, Box<dyn std::error::Error>> {
             Ok(ExitCode::SUCCESS)
         }
     }
+}
+
+/// Runs the targets of these names, or all of them, prints the table, and keeps the inputs of findings in `folder`; whether there
+/// were none.
+fn campaign(
+    names: Vec<String>,
+    seed: u64,
+    from: u64,
+    count: u64,
+    time: Duration,
+    folder: &Path,
+) -> Result<bool, Box<dyn std::error::Error>> {
+    let names = if names.is_empty() {
+        targets()
+            .iter()
+            .map(|target| target.name.to_owned())
+            .collect()
+    } else {
+        names
+    };
+    for name in &names {
+        known(name)?;
+    }
+    let mut reports = Vec::new();
+    for name in names {
+        let report = watched(&name, seed, from, count, time)?;
+        eprintln!(
+            "{name}: {} cases, {} kinds of findings",
+            report.cases,
+            report.found.len()
+        );
+        kept(&report, seed, folder)?;
+        reports.push(report);
+    }
+    std::io::stdout().write_all(table(&reports, seed).as_bytes())?;
+    Ok(reports.iter().all(|report| report.found.is_empty()))
 }
 
 /// The table of `cargo dev names`, or the list of what it counts.

@@ -26,7 +26,7 @@ pub enum NamesError {
     /// A file or folder that cannot be read.
     #[error("{}: {source}", path.display())]
     File {
-        /// Which one.
+        /// Path of the file or folder.
         path: PathBuf,
         /// What the system answered.
         source: std::io::Error,
