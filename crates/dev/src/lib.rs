@@ -10,6 +10,8 @@ pub mod material;
 #[cfg(feature = "ports")]
 pub mod mcap_file;
 pub mod mutation;
+#[cfg(feature = "names")]
+pub mod names;
 pub mod programs;
 #[cfg(feature = "ports")]
 pub mod reference;

@@ -85,6 +85,15 @@ enum Order {
     /// Writes the pages of all functions of the robot: docs/reference and docs/zh/reference
     #[cfg(feature = "ports")]
     Reference,
+    /// Figures of names and comments: types that are no nouns, shared names, comments that lean on others, long functions and lines
+    #[cfg(feature = "names")]
+    Names {
+        /// Only these crates
+        crates: Vec<String>,
+        /// List every finding with its place instead of the table
+        #[arg(long)]
+        list: bool,
+    },
     /// What the campaign starts
     #[command(hide = true)]
     Cases {
@@ -126,6 +135,11 @@ fn obey(order: Order) -> Result<ExitCode, Box<dyn std::error::Error>> {
             }
             Ok(ExitCode::SUCCESS)
         }
+        #[cfg(feature = "names")]
+        Order::Names { crates, list } => {
+            std::io::stdout().write_all(name_figures(&crates, list)?.as_bytes())?;
+            Ok(ExitCode::SUCCESS)
+        }
         Order::Campaign {
             targets: names,
             seconds,
@@ -137,30 +151,8 @@ fn obey(order: Order) -> Result<ExitCode, Box<dyn std::error::Error>> {
             no_faults,
         } => {
             let with_faults = names.is_empty() && !no_faults;
-            let names = if names.is_empty() {
-                targets()
-                    .iter()
-                    .map(|target| target.name.to_owned())
-                    .collect()
-            } else {
-                names
-            };
-            for name in &names {
-                known(name)?;
-            }
-            let mut reports = Vec::new();
-            for name in names {
-                let report = watched(&name, seed, from, count, Duration::from_secs_f64(seconds))?;
-                eprintln!(
-                    "{name}: {} cases, {} kinds of findings",
-                    report.cases,
-                    report.found.len()
-                );
-                kept(&report, seed, &keep)?;
-                reports.push(report);
-            }
-            let is_clean = reports.iter().all(|report| report.found.is_empty());
-            std::io::stdout().write_all(table(&reports, seed).as_bytes())?;
+            let time = Duration::from_secs_f64(seconds);
+            let is_clean = campaign(names, seed, from, count, time, &keep)?;
             let is_clean = is_clean & (!with_faults || faults(&binary, seed)?);
             Ok(if is_clean {
                 ExitCode::SUCCESS
@@ -236,6 +228,59 @@ fn obey(order: Order) -> Result<ExitCode, Box<dyn std::error::Error>> {
             Ok(ExitCode::SUCCESS)
         }
     }
+}
+
+/// Runs the targets of these names, or all of them, prints the table, and keeps the inputs of findings in `folder`; whether there
+/// were none.
+fn campaign(
+    names: Vec<String>,
+    seed: u64,
+    from: u64,
+    count: u64,
+    time: Duration,
+    folder: &Path,
+) -> Result<bool, Box<dyn std::error::Error>> {
+    let names = if names.is_empty() {
+        targets()
+            .iter()
+            .map(|target| target.name.to_owned())
+            .collect()
+    } else {
+        names
+    };
+    for name in &names {
+        known(name)?;
+    }
+    let mut reports = Vec::new();
+    for name in names {
+        let report = watched(&name, seed, from, count, time)?;
+        eprintln!(
+            "{name}: {} cases, {} kinds of findings",
+            report.cases,
+            report.found.len()
+        );
+        kept(&report, seed, folder)?;
+        reports.push(report);
+    }
+    std::io::stdout().write_all(table(&reports, seed).as_bytes())?;
+    Ok(reports.iter().all(|report| report.found.is_empty()))
+}
+
+/// The table of `cargo dev names`, or the list of what it counts.
+#[cfg(feature = "names")]
+fn name_figures(only: &[String], is_list: bool) -> Result<String, dev::names::NamesError> {
+    use dev::names::{Findings, Inventory, scan_workspace, table};
+
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let mut all = Inventory::default();
+    for inventory in scan_workspace(&root, only)?.values_mut() {
+        all.append(inventory);
+    }
+    Ok(if is_list {
+        Findings::of(&all).list(&root)
+    } else {
+        table(&scan_workspace(&root, only)?, &all)
+    })
 }
 
 fn known(name: &str) -> Result<&'static dev::targets::Target, String> {
