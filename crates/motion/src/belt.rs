@@ -297,9 +297,10 @@ impl Cycle {
         Ok(())
     }
 
-    /// Ends tracking once it has come to rest: from then on the generator starts where the arm is.
+    /// Ends tracking once it has come to rest, and the joints have made good what they lagged behind: from then on the generator starts
+    /// where the arm is.
     pub(crate) fn settle_tracking(&mut self) {
-        let is_braked = self.holding.is_none() || stands(&self.commanded);
+        let is_braked = (self.holding.is_none() && self.lag.is_none()) || stands(&self.commanded);
         let has_stopped = self.tracking.as_ref().is_some_and(Tracking::has_stopped);
         if has_stopped && is_braked && matches!(self.generator, Generator::Hold) {
             self.tracking = None;

@@ -229,6 +229,9 @@ impl Cycle {
             next = holding.brake.next(self.step);
         }
         self.holding = Some(holding);
+        if let Some(pressing) = &mut self.force.pressing {
+            pressing.stand_aside();
+        }
         let able = self.limit_sets.able();
         let passed = LimitedSetpoint::while_braking(next, &self.commanded, able);
         self.target_frames = self.model.forward(&passed.get().q);

@@ -25,9 +25,9 @@ const CASES: u64 = 40;
 /// Commands of a run.
 const COMMANDS: usize = 50;
 
-/// Cases in which a limit was broken once: offsets of the path that ended while the arm made good what it lagged behind, and force mode
-/// that began under a stream.
-const ONCE_WRONG: [u64; 6] = [47, 232, 440, 492, 798, 983];
+/// Cases in which a limit was broken once: offsets of the path and belts that ended while the arm made good what it lagged behind, and
+/// force mode that began, or went on, under a motion.
+const ONCE_WRONG: [u64; 9] = [47, 232, 440, 492, 798, 983, 1427, 1783, 1861];
 
 /// Kinds of commands; [`place`] puts each of them somewhere.
 const KINDS: usize = 51;

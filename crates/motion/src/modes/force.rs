@@ -76,7 +76,7 @@ pub(crate) struct Pressing {
     before: Option<JointPositions>,
     /// Nothing moved underneath in the cycle before.
     was_holding: bool,
-    /// No setpoint was made yet: the acceleration of the one before is that at its end, those made here are means over a cycle.
+    /// The setpoint before was not made here: its acceleration is that at its end, those made here are means over a cycle.
     is_first: bool,
     /// How the last joint speeds were found.
     pub(crate) method: Method,
@@ -172,6 +172,11 @@ impl Pressing {
         for k in 0..6 {
             self.axes[k] = fresh_axis(k);
         }
+    }
+
+    /// Something else made the setpoint of this cycle.
+    pub(crate) fn stand_aside(&mut self) {
+        self.is_first = true;
     }
 
     /// Force mode is over while a motion runs. `nominal` and `commanded` are the TCP where that motion wants it and
