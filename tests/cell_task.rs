@@ -172,3 +172,103 @@ fn a_generated_task_goes_on_with_the_values_of_its_last_run() {
     let log = std::fs::read_to_string(folder.path().join("stderr.log")).unwrap();
     assert_eq!(log.matches("A & B").count(), 2, "{log}");
 }
+
+const CELL_OF_GUARD: &str = r#"<EliTask name="guard" installationName="" robotType="6212" createdVersion="2.15.0.477">
+  <MainTask isTaskAlwaysLoops="false" hasBeforeStart="false" hasInitVariables="false"/>
+</EliTask>
+"#;
+
+/// A node "direction" with "until": a thread moves along an axis of the tool towards a point a kilometre away, and the node watches an
+/// input, stops the thread and brakes. What the arm has done is left in general purpose words.
+const DIRECTION: &str = r#"def guard():
+  $ LINE: (1, "MoveJ")
+  movej([0, -1.5708, -1.5708, -1.5708, 1.5708, 0], a=4, v=2)
+  begin = get_actual_tcp_pose()
+  $ LINE: (2, "Direction")
+  def along():
+    movel(pose_trans(get_target_tcp_pose(), [0, 0, AXIS, 0, 0, 0]), a=0.5, v=0.05)
+  end
+  way = start_thread(along, ())
+  write_port_register(256, 1)
+  $ LINE: (3, "Until")
+  while not get_standard_digital_in(3):
+    sync()
+  end
+  stop_thread(way)
+  stopl(2)
+  $ LINE: (4, "Set")
+  there = get_actual_tcp_pose()
+  gone = pose_trans(pose_inv(begin), there)
+  write_port_register(257, int(gone[2] * 10000))
+  write_port_register(258, int((abs(gone[0]) + abs(gone[1])) * 10000))
+  sleep(0.2)
+  write_port_register(259, int(abs(get_actual_tcp_pose()[2] - there[2]) * 10000))
+  write_port_register(256, 2)
+end
+"#;
+
+/// Sets input 3 of the control box.
+fn switch(server: &Server, level: bool) {
+    let mut http = TcpStream::connect(("127.0.0.1", server.ports["http"])).unwrap();
+    let body = format!("{{\"standard_digital_in[3]\": {level}}}");
+    let head = "POST /api/inputs HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\nContent-Type: application/json";
+    write!(
+        http,
+        "{head}\r\nContent-Length: {}\r\n\r\n{body}",
+        body.len()
+    )
+    .unwrap();
+    let mut reply = String::new();
+    http.read_to_string(&mut reply).unwrap();
+    assert!(reply.starts_with("HTTP/1.1 200"), "{reply}");
+}
+
+#[test]
+fn a_direction_goes_on_until_an_input_and_not_further() {
+    let _alone = alone();
+    let folder = tempfile::tempdir().unwrap();
+    let tasks = folder.path().join("tasks");
+    std::fs::create_dir_all(&tasks).unwrap();
+    for (name, axis) in [("forth", "1000"), ("back", "-1000")] {
+        std::fs::write(tasks.join(format!("{name}.task")), CELL_OF_GUARD).unwrap();
+        let text = DIRECTION.replace("AXIS", axis);
+        std::fs::write(tasks.join(format!("{name}.task.script")), text).unwrap();
+    }
+    let server = Server::start(folder.path(), &["--record", "off", "--task-dir", "tasks"]);
+    let mut plc = TcpStream::connect(("127.0.0.1", server.ports["modbus"])).unwrap();
+    plc.set_nodelay(true).unwrap();
+    let mut dashboard = Dashboard::connect(&server);
+    for (name, sign) in [("forth", 1), ("back", -1)] {
+        switch(&server, false);
+        write(&mut plc, 256, 0);
+        let loaded = format!("Loaded task: {name}.task");
+        assert_eq!(dashboard.ask(&format!("task -p {name}.task")), loaded);
+        assert_eq!(dashboard.ask("play"), "Starting task");
+        until("the direction has begun", || word(&mut plc, 256) == 1);
+        // The arm is on its way: 30 mm at least, in tenths of a millimetre.
+        let begin = [384, 385, 386].map(|address| word(&mut plc, address));
+        until("the arm moves", || {
+            let now = [384, 385, 386].map(|address| word(&mut plc, address));
+            let squares = begin.iter().zip(now).map(|(a, b)| f64::from(b - a).powi(2));
+            squares.sum::<f64>().sqrt() > 300.0
+        });
+        assert_eq!(word(&mut plc, 256), 1, "it goes on without the input");
+        switch(&server, true);
+        until("the program has seen the input", || {
+            word(&mut plc, 256) == 2
+        });
+        let gone = word(&mut plc, 257) * sign;
+        assert!(
+            (300..3000).contains(&gone),
+            "{name}: {gone} tenths of a millimetre"
+        );
+        assert!(word(&mut plc, 258) < 10, "{name}: beside its line");
+        assert!(word(&mut plc, 259) < 10, "{name}: the arm goes on");
+        until("the program ends", || {
+            dashboard.ask("task -s") == "Task is stopped"
+        });
+    }
+    assert!(server.terminate().success());
+    let log = std::fs::read_to_string(folder.path().join("stderr.log")).unwrap();
+    assert!(!log.contains("Error"), "{log}");
+}

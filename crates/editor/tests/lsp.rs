@@ -12,6 +12,7 @@ mod chinese;
 mod client;
 mod edits;
 mod messages;
+mod names;
 mod programs;
 mod reading;
 mod recovery;

@@ -7,6 +7,7 @@ mod block_ends;
 mod compile_time;
 mod diagnostics;
 mod embedding;
+mod endless;
 mod growth;
 mod language_doc;
 mod limits;

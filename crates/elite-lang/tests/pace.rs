@@ -121,6 +121,9 @@ const OF_FUNCTIONS: &[&str] = &[
     "(1, str(n * 10))",
     "(5, '0' + str(n) + ',')",
     "('x', str(n * 10))",
+    "('0x' + 'f' * (n * 4),)",
+    "(' ' * (n * 4) + '1' + ' ' * (n * 4),)",
+    "('0x1p' + '0' * (n * 4),)",
 ];
 
 fn processor_time() -> Duration {
@@ -288,6 +291,11 @@ skipped = ('exit', 'quit', 'input', 'print', 'open', 'exec', 'eval', 'compile', 
 functions = [(name, eval(name)) for name in NAMES]
 for module in modules:
     functions += [(module.__name__ + '.' + name, getattr(module, name)) for name in dir(module) if name[0] != '_']
+# What a type does without a value of its own, such as `float.fromhex`.
+for of, kind in list(functions):
+    if isinstance(kind, type):
+        functions += [(of + '.' + name, getattr(kind, name)) for name in dir(kind)
+                      if name[0] != '_' and type(getattr(kind, name)).__name__ == 'builtin_function_or_method']
 for name, function in functions:
     if name.split('.')[-1] in skipped or not callable(function): continue
     def call(*args):

@@ -95,7 +95,34 @@ fn loops_that_never_wait() {
         "while not sensor(): pass",
         "while True:\n    if sensor() > 3:\n        break\n",
         "def f():\n    n = 0\n    while 1:\n        n += 1\n        print(n)\n",
+        // A wait, but not on every way.
+        "while True:\n    if sensor() > 3:\n        go(1)\n",
+        "while True:\n    if sensor() > 3: go(1)\n    elif sensor() > 2: wait(1)\n    else: print('low')\n",
+        "while True:\n    if sensor() > 3: continue\n    go(1)\n",
+        "while True:\n    if sensor() > 3:\n        if sensor() > 4: continue\n        wait(1)\n    else: wait(2)\n",
     ]));
+}
+
+#[test]
+fn loops_that_wait_on_every_way() {
+    for text in [
+        "while True:\n    if sensor() > 3: go(1)\n    else: wait(1)\n",
+        "while True:\n    if sensor() > 3: go(1)\n    wait(1)\n",
+        "while True:\n    if sensor() > 3:\n        wait(1)\n        continue\n    go(1)\n",
+        // It can be left.
+        "while True:\n    if sensor() > 3: go(1)\n    elif sensor() > 2: break\n",
+        // Functions and methods of the program, and loops within, may wait.
+        "def rest(): wait(1)\nwhile True:\n    rest()\n    if sensor() > 3: go(1)\n",
+        "import time\nwhile True:\n    if sensor() > 3: go(1)\n    time.sleep(0.1)\n",
+        "while True:\n    while sensor() < 3: wait(0.1)\n    print('high')\n",
+        "while True:\n    for i in range(3): go(i)\n",
+        "while True:\n    try:\n        go(1)\n    except ValueError: pass\n",
+        "while True:\n    if go(1): print(1)\n",
+        "def f():\n    while True:\n        if sensor() > 3: go(1)\n        else: return\n",
+        "def f():\n    while True:\n        if sensor() > 3: yield 1\n        else: wait(1)\n",
+    ] {
+        assert_eq!(findings(text), "", "{text}");
+    }
 }
 
 #[test]

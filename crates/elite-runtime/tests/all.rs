@@ -14,4 +14,5 @@ mod pendant_names;
 mod places;
 mod slips;
 mod surroundings;
+mod text_growth;
 mod zero_time;

@@ -162,7 +162,7 @@ impl Writer<'_, '_> {
     /// Builds one and asks it something.
     pub(super) fn chain(&mut self) {
         let links: Vec<&str> = (0..=self.material.below(2))
-            .map(|_| self.material.pick(LINKS))
+            .map(|_| self.pick_allowed(LINKS))
             .collect();
         let start = self.material.pick(&[
             "[]",
@@ -177,7 +177,11 @@ impl Writer<'_, '_> {
             "gen()",
             "d",
         ]);
-        let length = self.material.pick(&["150", "900", "3000", "30000", "20"]);
+        // What overflows a small stack takes some hundred values, what overflows a large one some ten thousand.
+        let length = match (self.uses_library, self.material.below(16)) {
+            (false, 0..=13) => self.material.pick(&["20", "60", "150", "400", "900"]),
+            _ => self.material.pick(&["150", "900", "3000", "30000", "20"]),
+        };
         if links.iter().any(|link| link.starts_with("exception")) {
             self.line("def exception(inner):\n    try: raise ValueError(inner)\n    except ValueError as error:\n        try: raise KeyError(1) from error\n        except KeyError as outer: return outer");
         }
@@ -197,13 +201,13 @@ impl Writer<'_, '_> {
         for link in &links {
             self.line(&format!("    x = {link}"));
         }
-        if self.material.one_in(2) {
+        if self.uses_library && self.material.one_in(2) {
             self.line("x2 = copy.copy(x)");
         }
         self.indent -= 1;
         self.line("except Exception: pass");
         for _ in 0..=self.material.below(3) {
-            let question = self.material.pick(QUESTIONS);
+            let question = self.pick_allowed(QUESTIONS);
             self.guarded(question);
         }
     }

@@ -29,6 +29,8 @@ pub enum Theme {
 /// Writes one program.
 pub(crate) struct Writer<'m, 'b> {
     theme: Theme,
+    /// Whether modules written as scripts may be named: to import one takes longer than all else in most programs.
+    uses_library: bool,
     /// The variables of this program.
     names: Vec<&'static str>,
     material: &'m mut Material<'b>,
@@ -36,21 +38,26 @@ pub(crate) struct Writer<'m, 'b> {
     indent: usize,
 }
 
+/// The module of iterators, which is native and costs no time to import.
+const NATIVE_MODULE: &str = "itertools";
+
 /// The program these bytes stand for.
 pub fn program(theme: Theme, bytes: &[u8]) -> String {
     let mut material = Material::new(bytes);
     let mut writer = Writer {
         theme,
+        uses_library: theme != Theme::Stacks || material.one_in(6),
         names: Vec::new(),
         material: &mut material,
         text: String::new(),
         indent: 0,
     };
     writer.whole();
-    let text = writer.text;
+    let (text, uses_library) = (writer.text, writer.uses_library);
     // Importing takes longer than most programs, so only what is used is imported.
     let modules = IMPORTS.trim_start_matches("import ").split(", ");
     let used: Vec<&str> = modules
+        .filter(|module| uses_library || *module == NATIVE_MODULE)
         .filter(|module| text.contains(&format!("{module}.")))
         .collect();
     match used.is_empty() {
@@ -71,9 +78,17 @@ impl Writer<'_, '_> {
     }
 
     fn whole(&mut self) {
+        let is_small = self.theme == Theme::Stacks;
         for (name, sample) in SAMPLES {
             // Those of the library cost an import.
-            if !sample.contains('.') || *name == "f" || self.material.one_in(6) {
+            let of_library = sample.contains('.') && *name != "f";
+            // Reading a text takes longer than filling a small stack, so these texts have little around what they are about.
+            let is_needed = match (is_small, of_library) {
+                (true, false) => matches!(*name, "a" | "d" | "g" | "e") || self.material.one_in(4),
+                (true, true) => self.uses_library && self.material.one_in(6),
+                (false, of_library) => !of_library || self.material.one_in(6),
+            };
+            if is_needed {
                 self.names.push(name);
             }
         }
@@ -236,6 +251,22 @@ impl Writer<'_, '_> {
         self.guarded(&change);
     }
 
+    /// One of several, of the library only where that may be named.
+    fn pick_allowed(&mut self, all: &[&'static str]) -> &'static str {
+        let modules = || IMPORTS.trim_start_matches("import ").split(", ");
+        let names_module = |text: &str| {
+            modules().any(|module| module != NATIVE_MODULE && text.contains(&format!("{module}.")))
+        };
+        // A text without a module is found soon: most have none.
+        for _ in 0..20 {
+            let one = self.material.pick(all);
+            if self.uses_library || !names_module(one) {
+                return one;
+            }
+        }
+        all[0]
+    }
+
     /// `try: LINE` with whatever handler.
     fn guarded(&mut self, line: &str) {
         self.line("try:");
@@ -275,7 +306,12 @@ impl Writer<'_, '_> {
             if class == "K" || self.material.one_in(3) {
                 self.line("def __init__(self, n=0, *more, **named): self.n = n");
             }
-            let mut heads: Vec<usize> = (0..6 + self.material.below(10))
+            let most = if self.theme == Theme::Stacks {
+                1 + self.material.below(4)
+            } else {
+                6 + self.material.below(10)
+            };
+            let mut heads: Vec<usize> = (0..most)
                 .map(|_| self.material.below(SPECIAL.len()))
                 .collect();
             heads.sort_unstable();

@@ -305,6 +305,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "the variable '{}' is assigned but never used",
         "变量 '{0}' 被赋值却从未使用",
     ),
+    (
+        "there is a way through this endless loop that does not wait: while it is taken, the loop keeps the controller busy",
+        "这个无限循环中有一条不等待的路径：走这条路径时会使控制器一直繁忙",
+    ),
     ("there is no directive '{}'", "没有指令 '{0}'"),
     ("there is no module '{}'", "没有模块 '{0}'"),
     (

@@ -173,16 +173,90 @@ fn busy_loop(test: &Expr, body: &[Stmt], known: &KnownNames, found: &mut Finding
     calls.expression(test, known);
     calls.block(body, known);
     let endless = is_true(test) && !leaves(body, Leave::Any);
-    if calls.may_wait || !(endless || calls.asks) {
-        return;
-    }
-    let message = if calls.asks {
+    let message = if calls.may_wait {
+        if !endless || !Ways::through(body, known).turn() {
+            return;
+        }
+        "there is a way through this endless loop that does not wait: while it is taken, the loop keeps the controller busy"
+    } else if calls.asks {
         "this loop asks again and again without waiting in between: it keeps the controller busy"
-    } else {
+    } else if endless {
         "this loop never ends and never waits: it keeps the controller busy"
+    } else {
+        return;
     };
     let diagnostic = Diagnostic::warning("busy-loop", test.span, message);
     found.push(diagnostic.with_help("call sleep() or sync() in it"));
+}
+
+/// Where the ways lead that nothing on them waits on, from the beginning of a block.
+#[derive(Clone, Copy, Default)]
+struct Ways {
+    /// To the end of the block.
+    pass: bool,
+    /// To a `continue` of the loop.
+    go_on: bool,
+}
+
+impl Ways {
+    fn through(body: &[Stmt], known: &KnownNames) -> Self {
+        let mut ways = Ways {
+            pass: true,
+            go_on: false,
+        };
+        for statement in body {
+            let step = Ways::of(statement, known);
+            ways.go_on |= step.go_on;
+            if !step.pass {
+                ways.pass = false;
+                break;
+            }
+        }
+        ways
+    }
+
+    fn of(statement: &Stmt, known: &KnownNames) -> Self {
+        let mut calls = Calls::default();
+        let branches = match &statement.kind {
+            StmtKind::If { branches, orelse } => {
+                own_expressions(statement, &mut |expr| calls.expression(expr, known));
+                let bodies = branches.iter().map(|(_, body)| &body[..]);
+                bodies.chain([&orelse[..]])
+            }
+            StmtKind::Continue => {
+                return Ways {
+                    pass: false,
+                    go_on: true,
+                };
+            }
+            StmtKind::Break | StmtKind::Return(_) | StmtKind::Raise { .. } => {
+                return Ways::default();
+            }
+            // How often other loops turn and where a guarded block breaks off is not foreseen: one wait anywhere in them will do.
+            _ => {
+                calls.block(std::slice::from_ref(statement), known);
+                return Ways {
+                    pass: !calls.may_wait && !ends(statement),
+                    go_on: false,
+                };
+            }
+        };
+        if calls.may_wait {
+            return Ways::default();
+        }
+        branches.fold(Ways::default(), |all, body| {
+            let ways = Ways::through(body, known);
+            Ways {
+                pass: all.pass || ways.pass,
+                go_on: all.go_on || ways.go_on,
+            }
+        })
+    }
+
+    /// Whether one of them leads to the next turn.
+    fn turn(self) -> bool {
+        self.pass || self.go_on
+    }
 }
 
 /// What the calls in a loop do.

@@ -11,6 +11,7 @@ pub mod descriptor;
 mod dict;
 mod dunder;
 mod exception;
+mod float_hex;
 mod float_text;
 mod function;
 pub mod group;

@@ -4,7 +4,7 @@ use std::rc::Rc;
 
 use num_bigint::BigInt;
 
-use super::{class_method, constructor, float_text, methods};
+use super::{class_method, constructor, float_hex, float_text, methods};
 use crate::errors::ExceptionKind;
 use crate::eval::bulk::{EACH, PIECE, pieces};
 use crate::eval::{Core, Evaluator};
@@ -79,7 +79,7 @@ pub(super) fn install(core: &Rc<Core>) {
                 ev.to_f64(&args[0]).map(Value::Float)
             }),
             ("hex", "", |ev, args| {
-                Ok(Value::str(float_hex(ev.to_f64(&args[0])?)))
+                Ok(Value::str(float_hex::written(ev.to_f64(&args[0])?)))
             }),
             ("as_integer_ratio", "", float_ratio),
             ("__floor__", "", |ev, args| {
@@ -94,7 +94,7 @@ pub(super) fn install(core: &Rc<Core>) {
         let Value::Str(text) = ev.plain(&args[1]) else {
             return Err(ev.type_error("bad argument type for built-in operation"));
         };
-        match float_from_hex(text.as_str()) {
+        match float_hex::read(ev, text.as_str())? {
             Some(float) if float.is_infinite() && !text.as_str().contains(['i', 'I']) => {
                 let text = "hexadecimal value too large to represent as a float";
                 Err(ev.raise(ExceptionKind::OverflowError, text))
@@ -563,81 +563,6 @@ fn from_bytes(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         BigInt::from_bytes_be(num_bigint::Sign::Plus, data)
     };
     ev.of_class(&args[0], Value::bigint(big))
-}
-
-/// Python's `float.hex()`.
-fn float_hex(value: f64) -> String {
-    if !value.is_finite() {
-        return crate::format::float::repr(value);
-    }
-    let sign = if value.is_sign_negative() { "-" } else { "" };
-    let bits = value.to_bits();
-    let mantissa = bits & ((1 << 52) - 1);
-    let exponent = ((bits >> 52) & 0x7ff) as i32;
-    match (exponent, mantissa) {
-        (0, 0) => format!("{sign}0x0.0p+0"),
-        (0, _) => format!("{sign}0x0.{mantissa:013x}p-1022"),
-        _ => format!("{sign}0x1.{mantissa:013x}p{:+}", exponent - 1023),
-    }
-}
-
-/// `mantissa` times two to `exponent`, rounded to the nearest float, halves to even.
-fn rounded(mantissa: &BigInt, exponent: i64) -> f64 {
-    let bits = mantissa.bits() as i64;
-    // Bits that do not fit a float at this size; below the normal range there are fewer.
-    let excess = (bits - 53).max(-1074 - exponent);
-    if excess <= 0 {
-        let small = u64::try_from(mantissa).unwrap_or(u64::MAX) as f64;
-        // Both factors are exact: the exponent is at least -1074 here.
-        return small
-            * 2f64.powi((exponent / 2) as i32)
-            * 2f64.powi((exponent - exponent / 2) as i32);
-    }
-    let kept = mantissa >> excess;
-    let rest: BigInt = mantissa - (&kept << excess);
-    let half = BigInt::from(1) << (excess - 1);
-    let up = rest > half || (rest == half && kept.bit(0));
-    let kept = u64::try_from(&kept).unwrap_or(u64::MAX) + u64::from(up);
-    let exponent = exponent + excess;
-    kept as f64 * 2f64.powi((exponent / 2) as i32) * 2f64.powi((exponent - exponent / 2) as i32)
-}
-
-/// A float in hexadecimal: `[sign][0x]digits[.digits][p[sign]exponent]`, rounded once.
-fn float_from_hex(text: &str) -> Option<f64> {
-    let text = text.trim().to_ascii_lowercase();
-    let (negative, body) = match text.strip_prefix('-') {
-        Some(rest) => (true, rest),
-        None => (false, text.strip_prefix('+').unwrap_or(&text)),
-    };
-    let signed = |value: f64| if negative { -value } else { value };
-    match body {
-        "inf" | "infinity" => return Some(signed(f64::INFINITY)),
-        "nan" => return Some(f64::NAN),
-        _ => {}
-    }
-    let body = body.strip_prefix("0x").unwrap_or(body);
-    let (digits, exponent) = match body.split_once('p') {
-        Some((digits, exponent)) => (digits, exponent.parse::<i64>().ok()?),
-        None => (body, 0),
-    };
-    let (whole, fraction) = digits.split_once('.').unwrap_or((digits, ""));
-    let all: String = [whole, fraction].concat();
-    if all.is_empty() || !all.bytes().all(|byte| byte.is_ascii_hexdigit()) {
-        return None;
-    }
-    let mantissa = BigInt::parse_bytes(all.as_bytes(), 16)?;
-    if mantissa.sign() == num_bigint::Sign::NoSign {
-        return Some(signed(0.0));
-    }
-    let exponent = exponent.checked_sub(4 * fraction.len() as i64)?;
-    let size = mantissa.bits() as i64 + exponent;
-    if size > 1100 {
-        return Some(signed(f64::INFINITY));
-    }
-    if size < -1100 {
-        return Some(signed(0.0));
-    }
-    Some(signed(rounded(&mantissa, exponent)))
 }
 
 fn float_ratio(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
