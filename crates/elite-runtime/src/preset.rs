@@ -82,6 +82,11 @@ impl Preset {
         })
     }
 
+    /// As it was given: `NAME=VALUE`.
+    pub fn given(&self) -> String {
+        format!("{}={}", self.name, self.value)
+    }
+
     /// All of them.
     ///
     /// # Errors
