@@ -19,7 +19,8 @@ use crate::ports::{
 };
 use crate::ready_file;
 use crate::shutdown::{FAULT_EXIT, Shutdown};
-use controller::options::RecordTarget;
+use controller::options::{ClockChoice, RecordTarget};
+use platform::priority::favour;
 use supervision::{Faults, Kind};
 use thiserror::Error;
 use tokio::net::TcpListener;
@@ -80,6 +81,13 @@ const LAST_WORDS: Duration = Duration::from_secs(1);
 /// # Errors
 /// What kept the server from starting.
 pub fn serve(config: &ServeConfig) -> Result<u8, ServeError> {
+    // Before there is any other thread: all of them have it from this one. Scripts' sockets and the ports would otherwise have to
+    // wait for their turn among whatever else the machine does, longer than a driver's time-out.
+    if config.robot.clock == ClockChoice::Realtime
+        && let Err(reason) = favour()
+    {
+        tracing::debug!("threads are not favoured over other processes: {reason}");
+    }
     let shutdown = Shutdown::start(0)?;
     if config.until_stdin_closes {
         end_with_stdin(&shutdown)?;
