@@ -215,6 +215,8 @@ class ScriptSender:
                 pass
 
     def close(self):
+        """Nobody listens on the port any more."""
+        self.server.shutdown(socket.SHUT_RDWR)
         self.server.close()
         for connection in self.connections:
             connection.close()

@@ -112,16 +112,23 @@ class NotHeadless(unittest.TestCase):
             dashboard.ask("task -p external_control")
             dashboard.ask(f"variable -set external_control_port {sender.port}")
             sender.script = b"# HEADER_BEGIN\nset_standard_digital_out(0, True)\n"
-            dashboard.ask("play")
+            self.play(dashboard)
             self.assertIn("no whole control script came from 127.0.0.1", self.error(primary))
             sender.script = b"x = 1\nnobody_knows_this()\n# NODE_CONTROL_LOOP_ENDS\n"
-            dashboard.ask("play")
+            self.play(dashboard)
             told = self.error(primary)
             self.assertIn("nobody_knows_this", told)
             self.assertIn(f"control script of 127.0.0.1:{sender.port}, line 2", told)
             sender.close()
-            dashboard.ask("play")
+            self.play(dashboard)
             self.assertIn("nobody sends a control script at 127.0.0.1", self.error(primary))
+
+    def play(self, dashboard):
+        """Begins the task once the one before has ended."""
+        end = time.monotonic() + 5
+        while dashboard.ask("play") != "Starting task\r\n":
+            self.assertLess(time.monotonic(), end)
+            time.sleep(0.01)
 
     def error(self, primary):
         return primary.exception(10)[3]
