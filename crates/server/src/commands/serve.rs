@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
+use editor::dap::Hub;
+
 use crate::announce::Console;
 use crate::backend::{Backend, Lifetime, forward_messages};
 use crate::config::{PortSettings, ServeConfig};
@@ -147,7 +149,12 @@ fn live(
     // Ports first: a port in use must not leave an empty recording behind.
     let listeners = runtime.block_on(open_ports(config.bind, &mut config.ports))?;
     let log_dir = config.log.dir.as_ref();
-    let host = Host::start(&config.robot, log_dir, Console::Log, config.powered_off)?;
+    let debuggers = match config.attachable {
+        true => Hub::of_every_program(),
+        false => Hub::default(),
+    };
+    let (robot, powered_off) = (&config.robot, config.powered_off);
+    let host = Host::start(robot, log_dir, Console::Log, powered_off, debuggers)?;
     let controller = host.controller();
     shutdown.close_in_any_case(controller.closer());
     let served = runtime.block_on(serve_ports(config, &host, listeners, shutdown));
