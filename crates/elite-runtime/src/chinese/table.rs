@@ -380,6 +380,14 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "{0}()：没有测试扮演 {1}:{2}，脚本不允许使用其他机器（--allow net=played）",
     ),
     (
+        "{}() came with edition {} of the vendor's software; this controller follows edition 2.15",
+        "{0}() 从厂家软件 {1} 版开始提供；本控制器遵循 2.15 版",
+    ),
+    (
+        "it switches a second supply at the tool of the large arms, which is not simulated; leave the call out, or define a function of this name",
+        "它用于接通大型机械臂工具端的第二路电源，这里不作仿真；请去掉该调用，或自行定义同名函数",
+    ),
+    (
         "{}(): scripts may not use the network; start the server with --allow net",
         "{0}()：脚本不允许使用网络；请以 --allow net 启动服务器",
     ),
