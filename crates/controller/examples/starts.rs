@@ -8,7 +8,6 @@ use std::time::{Duration, Instant};
 use controller::{Manner, Prepared, RobotConfig};
 use elite_runtime::ProgramText;
 use elite_runtime::message::Observer;
-use motion_api::Frame;
 
 /// Controllers of the figure.
 const ROUNDS: usize = 300;

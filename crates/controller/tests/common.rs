@@ -7,7 +7,6 @@ use std::sync::{Arc, Mutex};
 use controller::{Controller, Manner, Prepared, RobotConfig};
 use elite_runtime::ProgramText;
 use elite_runtime::message::{Message, Observer};
-use motion_api::Frame;
 
 /// Keeps what is printed.
 #[derive(Default)]
