@@ -82,7 +82,7 @@ impl Preset {
         })
     }
 
-    /// As it was given: `NAME=VALUE`.
+    /// `NAME=VALUE`, from which [`parse`](Self::parse) makes the same preset.
     pub fn given(&self) -> String {
         format!("{}={}", self.name, self.value)
     }

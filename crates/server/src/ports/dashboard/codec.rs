@@ -241,7 +241,7 @@ fn command(name: &str, rest: &str) -> Option<Command> {
 }
 
 impl Command {
-    /// Its answer depends on what the commands of the same kind before it have made of the task.
+    /// Whether the answer depends on what commands of the same kind before this one have made of the task.
     pub const fn concerns_the_task(&self) -> bool {
         matches!(
             self,
