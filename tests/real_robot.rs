@@ -90,6 +90,37 @@ fn programs_are_followed_to_their_ends_and_errors_name_the_local_file() {
     );
 }
 
+/// What was sent is the file for the controller, too: by name and lines in its log, its recording and its errors.
+#[test]
+fn the_controller_speaks_of_the_file_that_was_sent() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let server = Server::start(path, &["--record", "run.mcap"]);
+    let text = "# first\ncount = 2\n\ntextmsg(count, speed)\nsleep(0.2)\n";
+    let (said, status) = send(&server, path, text, &["--set", "speed=0.25"]);
+    assert_eq!(status, Some(0), "{said}");
+    let block = "# of the pendant\n\ndef pick():\n  sleep(0.2)\n  return 1 / 0\nend\n";
+    let (said, status) = send(&server, path, block, &[]);
+    assert_eq!(status, Some(1), "{said}");
+    assert!(said.contains("task.script:5:"), "{said}");
+    assert!(server.terminate().success());
+    let log = std::fs::read_to_string(path.join("stderr.log")).unwrap();
+    for part in [
+        "called=\"task.script\" id=1}:thread{number=0 line=4}: script: 20.25",
+        "task.script, line 5, column 10, in pick",
+    ] {
+        assert!(log.contains(part), "{part} in {log}");
+    }
+    assert!(!log.contains("_program"), "{log}");
+    let replayed = eliteserver()
+        .args(["replay", "run.mcap"])
+        .current_dir(path)
+        .output()
+        .unwrap();
+    let summary = String::from_utf8_lossy(&replayed.stdout);
+    assert!(summary.contains("task.script"), "{summary}");
+}
+
 #[test]
 fn what_is_not_sent_is_told_with_status_2() {
     let folder = tempfile::tempdir().unwrap();
@@ -148,6 +179,15 @@ fn a_protective_stop_fails_the_program() {
         text.contains("error 100.12: protective stop: the tool was about to cross"),
         "{text}"
     );
+    // With the place that asked for the motion, to everybody.
+    assert!(text.contains(" (task.script:1)"), "{text}");
+    let log = std::fs::read_to_string(folder.path().join("stderr.log")).unwrap();
+    assert!(
+        log.contains(
+            "called=\"task.script\" id=1}:thread{number=0 line=1}: script: protective stop"
+        ),
+        "{log}"
+    );
 }
 
 #[test]
@@ -177,6 +217,15 @@ fn a_robot_in_local_mode_gets_nothing() {
     let (text, status) = send(&server, folder.path(), "pass\n", &[]);
     assert_eq!(status, Some(2), "{text}");
     assert!(text.contains("is in local mode"), "{text}");
+}
+
+#[test]
+fn a_robot_with_remote_control_disabled_takes_programs_by_the_primary_port() {
+    let folder = tempfile::tempdir().unwrap();
+    let server = Server::start(folder.path(), &["--control", "mixed"]);
+    let (text, status) = send(&server, folder.path(), "sleep(0.9)\n", &[]);
+    assert_eq!(status, Some(0), "{text}");
+    assert!(!text.contains("local mode"), "{text}");
 }
 
 #[test]

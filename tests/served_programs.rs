@@ -420,3 +420,38 @@ fn a_debugger_drives_a_program_of_a_running_server_another_looks_on_and_ports_ar
     drop((driver, other));
     assert!(server.terminate().success());
 }
+
+/// A server that watches every program lets a debugger attach to one that has begun, and the program does not wait for it.
+#[test]
+fn a_debugger_attaches_to_a_program_that_has_begun_where_the_server_watches_all() {
+    let folder = tempfile::tempdir().unwrap();
+    let options = ["--plant", "ideal", "--record", "off", "--attachable"];
+    let server = Server::start(folder.path(), &options);
+    let endless = "def early():\n  n = 0\n  def count(n):\n    sync()\n    return n + 1\n  end\n  while True:\n    n = count(n)\n  end\nend\n";
+    run(&server, "early.script", endless);
+    std::thread::sleep(Duration::from_millis(200));
+    let attach = json!({"http-port": server.ports["http"], "drive": true});
+    for _ in 0..2 {
+        let mut driver = Debugger::new();
+        driver.ask("initialize", json!({})).unwrap();
+        driver.ask("attach", attach.clone()).unwrap();
+        driver.ask("pause", json!({"threadId": 1})).unwrap();
+        assert_eq!(driver.event("stopped")["reason"], "pause");
+        wait_for("held is paused", || program_state(&server) == "paused");
+        driver.ask("continue", json!({"threadId": 1})).unwrap();
+        let arguments = json!({"source": {"path": "/mine/early.script"}, "breakpoints": [{"line": 5, "condition": "n % 50 == 0"}]});
+        let bound = driver.ask("setBreakpoints", arguments).unwrap();
+        assert_eq!(bound["breakpoints"][0]["verified"], true, "{bound}");
+        assert_eq!(driver.event("stopped")["reason"], "breakpoint");
+        let stack = driver.ask("stackTrace", json!({"threadId": 1})).unwrap();
+        let frames = stack["stackFrames"].as_array().unwrap();
+        let lines: Vec<_> = frames.iter().map(|frame| frame["line"].as_u64()).collect();
+        assert!(lines.starts_with(&[Some(5), Some(8)]), "{stack}");
+        let n: i64 = driver.evaluate("n").parse().unwrap();
+        assert_eq!(n % 50, 0);
+        // When it leaves, the program goes on.
+        driver.end();
+        wait_for("it goes on", || program_state(&server) == "running");
+    }
+    assert!(server.terminate().success());
+}

@@ -280,6 +280,86 @@ fn the_dashboard_greets_in_four_lines_and_releases_brakes_without_power() {
     assert!(server.terminate().success());
 }
 
+#[test]
+fn dashboard_commands_of_one_write_begin_together_and_do_not_wait_for_each_other() {
+    let _alone = alone();
+    let folder = tempfile::tempdir().unwrap();
+    let server = server(folder.path(), &[]);
+    let mut client = connect(&server, "dashboard");
+    let mut buffer = [0; 4096];
+    let _greeting = client.read(&mut buffer).unwrap();
+    // The vendor warns of this: when the brakes are asked for, the power is not off yet.
+    client
+        .write_all(b"robotControl -off\nrobotControl -on\nbrakeRelease\necho\n")
+        .unwrap();
+    let mut text = String::new();
+    while text.matches("\r\n").count() < 4 {
+        let count = client.read(&mut buffer).unwrap();
+        text.push_str(std::str::from_utf8(&buffer[..count]).unwrap());
+    }
+    assert_eq!(
+        text,
+        "Powering off\r\nPowering on\r\nBrake is released.\r\nHello ELITE ROBOTS.\r\n"
+    );
+    let mut dashboard = Dashboard::connect(&server);
+    for _ in 0..10 {
+        assert_ne!(dashboard.ask("robotMode"), "robotMode: RUNNING");
+        std::thread::sleep(Duration::from_millis(100));
+    }
+    // One by one they are.
+    for (order, mode) in [
+        ("robotControl -off", "robotMode: POWER_OFF"),
+        ("robotControl -on", "robotMode: IDLE"),
+        ("brakeRelease", "robotMode: RUNNING"),
+    ] {
+        dashboard.ask(order);
+        until(mode, || dashboard.ask("robotMode") == mode);
+    }
+    assert!(server.terminate().success());
+}
+
+/// While nothing may move, a driver that scales its trajectory by this has to stand still.
+#[test]
+fn the_speed_scaling_is_0_while_paused_stopped_or_without_power() {
+    let _alone = alone();
+    let folder = tempfile::tempdir().unwrap();
+    let server = server(folder.path(), &[]);
+    let mut dashboard = Dashboard::connect(&server);
+    let scaling = || {
+        let mut page = connect(&server, "http");
+        page.write_all(b"GET /metrics HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n\r\n")
+            .unwrap();
+        let mut text = String::new();
+        page.read_to_string(&mut text).unwrap();
+        let line = text
+            .lines()
+            .find_map(|line| line.strip_prefix("elite_speed_scaling "));
+        line.unwrap().trim().parse::<f64>().unwrap()
+    };
+    for body in [
+        "movej([1, -1.5, 1.5, 0, 1, 0], a=1, v=0.1)",
+        "speedj([0.05, 0, 0, 0, 0, 0], 1, 0.1)",
+        "servoj(get_target_joint_positions(), t=0.004)",
+        "sleep(0.1)",
+    ] {
+        let text = format!("def f():\n  while True:\n    {body}\n  end\nend\n");
+        server.primary().send(&text);
+        until("it runs", || dashboard.ask("task -s") == "Task is running");
+        dashboard.ask("speed -v 50");
+        until("half speed", || (scaling() - 0.5).abs() < 1e-9);
+        dashboard.ask("pause");
+        until(body, || scaling() == 0.0);
+        assert_eq!(dashboard.ask("speed"), "speed: 50");
+        dashboard.ask("play");
+        until("it goes on", || (scaling() - 0.5).abs() < 1e-9);
+        dashboard.ask("stop");
+        until("it ends", || dashboard.ask("task -s") == "Task is stopped");
+    }
+    dashboard.ask("robotControl -off");
+    until("no power", || scaling() == 0.0);
+    assert!(server.terminate().success());
+}
+
 /// Bytes go both ways between a client and what hangs on the tool's line, with the settings of a program.
 #[test]
 fn the_tools_serial_line_is_forwarded_where_it_is_asked_for() {

@@ -65,10 +65,10 @@ class Listener:
 
 
 class Driver:
-    """Headless: the program goes to 30001 at once. Timeouts are longer than the vendor's 200 ms: a busy machine may keep this
+    """Headless: the program goes to 30001 at once; with a `sender` it waits there until a task asks for it. Timeouts are longer than the vendor's 200 ms: a busy machine may keep this
     client from its turn for as long."""
 
-    def __init__(self, primary_port, servo_time=0.004, lookahead=0.1, gain=300, listening=True):
+    def __init__(self, primary_port, servo_time=0.004, lookahead=0.1, gain=300, listening=True, sender=None):
         self.primary = Primary(primary_port)
         self.reverse, self.trajectory, self.command = Listener(), Listener(), Listener()
         if not listening:
@@ -94,6 +94,10 @@ class Driver:
         for name, value in fill.items():
             text = text.replace("{{%s}}" % name, str(value))
         assert "{{" not in text
+        if sender:
+            sender.script = f"# HEADER_BEGIN\n# HEADER_END\n# NODE_CONTROL_LOOP_BEGINS\n{text}\n# NODE_CONTROL_LOOP_ENDS\n".encode()
+            self.script = None
+            return
         self.script = "def externalControl():\n" + "".join(f"\t{line}\n" for line in text.splitlines()) + "end"
         self.send_script()
 
@@ -173,3 +177,46 @@ class Driver:
     def close(self):
         for part in (self.reverse, self.trajectory, self.command, self.primary):
             part.close()
+
+
+class ScriptSender:
+    """Not headless: the program waits on a port until a task on the controller asks for it, and goes out without its wrapper and
+    without an end; the connection stays open, as the vendor's sender leaves it."""
+
+    def __init__(self):
+        self.server = socket.create_server(("127.0.0.1", 0))
+        self.port = self.server.getsockname()[1]
+        self.requests = []
+        self.script = b""
+        self.connections = []
+        threading.Thread(target=self._serve, daemon=True).start()
+
+    def _serve(self):
+        while True:
+            try:
+                connection, _ = self.server.accept()
+            except OSError:
+                return
+            self.connections.append(connection)
+            request = b""
+            while not request.endswith(b"\n"):
+                part = connection.recv(64)
+                if not part:
+                    break
+                request += part
+            self.requests.append(request)
+            # In pieces: nothing says how much comes. Who has heard enough may be gone.
+            half = len(self.script) // 2
+            try:
+                connection.sendall(self.script[:half])
+                time.sleep(0.05)
+                connection.sendall(self.script[half:])
+            except OSError:
+                pass
+
+    def close(self):
+        """Nobody listens on the port any more."""
+        self.server.shutdown(socket.SHUT_RDWR)
+        self.server.close()
+        for connection in self.connections:
+            connection.close()

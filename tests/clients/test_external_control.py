@@ -9,7 +9,7 @@ import time
 import unittest
 
 from elite import Dashboard, Primary, Rtsi
-from external_control import FREEDRIVE, POSE, SERVOJ_QUEUE, SPEEDJ, SPEEDL, TRAJECTORY, Driver
+from external_control import FREEDRIVE, POSE, SERVOJ_QUEUE, SPEEDJ, SPEEDL, TRAJECTORY, Driver, ScriptSender
 from server import Server, binary
 
 HOME = [0.0, -1.5708, 1.5708, -1.5708, -1.5708, 0.0]
@@ -75,6 +75,63 @@ def follow_sine(server, driver, amplitude=0.2, frequency=1.0, seconds=3.0):
 def listing():
     """The functions that the server under test has."""
     return subprocess.run([binary(), "builtins"], capture_output=True, text=True, check=True).stdout
+
+
+class NotHeadless(unittest.TestCase):
+    def test_the_task_that_comes_with_the_server_asks_for_the_program_and_runs_it(self):
+        with Server() as server:
+            sender = ScriptSender()
+            driver = Driver(server.ports["primary"], sender=sender)
+            dashboard = Dashboard(server.ports["dashboard"])
+            self.assertIn("Loaded task: external_control.task", dashboard.ask("task -p external_control.task"))
+            self.assertIn("127.0.0.1", dashboard.ask("variable -get external_control_host"))
+            # The port of a test is any free one; it outlives the plays.
+            self.assertNotIn("Error", dashboard.ask(f"variable -set external_control_port {sender.port}"))
+            rtsi = watch(server, ["actual_joint_speeds"])
+            for plays in (1, 2):
+                for listener in (driver.reverse, driver.trajectory, driver.command):
+                    listener.connected.clear()
+                self.assertEqual(dashboard.ask("play"), "Starting task\r\n")
+                driver.wait_connected()
+                self.assertEqual(sender.requests, [b"request_program\n"] * plays)
+                driver.write(SPEEDJ, [0.2, 0, 0, 0, 0, 0], 1000)
+                rtsi.until(lambda v: abs(v["actual_joint_speeds"][0] - 0.2) < 1e-3)
+                driver.idle()
+                rtsi.until(lambda v: max(map(abs, v["actual_joint_speeds"])) < 1e-3)
+                self.assertTrue(driver.stop())
+                end = time.monotonic() + 5
+                while dashboard.ask("task -s") != "Task is stopped\r\n":
+                    self.assertLess(time.monotonic(), end)
+            sender.close()
+
+    def test_without_a_sender_or_with_half_a_program_the_task_ends_and_says_why(self):
+        with Server() as server:
+            sender = ScriptSender()
+            dashboard = Dashboard(server.ports["dashboard"])
+            primary = Primary(server.ports["primary"])
+            dashboard.ask("task -p external_control")
+            dashboard.ask(f"variable -set external_control_port {sender.port}")
+            sender.script = b"# HEADER_BEGIN\nset_standard_digital_out(0, True)\n"
+            self.play(dashboard)
+            self.assertIn("no whole control script came from 127.0.0.1", self.error(primary))
+            sender.script = b"x = 1\nnobody_knows_this()\n# NODE_CONTROL_LOOP_ENDS\n"
+            self.play(dashboard)
+            told = self.error(primary)
+            self.assertIn("nobody_knows_this", told)
+            self.assertIn(f"control script of 127.0.0.1:{sender.port}, line 2", told)
+            sender.close()
+            self.play(dashboard)
+            self.assertIn("nobody sends a control script at 127.0.0.1", self.error(primary))
+
+    def play(self, dashboard):
+        """Begins the task once the one before has ended."""
+        end = time.monotonic() + 5
+        while dashboard.ask("play") != "Starting task\r\n":
+            self.assertLess(time.monotonic(), end)
+            time.sleep(0.01)
+
+    def error(self, primary):
+        return primary.exception(10)[3]
 
 
 class Flow(unittest.TestCase):

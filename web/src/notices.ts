@@ -140,8 +140,8 @@ export class Notices {
     });
     const buttons: HTMLElement[] = [close];
     const place: HTMLElement[] = [];
-    if (isScript) {
-      const line = Number(event["line"]);
+    const line = Number(event["line"] ?? 0);
+    if (line > 0) {
       place.push(make("span", { class: "place" }, t("place", { name, line })));
       const go = make("button", { type: "button", "data-testid": "alarm-go" }, t("go_line"));
       go.addEventListener("click", () => this.onPlace(Number(event["program"]), line));

@@ -6,28 +6,15 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use controller::{Manner, Prepared, RobotConfig};
-use elite_lang::TaskNode;
 use elite_runtime::ProgramText;
-use elite_runtime::message::{InterpreterEvent, Message, Observer};
-use elite_runtime::panel::VariableValue;
-use motion_api::{Frame, ProgramId, ThreadNumber};
+use elite_runtime::message::Observer;
 
 /// Controllers of the figure.
 const ROUNDS: usize = 300;
 
 struct Nobody;
 
-impl Observer for Nobody {
-    fn message(&self, _: &Message) {}
-    fn program_started(&self, _: ProgramId, _: &str, _: &str) {}
-    fn program_runs(&self, _: ProgramId, _: &str) {}
-    fn line_changed(&self, _: ProgramId, _: ThreadNumber, _: u32, _: Option<&TaskNode>) {}
-    fn program_ended(&self, _: ProgramId) {}
-    fn variable_changed(&self, _: ProgramId, _: &str, _: &VariableValue) {}
-    fn interpreter(&self, _: &InterpreterEvent<'_>) {}
-    fn cycle_ended(&self, _: &Frame) {}
-    fn hurry(&self) {}
-}
+impl Observer for Nobody {}
 
 fn main() {
     let mut times = [const { Vec::new() }; 3];

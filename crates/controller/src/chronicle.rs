@@ -8,9 +8,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use elite_lang::TaskNode;
 use elite_runtime::external::{External, Witness};
-use elite_runtime::message::{InterpreterEvent, Message, Observer, Severity};
+use elite_runtime::message::{Message, Observer, Severity};
 use elite_runtime::panel::VariableValue;
-use motion_api::{Frame, Origin, ProgramId, SnapshotCell, ThreadNumber};
+use motion_api::{ProgramId, SnapshotCell, ThreadNumber};
 use recorder::lengths::{NAME_BYTES, SHORT_TEXT_BYTES, cut};
 use recorder::{LogLevel, RecorderHandle};
 use tokio::sync::broadcast;
@@ -137,6 +137,10 @@ fn short(text: &str, most: usize) -> String {
 }
 
 impl Observer for Chronicle {
+    fn next(&self) -> Option<&dyn Observer> {
+        Some(&*self.observer)
+    }
+
     fn message(&self, message: &Message) {
         // The observer's log comes first: whoever waits for the recording is told meanwhile.
         self.observer.message(message);
@@ -152,8 +156,17 @@ impl Observer for Chronicle {
             Message::ScriptError {
                 program, report, ..
             } => self.log(Severity::Error, *program, report),
-            Message::Robot { severity, text, .. } => {
-                self.log(*severity, Origin::default().program, text);
+            Message::Robot {
+                origin,
+                severity,
+                text,
+                ..
+            } => {
+                let text = match origin.line {
+                    0 => text.clone(),
+                    line => format!("{text} (line {line})"),
+                };
+                self.log(*severity, origin.program, &text);
             }
         }
     }
@@ -205,10 +218,6 @@ impl Observer for Chronicle {
         self.observer.variable_changed(program, name, value);
     }
 
-    fn interpreter(&self, event: &InterpreterEvent<'_>) {
-        self.observer.interpreter(event);
-    }
-
     fn program_ended(&self, program: ProgramId) {
         let beginning = {
             let mut programs = self.programs();
@@ -223,10 +232,6 @@ impl Observer for Chronicle {
         }
         self.log(Severity::Info, program, PROGRAM_ENDED);
         self.observer.program_ended(program);
-    }
-
-    fn cycle_ended(&self, frame: &Frame) {
-        self.observer.cycle_ended(frame);
     }
 
     fn hurry(&self) {

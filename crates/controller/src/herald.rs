@@ -1,11 +1,8 @@
 //! Tells the gate what becomes of programs, and passes everything on.
 
+use elite_runtime::message::Observer;
+use motion_api::ProgramId;
 use std::sync::{Arc, OnceLock};
-
-use elite_lang::TaskNode;
-use elite_runtime::message::{InterpreterEvent, Message, Observer};
-use elite_runtime::panel::VariableValue;
-use motion_api::{Frame, ProgramId, ThreadNumber};
 
 use crate::gate::Gate;
 
@@ -31,26 +28,8 @@ impl Herald {
 }
 
 impl Observer for Herald {
-    fn message(&self, message: &Message) {
-        self.next.message(message);
-    }
-
-    fn program_started(&self, program: ProgramId, name: &str, text: &str) {
-        self.next.program_started(program, name, text);
-    }
-
-    fn program_runs(&self, program: ProgramId, text: &str) {
-        self.next.program_runs(program, text);
-    }
-
-    fn line_changed(
-        &self,
-        program: ProgramId,
-        thread: ThreadNumber,
-        line: u32,
-        node: Option<&TaskNode>,
-    ) {
-        self.next.line_changed(program, thread, line, node);
+    fn next(&self) -> Option<&dyn Observer> {
+        Some(&*self.next)
     }
 
     fn program_ended(&self, program: ProgramId) {
@@ -58,18 +37,6 @@ impl Observer for Herald {
         if let Some(gate) = self.gate.get() {
             gate.task_ended();
         }
-    }
-
-    fn variable_changed(&self, program: ProgramId, name: &str, value: &VariableValue) {
-        self.next.variable_changed(program, name, value);
-    }
-
-    fn interpreter(&self, event: &InterpreterEvent<'_>) {
-        self.next.interpreter(event);
-    }
-
-    fn cycle_ended(&self, frame: &Frame) {
-        self.next.cycle_ended(frame);
     }
 
     fn hurry(&self) {

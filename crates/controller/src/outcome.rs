@@ -9,10 +9,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use elite_lang::TaskNode;
 use elite_runtime::TaskEnd;
 use elite_runtime::message::{
-    EMERGENCY_STOP_CODE, InterpreterEvent, Message, Observer, PROTECTIVE_STOP_CODE,
-    SCRIPT_ALARM_CODE, Severity,
+    EMERGENCY_STOP_CODE, Message, Observer, PROTECTIVE_STOP_CODE, SCRIPT_ALARM_CODE, Severity,
 };
-use elite_runtime::panel::VariableValue;
 use motion_api::{Frame, ProgramId, StopReason, ThreadNumber};
 
 use crate::doing::Follower;
@@ -233,6 +231,10 @@ impl Noted {
 }
 
 impl Observer for Collector {
+    fn next(&self) -> Option<&dyn Observer> {
+        Some(&*self.next)
+    }
+
     fn message(&self, message: &Message) {
         self.noted().message(message);
         self.next.message(message);
@@ -241,10 +243,6 @@ impl Observer for Collector {
     fn program_started(&self, program: ProgramId, name: &str, text: &str) {
         self.follower.program_started(name);
         self.next.program_started(program, name, text);
-    }
-
-    fn program_runs(&self, program: ProgramId, text: &str) {
-        self.next.program_runs(program, text);
     }
 
     fn line_changed(
@@ -266,22 +264,10 @@ impl Observer for Collector {
         self.next.program_ended(program);
     }
 
-    fn variable_changed(&self, program: ProgramId, name: &str, value: &VariableValue) {
-        self.next.variable_changed(program, name, value);
-    }
-
-    fn interpreter(&self, event: &InterpreterEvent<'_>) {
-        self.next.interpreter(event);
-    }
-
     fn cycle_ended(&self, frame: &Frame) {
         self.noted().peaks.take(&frame.state);
         self.follower.cycle_ended(&frame.state);
         self.next.cycle_ended(frame);
-    }
-
-    fn hurry(&self) {
-        self.next.hurry();
     }
 }
 
@@ -289,14 +275,4 @@ impl Observer for Collector {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Nobody;
 
-impl Observer for Nobody {
-    fn message(&self, _: &Message) {}
-    fn program_started(&self, _: ProgramId, _: &str, _: &str) {}
-    fn program_runs(&self, _: ProgramId, _: &str) {}
-    fn line_changed(&self, _: ProgramId, _: ThreadNumber, _: u32, _: Option<&TaskNode>) {}
-    fn program_ended(&self, _: ProgramId) {}
-    fn variable_changed(&self, _: ProgramId, _: &str, _: &VariableValue) {}
-    fn interpreter(&self, _: &InterpreterEvent<'_>) {}
-    fn cycle_ended(&self, _: &Frame) {}
-    fn hurry(&self) {}
-}
+impl Observer for Nobody {}

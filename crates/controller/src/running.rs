@@ -46,6 +46,7 @@ impl Controller {
     /// Tells everybody of the fault after which the process must end.
     pub fn announce_fault(&self, fault: &Fault) {
         self.chronicle.message(&Message::Robot {
+            origin: motion_api::Origin::default(),
             code: CONTROLLER_FAULT_CODE,
             sub_code: 0,
             severity: Severity::Error,

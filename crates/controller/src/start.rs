@@ -19,7 +19,9 @@ use io_bus::serial::SerialLine;
 use io_bus::{Fieldbus, StandIns};
 use kinematics::{CalibrationError, ModelError, RobotModel};
 use motion::{Cycle, CycleConfig};
-use motion_api::{BorderSizes, CommandPort, Registers, ScriptEnd, SnapshotCell, Timeline, border};
+use motion_api::{
+    BorderSizes, CommandPort, Origin, Registers, ScriptEnd, SnapshotCell, Timeline, border,
+};
 use platform::sockets::LocalStream;
 use recorder::{RecordError, Recorder, RecorderConfig, RecorderHandle, Setup, Viewer};
 use supervision::Faults;
@@ -474,6 +476,7 @@ impl RecordingAlarm {
             match self.0.get().and_then(Weak::upgrade) {
                 Some(chronicle) => {
                     chronicle.message(&Message::Robot {
+                        origin: Origin::default(),
                         code: RECORDING_ALARM_CODE,
                         sub_code: 0,
                         severity: Severity::Error,

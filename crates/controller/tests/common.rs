@@ -5,11 +5,8 @@
 use std::sync::{Arc, Mutex};
 
 use controller::{Controller, Manner, Prepared, RobotConfig};
-use elite_lang::TaskNode;
 use elite_runtime::ProgramText;
-use elite_runtime::message::{InterpreterEvent, Message, Observer};
-use elite_runtime::panel::VariableValue;
-use motion_api::{Frame, ProgramId, ThreadNumber};
+use elite_runtime::message::{Message, Observer};
 
 /// Keeps what is printed.
 #[derive(Default)]
@@ -21,14 +18,6 @@ impl Observer for Prints {
             self.0.lock().unwrap().push_str(text);
         }
     }
-    fn program_started(&self, _: ProgramId, _: &str, _: &str) {}
-    fn program_runs(&self, _: ProgramId, _: &str) {}
-    fn line_changed(&self, _: ProgramId, _: ThreadNumber, _: u32, _: Option<&TaskNode>) {}
-    fn program_ended(&self, _: ProgramId) {}
-    fn variable_changed(&self, _: ProgramId, _: &str, _: &VariableValue) {}
-    fn interpreter(&self, _: &InterpreterEvent<'_>) {}
-    fn cycle_ended(&self, _: &Frame) {}
-    fn hurry(&self) {}
 }
 
 pub fn started(config: &RobotConfig) -> (Controller, Arc<Prints>) {

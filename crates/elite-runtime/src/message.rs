@@ -55,6 +55,8 @@ pub enum Message {
     },
     /// The robot changed its state on its own.
     Robot {
+        /// Where the program stood that moved the arm, or asked for what went wrong; program 0: none did.
+        origin: Origin,
         /// Error code.
         code: i32,
         /// Sub code.
@@ -141,8 +143,9 @@ impl Message {
     }
 
     /// The message of a protective or an emergency stop.
-    pub fn protective_stop(reason: StopReason) -> Self {
+    pub fn protective_stop(reason: StopReason, origin: Origin) -> Self {
         Self::Robot {
+            origin,
             code: match reason {
                 StopReason::EmergencyStop => EMERGENCY_STOP_CODE,
                 _ => PROTECTIVE_STOP_CODE,
@@ -157,17 +160,34 @@ impl Message {
     }
 }
 
-/// Is told what happens, on the thread where it happens; must not wait. Every method has to be written down, also where
-/// nothing is to be done: an observer that wraps another one would otherwise lose what it forgot.
+/// Is told what happens, on the thread where it happens; must not wait. What an observer does not look at goes to the one
+/// behind it, if there is one: nothing is lost in a chain because a link forgot it.
 pub trait Observer: Send + Sync {
+    /// The observer behind this one. Whoever has one and looks at an event passes the event on as well.
+    fn next(&self) -> Option<&dyn Observer> {
+        None
+    }
+
     /// A message was issued.
-    fn message(&self, message: &Message);
+    fn message(&self, message: &Message) {
+        if let Some(next) = self.next() {
+            next.message(message);
+        }
+    }
 
     /// A program is about to start; whether it compiles is not known yet.
-    fn program_started(&self, program: ProgramId, name: &str, text: &str);
+    fn program_started(&self, program: ProgramId, name: &str, text: &str) {
+        if let Some(next) = self.next() {
+            next.program_started(program, name, text);
+        }
+    }
 
     /// The program compiles and is about to run. None of its commands and lines come before this.
-    fn program_runs(&self, program: ProgramId, text: &str);
+    fn program_runs(&self, program: ProgramId, text: &str) {
+        if let Some(next) = self.next() {
+            next.program_runs(program, text);
+        }
+    }
 
     /// A script thread stands at another line, or in another node of the pendant's task. Lines come at most once a cycle
     /// and thread and when it ends; nodes as they are passed, of very many in a cycle the first and the last.
@@ -177,22 +197,46 @@ pub trait Observer: Send + Sync {
         thread: ThreadNumber,
         line: u32,
         node: Option<&TaskNode>,
-    );
+    ) {
+        if let Some(next) = self.next() {
+            next.line_changed(program, thread, line, node);
+        }
+    }
 
     /// A program has ended.
-    fn program_ended(&self, program: ProgramId);
+    fn program_ended(&self, program: ProgramId) {
+        if let Some(next) = self.next() {
+            next.program_ended(program);
+        }
+    }
 
     /// A name that a program declares `global` has this value now; at most ten times a second of simulated time.
-    fn variable_changed(&self, program: ProgramId, name: &str, value: &VariableValue);
+    fn variable_changed(&self, program: ProgramId, name: &str, value: &VariableValue) {
+        if let Some(next) = self.next() {
+            next.variable_changed(program, name, value);
+        }
+    }
 
     /// Interpreter mode has done something worth a line in its log (manual 2.7).
-    fn interpreter(&self, event: &InterpreterEvent<'_>);
+    fn interpreter(&self, event: &InterpreterEvent<'_>) {
+        if let Some(next) = self.next() {
+            next.interpreter(event);
+        }
+    }
 
     /// A cycle has ended. Every cycle comes, in order; only when nobody took any for a second, some are left out.
-    fn cycle_ended(&self, frame: &Frame);
+    fn cycle_ended(&self, frame: &Frame) {
+        if let Some(next) = self.next() {
+            next.cycle_ended(frame);
+        }
+    }
 
     /// Somebody wants the program to end or to be held at once: what holds it up for the observer's sake lets it go.
-    fn hurry(&self);
+    fn hurry(&self) {
+        if let Some(next) = self.next() {
+            next.hurry();
+        }
+    }
 }
 
 /// What interpreter mode does.

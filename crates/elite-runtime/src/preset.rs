@@ -82,6 +82,11 @@ impl Preset {
         })
     }
 
+    /// `NAME=VALUE`, from which [`parse`](Self::parse) makes the same preset.
+    pub fn given(&self) -> String {
+        format!("{}={}", self.name, self.value)
+    }
+
     /// All of them.
     ///
     /// # Errors

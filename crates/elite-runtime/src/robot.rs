@@ -135,6 +135,13 @@ impl Awaited {
         })
     }
 
+    /// Where the motion was asked for that was carried out before this cycle.
+    fn mover(&self, cycle: u64) -> Origin {
+        let mut under_way = self.under_way(cycle.saturating_sub(1), CommandId::NONE);
+        let motion = under_way.find(|command| command.kind.sets_in_motion());
+        motion.map_or_else(Origin::default, |command| command.origin)
+    }
+
     /// The state with what the commands that had not ended by `cycle` set.
     fn foreseen(&mut self, state: &RobotState, cycle: u64) -> Foreseen {
         let mut foresight = std::mem::take(&mut self.foresight);
@@ -572,8 +579,10 @@ impl Robot {
                 }
                 awaited.lasting.note_stop();
                 awaited.last_stop = Some(reason);
+                let origin = awaited.mover(cycle);
                 drop(awaited);
-                self.observer.message(&Message::protective_stop(reason));
+                self.observer
+                    .message(&Message::protective_stop(reason, origin));
             }
         }
     }
@@ -628,11 +637,9 @@ impl From<ScriptEnd> for ScriptEndWithoutRecords {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::message::InterpreterEvent;
-    use crate::panel::VariableValue;
     use kinematics::JointPositions;
     use kinematics::RpyPose;
-    use motion_api::{BorderSizes, Frame, MotionEnd, ProgramId, ThreadNumber, border};
+    use motion_api::{BorderSizes, Frame, MotionEnd, border};
     use proptest::prelude::*;
 
     /// Notes which cycles it was shown.
@@ -640,21 +647,6 @@ mod tests {
     struct Watcher(Mutex<Vec<u64>>);
 
     impl Observer for Watcher {
-        fn message(&self, _: &Message) {}
-        fn program_started(&self, _: ProgramId, _: &str, _: &str) {}
-        fn program_runs(&self, _: ProgramId, _: &str) {}
-        fn line_changed(
-            &self,
-            _: ProgramId,
-            _: ThreadNumber,
-            _: u32,
-            _: Option<&elite_lang::TaskNode>,
-        ) {
-        }
-        fn program_ended(&self, _: ProgramId) {}
-        fn variable_changed(&self, _: ProgramId, _: &str, _: &VariableValue) {}
-        fn interpreter(&self, _: &InterpreterEvent<'_>) {}
-        fn hurry(&self) {}
         fn cycle_ended(&self, frame: &Frame) {
             self.0.lock().unwrap().push(frame.state.cycle);
         }

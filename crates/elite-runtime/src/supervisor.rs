@@ -238,11 +238,25 @@ impl Supervisor {
         program: ProgramText,
         sender: &str,
     ) -> Result<ProgramId, SubmitError> {
+        let presets = self.presets().clone();
+        self.submit_with(program, sender, presets).await
+    }
+
+    /// [`submit`](Self::submit) with globals that this program finds set, and no other.
+    ///
+    /// # Errors
+    /// [`SubmitError`]
+    pub async fn submit_with(
+        &self,
+        program: ProgramText,
+        sender: &str,
+        presets: Arc<[Preset]>,
+    ) -> Result<ProgramId, SubmitError> {
         let secondary = is_secondary(&program.text);
         let started = if secondary {
             self.submit_secondary(program).await
         } else {
-            self.submit_main(program, sender).await
+            self.submit_main(program, sender, presets).await
         };
         if let Err(error) = &started
             && !matches!(error, SubmitError::NotCompiled { .. })
@@ -277,7 +291,7 @@ impl Supervisor {
                 return Ok(id);
             }
             if !self.is_running() {
-                return self.start(name, true, source);
+                return self.start(name, true, source, self.presets().clone());
             }
             drop(turn);
             let is_ending = self.status().ending;
@@ -285,7 +299,7 @@ impl Supervisor {
                 .await;
         }
         let _turn = self.shared.turns.lock().await;
-        self.start(name, true, source)
+        self.start(name, true, source, self.presets().clone())
     }
 
     /// Hands a secondary program to the running task, compiled, so that a long text does not hold that up; `None` when no
@@ -347,6 +361,7 @@ impl Supervisor {
         &self,
         program: ProgramText,
         sender: &str,
+        presets: Arc<[Preset]>,
     ) -> Result<ProgramId, SubmitError> {
         let name = program.name.clone();
         let mut source = Source::Text(program);
@@ -360,7 +375,7 @@ impl Supervisor {
             let successor = format!("program \"{name}\" from {sender}");
             self.make_way(successor).await;
         }
-        let id = self.start(name, false, source)?;
+        let id = self.start(name, false, source, presets)?;
         self.wait_until_begun(id).await;
         Ok(id)
     }
@@ -457,6 +472,7 @@ impl Supervisor {
         name: String,
         is_secondary: bool,
         source: Source,
+        presets: Arc<[Preset]>,
     ) -> Result<ProgramId, SubmitError> {
         let mut current = self.current();
         if let Some(running) = &current.running {
@@ -478,7 +494,6 @@ impl Supervisor {
             end: None,
         });
         let called = format!("task-{}", id.0);
-        let presets = self.presets().clone();
         let faults = self.shared.settings.faults.clone();
         faults
             .start(Kind::Task, called, move || {
@@ -513,7 +528,8 @@ impl Supervisor {
         self.set_presets(presets);
         self.current().last_program = id.0.saturating_sub(1);
         let is_secondary = is_secondary(&program.text);
-        self.start(program.name.clone(), is_secondary, Source::Text(program))?;
+        let name = program.name.clone();
+        self.start(name, is_secondary, Source::Text(program), presets.into())?;
         Ok(())
     }
 

@@ -122,6 +122,7 @@ def refused(what):
     except PermissionError as e:
         print(e)
 refused(lambda: open('x'))
+refused(lambda: open('/rbctrl/EliRobot_share/program/points.txt'))
 refused(lambda: os.listdir('.'))
 refused(lambda: os.path.exists('/etc/passwd'))
 refused(lambda: os.getcwd())
@@ -139,7 +140,13 @@ print(io.StringIO('kept').read(), signal.SIGTERM + 0, os.path.join('a', 'b'))
         .printed
         .matches("start the controller with --allow")
         .count();
-    assert_eq!((refusals, ran.error.as_str()), (11, ""), "{}", ran.printed);
+    assert_eq!((refusals, ran.error.as_str()), (12, ""), "{}", ran.printed);
+    let of_files = "scripts may not use files; start the controller with --allow fs\n";
+    assert!(
+        ran.printed.starts_with(&of_files.repeat(2)),
+        "{}",
+        ran.printed
+    );
     assert!(ran.printed.ends_with("kept 15 a/b\n"), "{}", ran.printed);
 }
 

@@ -159,10 +159,12 @@ fn motion_mode(cycle: &Cycle) -> MotionMode {
     }
 }
 
+/// Drivers scale the time of their trajectories by this: 0 while nothing they ask for is carried out.
 fn speed_scaling(cycle: &Cycle) -> f64 {
     match &cycle.generator {
         Generator::Path(motion) => motion.fraction(),
-        _ if cycle.is_held() => 0.0,
+        Generator::Brake(_) => 0.0,
+        _ if cycle.is_held() || !cycle.is_under_servo() => 0.0,
         _ => cycle.speed_fraction,
     }
 }

@@ -118,13 +118,16 @@ mod imp {
     pub fn end_with_this_one(command: &mut Command) -> io::Result<()> {
         command.process_group(0);
         // SAFETY: the closure runs in the child of a `fork`, where only async-signal-safe functions may be called. It makes
-        // one system call (prctl) and turns its error number into an `io::Error`, which does not allocate.
+        // two system calls (setpriority, prctl) and turns an error number into an `io::Error`, which does not allocate.
         #[allow(
             unsafe_code,
             reason = "what happens between fork and exec is unsafe in std"
         )]
         unsafe {
-            command.pre_exec(|| Ok(set_pdeathsig(Signal::SIGKILL)?));
+            command.pre_exec(|| {
+                crate::priority::no_favour();
+                Ok(set_pdeathsig(Signal::SIGKILL)?)
+            });
         }
         Ok(())
     }

@@ -3,9 +3,8 @@
 use std::collections::VecDeque;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use elite_runtime::message::{InterpreterEvent, Message, Observer};
-use elite_runtime::panel::VariableValue;
-use motion_api::{Frame, ProgramId, ThreadNumber};
+use elite_runtime::message::Observer;
+use motion_api::Frame;
 
 use crate::row::Row;
 
@@ -73,20 +72,4 @@ impl Observer for Trace {
             Row::from(&frame.state).write(block);
         }
     }
-
-    fn message(&self, _: &Message) {}
-    fn program_started(&self, _: ProgramId, _: &str, _: &str) {}
-    fn program_runs(&self, _: ProgramId, _: &str) {}
-    fn line_changed(
-        &self,
-        _: ProgramId,
-        _: ThreadNumber,
-        _: u32,
-        _: Option<&elite_lang::TaskNode>,
-    ) {
-    }
-    fn program_ended(&self, _: ProgramId) {}
-    fn variable_changed(&self, _: ProgramId, _: &str, _: &VariableValue) {}
-    fn interpreter(&self, _: &InterpreterEvent<'_>) {}
-    fn hurry(&self) {}
 }

@@ -22,6 +22,12 @@ pub async fn is_remote(address: &RobotAddress) -> Option<bool> {
     }
 }
 
+/// Whether it is a simulated controller of ours, which says so in the place of its serial number.
+pub async fn is_simulated(address: &RobotAddress) -> bool {
+    let answers = answers(address, &["robot -s"]).await;
+    answers.is_some_and(|answers| answers.iter().any(|answer| answer.starts_with("SIM-")))
+}
+
 /// The values of global variables of the program that runs, as it would print them; `None` for one that the robot does
 /// not know, or if nobody says so.
 pub async fn variables(address: &RobotAddress, names: &[String]) -> Vec<Option<String>> {

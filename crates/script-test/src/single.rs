@@ -12,11 +12,9 @@ use controller::doing::Follower;
 use controller::options::{ClockChoice, RecordTarget};
 use controller::outcome::Collector;
 use controller::{Controller, Manner, Outcome, Prepared, RobotConfig};
-use elite_lang::TaskNode;
-use elite_runtime::message::{InterpreterEvent, Message, Observer};
-use elite_runtime::panel::VariableValue;
+use elite_runtime::message::Observer;
 use elite_runtime::{Attendant, Extras, LineCountsOfTexts, ProgramText, Supervisor, TaskState};
-use motion_api::{Frame, ProgramId, RobotState, Seconds, ThreadNumber};
+use motion_api::{ProgramId, RobotState, Seconds};
 use recorder::Cycle;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
@@ -490,16 +488,8 @@ fn broken(watched: &Watched, state: &RobotState, cycle: &Cycle) -> String {
 struct Herald(UnboundedSender<Request>);
 
 impl Observer for Herald {
-    fn message(&self, _: &Message) {}
-    fn program_started(&self, _: ProgramId, _: &str, _: &str) {}
-    fn program_runs(&self, _: ProgramId, _: &str) {}
-    fn line_changed(&self, _: ProgramId, _: ThreadNumber, _: u32, _: Option<&TaskNode>) {}
     fn program_ended(&self, _: ProgramId) {
         // Nobody listens once it has been said.
         let _ = self.0.send(Request::Ended);
     }
-    fn variable_changed(&self, _: ProgramId, _: &str, _: &VariableValue) {}
-    fn interpreter(&self, _: &InterpreterEvent<'_>) {}
-    fn cycle_ended(&self, _: &Frame) {}
-    fn hurry(&self) {}
 }

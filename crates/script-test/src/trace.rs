@@ -5,8 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use controller::Peaks;
 use controller::doing::{Doing, Follower};
 use elite_lang::TaskNode;
-use elite_runtime::message::{InterpreterEvent, Message, Observer};
-use elite_runtime::panel::VariableValue;
+use elite_runtime::message::Observer;
 use motion_api::{Frame, ProgramId, RobotState, ThreadNumber};
 
 /// Cycles that are kept; what comes after them is counted only. At 4 ms it is the first 400 s of a test.
@@ -94,23 +93,20 @@ pub(crate) struct Watcher {
 }
 
 impl Observer for Watcher {
-    fn message(&self, _: &Message) {}
     fn program_started(&self, _: ProgramId, name: &str, _: &str) {
         self.follower.program_started(name);
     }
-    fn program_runs(&self, _: ProgramId, _: &str) {}
+
     fn line_changed(&self, _: ProgramId, thread: ThreadNumber, line: u32, _: Option<&TaskNode>) {
         self.follower.line_changed(thread, line);
     }
     fn program_ended(&self, _: ProgramId) {
         self.follower.program_ended();
     }
-    fn variable_changed(&self, _: ProgramId, _: &str, _: &VariableValue) {}
-    fn interpreter(&self, _: &InterpreterEvent<'_>) {}
+
     fn cycle_ended(&self, frame: &Frame) {
         self.follower.cycle_ended(&frame.state);
         self.follower
             .with(|doing| self.trace.take(&frame.state, doing));
     }
-    fn hurry(&self) {}
 }

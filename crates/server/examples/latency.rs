@@ -96,7 +96,14 @@ impl Bench {
             unreachable!("the words say serve");
         };
         let config = ServeConfig::load(*args).unwrap();
-        let host = Host::start(&config.robot, None, Console::Log, false).unwrap();
+        let host = Host::start(
+            &config.robot,
+            None,
+            Console::Log,
+            false,
+            editor::dap::Hub::default(),
+        )
+        .unwrap();
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .worker_threads(2)
             .enable_all()

@@ -115,6 +115,12 @@ impl Announcer {
         self.errors[kind].fetch_add(1, Ordering::Relaxed);
     }
 
+    /// The name of a program that was started.
+    fn name_of(&self, program: ProgramId) -> Option<String> {
+        let programs = self.programs();
+        programs.get(&program).map(|known| known.name.clone())
+    }
+
     /// What the log says of where a message comes from; nothing of the controller's own.
     fn span_of(&self, origin: Origin) -> Span {
         let programs = self.programs();
@@ -155,7 +161,7 @@ impl Observer for Announcer {
         let is_replacement =
             matches!(message, Message::Log { text, .. } if text.starts_with(REPLACED));
         let for_clients = if is_replacement { message } else { &*told };
-        let for_clients = for_port(for_clients);
+        let for_clients = for_port(for_clients, |program| self.name_of(program));
         let message = &*told;
         match message {
             Message::Print { text, .. } if self.console == Console::Stdout => {
@@ -185,7 +191,12 @@ impl Observer for Announcer {
                         .in_scope(|| tracing::error!(target: "script", "\n{}", report.trim_end()));
                 }
             }
-            Message::Robot { severity, text, .. } => self.log(*severity, Origin::default(), text),
+            Message::Robot {
+                origin,
+                severity,
+                text,
+                ..
+            } => self.log(*severity, *origin, text),
         }
         if let Some(message) = for_clients {
             // Nobody listening is fine.
@@ -263,13 +274,10 @@ impl Observer for Announcer {
     fn cycle_ended(&self, frame: &Frame) {
         self.feed.cycle_ended(frame);
     }
-
-    /// Nothing here holds a program up.
-    fn hurry(&self) {}
 }
 
 /// What clients of port 30001 are told; the rest is for the log alone.
-fn for_port(message: &Message) -> Option<Message> {
+fn for_port(message: &Message, name_of: impl Fn(ProgramId) -> Option<String>) -> Option<Message> {
     let short = |text: &str| short(text, PORT_TEXT_BYTES);
     Some(match message {
         Message::Print { .. } => return None,
@@ -299,15 +307,22 @@ fn for_port(message: &Message) -> Option<Message> {
             report: short_report(report, summary),
         },
         Message::Robot {
+            origin,
             code,
             sub_code,
             severity,
             text,
         } => Message::Robot {
+            origin: *origin,
             code: *code,
             sub_code: *sub_code,
             severity: *severity,
-            text: short(text),
+            text: match name_of(origin.program) {
+                Some(name) if origin.line > 0 => {
+                    format!("{} ({name}:{})", short(text), origin.line)
+                }
+                _ => short(text),
+            },
         },
     })
 }
@@ -330,6 +345,7 @@ mod tests {
 
     #[test]
     fn what_waits_for_a_port_has_a_bound_and_says_what_went_wrong() {
+        let told = |message: &Message| for_port(message, |_| Some("pick.script".to_owned()));
         let error = |length: usize| Message::ScriptError {
             program: ProgramId(1),
             line: 3,
@@ -341,8 +357,8 @@ mod tests {
                 "y".repeat(length)
             ),
         };
-        assert_eq!(for_port(&error(100)), Some(error(100)));
-        let Some(Message::ScriptError { report, .. }) = for_port(&error(1 << 20)) else {
+        assert_eq!(told(&error(100)), Some(error(100)));
+        let Some(Message::ScriptError { report, .. }) = told(&error(1 << 20)) else {
             panic!("it is told");
         };
         assert!(report.len() <= PORT_TEXT_BYTES + 1, "{}", report.len());
@@ -350,8 +366,32 @@ mod tests {
         assert!(last.starts_with("ValueError: yyy") && last.contains("[cut, "));
         let log = |severity, text: &str| Message::log(severity, Origin::default(), text);
         let secondary = log(Severity::Warning, "[SEC] Exception: x");
-        assert_eq!(for_port(&secondary), Some(secondary.clone()));
-        assert_eq!(for_port(&log(Severity::Warning, "x")), None);
-        assert_eq!(for_port(&log(Severity::Info, "[SEC] x")), None);
+        assert_eq!(told(&secondary), Some(secondary.clone()));
+        assert_eq!(told(&log(Severity::Warning, "x")), None);
+        assert_eq!(told(&log(Severity::Info, "[SEC] x")), None);
+    }
+    #[test]
+    fn clients_hear_in_which_line_of_which_program_an_alarm_came() {
+        let stop = |line| {
+            let origin = Origin {
+                program: ProgramId(1),
+                line,
+                ..Origin::default()
+            };
+            Message::protective_stop(motion_api::StopReason::EmergencyStop, origin)
+        };
+        let text = |line, name: Option<&str>| {
+            let name = name.map(str::to_owned);
+            match for_port(&stop(line), |_| name.clone()) {
+                Some(Message::Robot { text, .. }) => text,
+                other => panic!("{other:?}"),
+            }
+        };
+        let bare = text(0, Some("pick.script"));
+        assert_eq!(
+            text(19, Some("pick.script")),
+            format!("{bare} (pick.script:19)")
+        );
+        assert_eq!(text(19, None), bare);
     }
 }

@@ -281,6 +281,9 @@ pub struct ServeArgs {
     /// Start with the power off and the brakes engaged, as a real controller does
     #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "true|false")]
     pub powered_off: Option<bool>,
+    /// Watch every program from its start, so that a debugger may attach to one that has begun; programs compute slower then
+    #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "true|false")]
+    pub attachable: Option<bool>,
     /// Who controls the robot at start: the network (remote), the pendant alone (local), or the pendant with remote control
     /// switched off in the settings, as it leaves the factory (mixed) [default: remote]
     #[arg(long, value_name = "remote|local|mixed")]

@@ -219,6 +219,8 @@ pub struct ServeConfig {
     pub until_stdin_closes: bool,
     /// Start with the power off.
     pub powered_off: bool,
+    /// Watch programs from their start, for debuggers that attach later.
+    pub attachable: bool,
     /// Who controls the robot at start.
     pub control: ControlMode,
 }
@@ -293,6 +295,7 @@ impl ServeConfig {
             trusted_hosts: trusted_hosts(args.trust_host),
             ready_file: args.ready_file,
             powered_off: args.powered_off.unwrap_or(false),
+            attachable: args.attachable.unwrap_or(false),
             control: control(args.control, args.local)?,
         })
     }
@@ -454,8 +457,9 @@ pub(crate) fn each_on_its_own(ports: &PortSettings) -> Result<(), ConfigError> {
 }
 
 /// Every key of the file: the long names of the options of `serve`, `config` apart.
-const KEYS: [&str; 35] = [
+const KEYS: [&str; 36] = [
     "allow",
+    "attachable",
     "bind",
     "calibration",
     "cell",
@@ -535,6 +539,7 @@ fn fill(args: &mut ServeArgs, path: &Path, text: &str) -> Result<(), ConfigError
         let shared = &mut args.shared;
         match key.as_str() {
             "allow" => entry.list(&mut shared.allow),
+            "attachable" => entry.named(&mut args.attachable, "allowed are true and false"),
             "bind" => entry.named(&mut args.bind, "allowed is an IP address"),
             "calibration" => entry.one(&mut shared.calibration),
             "cell" => entry.one(&mut shared.cell),

@@ -60,6 +60,7 @@ impl Host {
         log_dir: Option<&PathBuf>,
         console: Console,
         powered_off: bool,
+        debuggers: Hub,
     ) -> Result<Self, HostError> {
         let manner = match console {
             Console::Log => Manner::served(powered_off),
@@ -79,7 +80,7 @@ impl Host {
         let feed = Arc::new(Feed::new(prepared.model().clone()));
         let announcer = Announcer::new(console, interpreter_log.clone(), feed.clone());
         let announcer = Arc::new(announcer);
-        let debuggers = Arc::new(Hub::default());
+        let debuggers = Arc::new(debuggers);
         let extras = match console {
             Console::Log => Extras {
                 debug: Some(Arc::new(HubLink(debuggers.clone()))),

@@ -27,5 +27,6 @@ pub mod ports;
 pub mod program;
 pub mod ready_file;
 pub mod replay;
-pub mod shutdown;
+pub mod sent_file;
+mod shutdown;
 pub mod wait;

@@ -245,7 +245,14 @@ fn judge(data: &[u8]) {
         set: Vec::new(),
     })
     .expect("the defaults are right");
-    let host = Host::start(&config.robot, None, Console::Log, false).expect("it starts");
+    let host = Host::start(
+        &config.robot,
+        None,
+        Console::Log,
+        false,
+        editor::dap::Hub::default(),
+    )
+    .expect("it starts");
     let controller = host.controller();
     let mut messages = host.announcer().subscribe();
     let runtime = tokio::runtime::Builder::new_current_thread()

@@ -24,6 +24,7 @@ walks! {
     readme_zh: "README.zh.md",
     api: "docs/api.md",
     cell: "docs/cell.md",
+    clients: "docs/clients.md",
     ci: "docs/ci.md",
     debugging: "docs/debugging.md",
     editors: "docs/editors.md",

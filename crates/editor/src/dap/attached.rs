@@ -181,7 +181,7 @@ impl Session<'_> {
     fn not_watched(&self) -> String {
         match &self.launched {
             None => "no program is running".to_owned(),
-            Some(_) => "this program had begun before anybody attached, so it has no places to be held at; start it again to debug it, or pause it at the server's ports".to_owned(),
+            Some(_) => "this program had begun before anybody attached, so it has no places to be held at; start it again to debug it, pause it at the server's ports, or start the server with --attachable".to_owned(),
         }
     }
 

@@ -1,7 +1,7 @@
 //! Where debuggers attach to a controller that serves: one drives, others look on, and programs run on without them.
 //!
 //! Owns who is there, what the driver wants the programs to be held for, and which program is held. A program that begins while
-//! somebody is there is watched; one that begins while nobody is costs what it always did. Nothing here waits: a client that
+//! somebody is there is watched; one that begins while nobody is costs what it always did, unless all are to be watched. Nothing here waits: a client that
 //! does not take what it is told is let go.
 
 use std::collections::BTreeMap;
@@ -34,6 +34,8 @@ pub struct Hub {
     /// A driver is ready for the program that begins.
     readied: Condvar,
     changes: AtomicU64,
+    /// Programs are watched whether somebody is there or not.
+    watches_every_program: bool,
 }
 
 #[derive(Default)]
@@ -93,6 +95,14 @@ pub(crate) struct Begun {
 pub struct HubLink(pub Arc<Hub>);
 
 impl Hub {
+    /// One whose programs are all watched from their start: a client may attach to one that has begun.
+    pub fn of_every_program() -> Self {
+        Self {
+            watches_every_program: true,
+            ..Self::default()
+        }
+    }
+
     /// Counts what is shown of it ([`shown`](Self::shown)).
     pub fn changes(&self) -> u64 {
         self.changes.load(Ordering::Acquire)
@@ -344,7 +354,8 @@ impl DebugLink for HubLink {
     fn attach(&self, task: Debuggee) -> Option<Rc<dyn Attached>> {
         let hub = self.0.clone();
         let mut state: MutexGuard<'_, State> = lock(&self.0.state);
-        if state.clients.is_empty() {
+        let nobody = state.clients.is_empty();
+        if nobody && !self.0.watches_every_program {
             return None;
         }
         state.generation += 1;
@@ -362,7 +373,7 @@ impl DebugLink for HubLink {
             breakpoints: state.breakpoints.clone().into(),
             changes: AtomicU64::new(0),
             pause: AtomicBool::new(false),
-            is_over: AtomicBool::new(false),
+            is_over: AtomicBool::new(nobody),
             is_stopping: AtomicBool::new(false),
             is_muted: AtomicBool::new(false),
             said: AtomicU64::new(0),

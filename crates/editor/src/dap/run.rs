@@ -9,11 +9,9 @@ use controller::options::{ClockChoice, RecordTarget};
 use controller::recorded_run::RecordedRun;
 use controller::repeating::Repeating;
 use controller::{Manner, Prepared, RobotConfig};
-use elite_lang::TaskNode;
-use elite_runtime::message::{InterpreterEvent, Message, Observer, Severity};
-use elite_runtime::panel::VariableValue;
+use elite_runtime::message::{Message, Observer, Severity};
 use elite_runtime::{Extras, Preset, ProgramText};
-use motion_api::{Frame, ProgramId, ThreadNumber};
+use motion_api::ProgramId;
 use supervision::{Faults, Handle, Kind};
 
 use super::breakpoints::Breakpoints;
@@ -282,13 +280,4 @@ impl Observer for Teller {
             Message::Robot { text, .. } => self.say("stderr", format!("{text}\n"), 0),
         }
     }
-
-    fn program_started(&self, _: ProgramId, _: &str, _: &str) {}
-    fn program_runs(&self, _: ProgramId, _: &str) {}
-    fn line_changed(&self, _: ProgramId, _: ThreadNumber, _: u32, _: Option<&TaskNode>) {}
-    fn program_ended(&self, _: ProgramId) {}
-    fn variable_changed(&self, _: ProgramId, _: &str, _: &VariableValue) {}
-    fn interpreter(&self, _: &InterpreterEvent<'_>) {}
-    fn cycle_ended(&self, _: &Frame) {}
-    fn hurry(&self) {}
 }

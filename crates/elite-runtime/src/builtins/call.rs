@@ -179,6 +179,7 @@ impl<'a, 'n> Call<'a, 'n> {
             return self.error(ExceptionKind::RuntimeError, text);
         }
         self.context.observer().message(&Message::Robot {
+            origin: self.origin(),
             code: SCRIPT_ALARM_CODE,
             sub_code,
             severity: Severity::Error,

@@ -44,14 +44,16 @@ const JOINTS_FOR_POSE: &str = "turn joint positions into a pose with get_forward
 
 /// The names of all builtins, with what `check` needs to know of them.
 pub fn known_names() -> KnownNames {
-    KnownNames::new(names())
+    // Those of later editions are not there when a program runs; `check` says more of them than that.
+    let later = LATER.iter().map(|(name, _, _)| *name);
+    KnownNames::new(names().chain(later))
         .with_waiting(all().filter(|b| b.waits).map(|b| b.name))
         .with_call_hook(hints)
 }
 
 fn hints(site: &CallSite<'_>) -> Vec<CallHint> {
     let Some(builtin) = all().find(|builtin| builtin.name == site.function) else {
-        return Vec::new();
+        return of_later_edition(site.function).into_iter().collect();
     };
     // What the language itself provides is listed here and not bound by its declaration.
     let misfits = match builtin.run {
@@ -74,6 +76,26 @@ fn hints(site: &CallSite<'_>) -> Vec<CallHint> {
         })
     });
     misfits.into_iter().chain(slips).collect()
+}
+
+/// Functions that later editions of the vendor's software have and this controller has not: name, edition, what is missing here.
+const LATER: &[(&str, &str, &str)] = &[(
+    "set_tool_second_power_on",
+    "2.16",
+    "it switches a second supply at the tool of the large arms, which is not simulated; leave the call out, or define a function of \
+     this name",
+)];
+
+fn of_later_edition(name: &str) -> Option<CallHint> {
+    let (name, edition, help) = LATER.iter().find(|(known, _, _)| *known == name)?;
+    Some(CallHint {
+        argument: None,
+        code: "later-edition",
+        message: format!(
+            "{name}() came with edition {edition} of the vendor's software; this controller follows edition 2.15"
+        ),
+        help: Some((*help).to_owned()),
+    })
 }
 
 fn parameter(builtin: &Builtin, index: usize, name: Option<&str>) -> Option<&'static Parameter> {
@@ -295,6 +317,19 @@ mod tests {
         let chinese = crate::chinese::finding(&wrong_name[0]);
         assert_eq!(chinese.message, "sleep() 没有参数 'seconds'");
         assert_eq!(chinese.help.as_deref(), Some("它的参数有 t"));
+    }
+
+    #[test]
+    fn a_function_of_a_later_edition_is_told_as_such() {
+        let text = "set_tool_second_power_on(True)\n";
+        let found = check(SourceFile::new("test.script", text), &known_names());
+        let later = found.iter().find(|finding| finding.code == "later-edition");
+        let later = later.expect("it is found");
+        assert!(later.message.contains("edition 2.16"), "{later:?}");
+        assert!(later.help.is_some());
+        assert!(crate::chinese::finding(later).message.contains("2.16 版"));
+        let own = format!("def set_tool_second_power_on(on):\n  pass\nend\n{text}");
+        assert_eq!(said(&own), [""; 0]);
     }
 
     #[test]

@@ -100,6 +100,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "is_within_safety_limits(): either p or q must be given, {}",
         "is_within_safety_limits()：必须给出 p 或 q，{0}",
     ),
+    (
+        "it switches a second supply at the tool of the large arms, which is not simulated; leave the call out, or define a function of this name",
+        "它用于接通大型机械臂工具端的第二路电源，这里不作仿真；请去掉该调用，或自行定义同名函数",
+    ),
     ("its parameters are {}", "它的参数有 {0}"),
     (
         "join_thread(): thread {} cannot wait for its own end",
@@ -339,6 +343,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     (
         "{} takes joint positions, {}() returns a pose",
         "{0~}需要关节位置，{1}() 返回的是位姿",
+    ),
+    (
+        "{}() came with edition {} of the vendor's software; this controller follows edition 2.15",
+        "{0}() 从厂家软件 {1} 版开始提供；本控制器遵循 2.15 版",
     ),
     ("{}() has no parameter '{}'", "{0}() 没有参数 '{1}'"),
     (

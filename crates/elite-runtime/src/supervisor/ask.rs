@@ -6,14 +6,13 @@ use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 use elite_lang::{KnownNames, Program, SourceFile};
-use motion_api::{Frame, ProgramId, ThreadNumber};
+use motion_api::{Frame, ProgramId};
 use thiserror::Error;
 use tokio::time::timeout;
 
 use super::{Supervisor, TaskState};
 use crate::attendant::Attendant;
-use crate::message::{InterpreterEvent, Message, Observer};
-use crate::panel::VariableValue;
+use crate::message::{Message, Observer};
 use crate::task::Source;
 
 /// An answer takes no longer, in wall time: a secondary program may compute for about a second.
@@ -127,7 +126,8 @@ impl Supervisor {
         let mut status = self.watch();
         let stopped = status.wait_for(|s| s.state == TaskState::Stopped);
         stopped.await.ok()?;
-        self.start(name, true, source).ok()
+        let none = Arc::default();
+        self.start(name, true, source, none).ok()
     }
 }
 
@@ -141,29 +141,8 @@ impl Observer for Quiet {
         }
     }
 
-    fn program_started(&self, _: ProgramId, _: &str, _: &str) {}
-
-    fn program_runs(&self, _: ProgramId, _: &str) {}
-
-    fn line_changed(
-        &self,
-        _: ProgramId,
-        _: ThreadNumber,
-        _: u32,
-        _: Option<&elite_lang::TaskNode>,
-    ) {
-    }
-
-    fn program_ended(&self, _: ProgramId) {}
-
-    fn variable_changed(&self, _: ProgramId, _: &str, _: &VariableValue) {}
-
-    fn interpreter(&self, _: &InterpreterEvent<'_>) {}
-
     /// Cycles that it lets pass are cycles of the robot.
     fn cycle_ended(&self, frame: &Frame) {
         self.0.cycle_ended(frame);
     }
-
-    fn hurry(&self) {}
 }

@@ -8,18 +8,15 @@
     reason = "a test helper that fails fails the test"
 )]
 
-use std::sync::{Arc, Mutex};
-
-use elite_runtime::message::InterpreterEvent;
-use elite_runtime::panel::VariableValue;
 use elite_runtime::panel::{Operator, Panel};
 use elite_runtime::robot::ScriptEndWithoutRecords;
 use elite_runtime::{Message, Observer, ProgramText, Robot, Supervisor, TaskEnd, TaskSettings};
 use kinematics::{JointPositions, RobotModel, RpyPose, SafetyBounds};
 use motion_api::{
-    BorderSizes, CommandKind, Event, Frame, MotionEnd, Outcome, ProgramId, RobotState,
-    ThreadNumber, Timeline, border,
+    BorderSizes, CommandKind, Event, MotionEnd, Outcome, ProgramId, RobotState, ThreadNumber,
+    Timeline, border,
 };
+use std::sync::{Arc, Mutex};
 
 /// Which arm, and how it stands.
 pub struct Standing {
@@ -124,8 +121,7 @@ impl Observer for Listener {
             }
         }
     }
-    fn program_started(&self, _: ProgramId, _: &str, _: &str) {}
-    fn program_runs(&self, _: ProgramId, _: &str) {}
+
     fn line_changed(
         &self,
         _: ProgramId,
@@ -136,11 +132,6 @@ impl Observer for Listener {
         let node = node.map(|node| (node.number, node.label.to_string()));
         self.places.lock().unwrap().push((thread.0, (line, node)));
     }
-    fn program_ended(&self, _: ProgramId) {}
-    fn variable_changed(&self, _: ProgramId, _: &str, _: &VariableValue) {}
-    fn interpreter(&self, _: &InterpreterEvent<'_>) {}
-    fn cycle_ended(&self, _: &Frame) {}
-    fn hurry(&self) {}
 }
 
 /// Runs a program to its end.

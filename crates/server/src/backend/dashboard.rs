@@ -12,7 +12,7 @@ use serde::Deserialize;
 use supervision::Kind;
 use tokio::time::timeout;
 
-use super::{Backend, LOOK_AGAIN, locked};
+use super::{Backend, LOOK_AGAIN, locked, shipped_tasks};
 use crate::ports::dashboard::{Dashboard, Order};
 use crate::ports::description::{RobotDescription, TaskStatus};
 use crate::ports::shown::{Escaped, Shown};
@@ -131,8 +131,10 @@ impl Dashboard for Backend {
     }
 
     async fn load_task(&self, path: &str) -> Result<(), String> {
-        self.task_folder.task(path).map_err(|e| e.to_string())?;
-        locked(&self.variables).load(&self.task_folder, path);
+        let (task, is_shipped) =
+            shipped_tasks::task(&self.task_folder, path).map_err(|e| e.to_string())?;
+        let shipped = is_shipped.then_some(&*task.text);
+        locked(&self.variables).load(&self.task_folder, path, shipped);
         locked(&self.loaded).task = Some(path.to_owned());
         Ok(())
     }
@@ -180,16 +182,15 @@ impl Dashboard for Backend {
         let Some(name) = self.loaded_task() else {
             return Err("no task is loaded".to_owned());
         };
-        let task = self.task_folder.task(&name).map_err(|e| e.to_string())?;
+        let (task, _) = shipped_tasks::task(&self.task_folder, &name).map_err(|e| e.to_string())?;
         self.take_variables();
         let beginning = locked(&self.variables).beginning(task.text);
         let program = ProgramText {
             name: task.name,
             text: beginning.text,
         };
-        self.supervisor.set_presets(&beginning.presets);
-        let started = self.supervisor.submit(program, SENDER).await;
-        self.supervisor.set_presets(&[]);
+        let presets = beginning.presets.into();
+        let started = self.supervisor.submit_with(program, SENDER, presets).await;
         let id = started.map_err(|error| error.to_string())?;
         locked(&self.variables).runs(id);
         // It may be over already.

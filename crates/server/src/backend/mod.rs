@@ -7,6 +7,7 @@ mod lifetime;
 mod page;
 mod programs;
 mod rtsi;
+mod shipped_tasks;
 mod variables;
 
 use std::path::{Path, PathBuf};
@@ -196,6 +197,7 @@ impl Backend {
                 sub_code,
                 severity,
                 text,
+                ..
             } => {
                 let level = match severity {
                     Severity::Info => Level::Info,

@@ -14,6 +14,7 @@ use crate::ports::description::{RobotDescription, ToolSerial};
 use crate::ports::primary::framing::{ControlPhrase, Program, ProgramKind};
 use crate::ports::primary::{self, Submission};
 use crate::ports::sample::Sample;
+use crate::sent_file::SentFile;
 use wire::primary::{Exception, Source};
 
 /// Name of programs that are one line outside a block.
@@ -64,9 +65,14 @@ impl primary::Backend for Backend {
     }
 
     async fn submit(&self, submission: Submission) {
-        let program = ProgramText {
-            name: name_of(&submission.program),
-            text: submission.program.text,
+        let kind = submission.program.kind;
+        let (program, presets) = match SentFile::behind(&submission.program.text) {
+            Some(file) => file,
+            None => {
+                let name = name_of(&submission.program);
+                let text = submission.program.text;
+                (ProgramText { name, text }, Vec::new())
+            }
         };
         if !self.takes_programs() {
             self.refuse(format!(
@@ -75,7 +81,7 @@ impl primary::Backend for Backend {
             ));
             return;
         }
-        if submission.program.kind == ProgramKind::Line
+        if kind == ProgramKind::Line
             && self.supervisor.status().state != TaskState::Stopped
             && let Some(name) = self.undefined_name(&program.text).await
         {
@@ -87,7 +93,9 @@ impl primary::Backend for Backend {
         }
         // A refusal has been told to everybody by the supervisor.
         let sender = submission.sender;
-        if let Ok(id) = self.supervisor.submit(program, &sender.to_string()).await {
+        let (called, presets) = (sender.to_string(), presets.into());
+        let submitted = self.supervisor.submit_with(program, &called, presets).await;
+        if let Ok(id) = submitted {
             let mut sent = locked(&self.sent);
             sent.truncate(SENDERS_KEPT - 1);
             sent.insert(0, (id, sender));

@@ -46,12 +46,16 @@ pub(super) struct Beginning {
 }
 
 impl ConfigurationVariables {
-    /// A task was loaded: its configuration's file is read, unless it is as it was.
-    pub fn load(&mut self, folder: &TaskFolder, task: &str) {
-        let xml = xml_of(folder, task);
+    /// A task was loaded: its configuration's file is read, unless it is as it was. A `shipped` task of the server's own has
+    /// variables as a generated one has.
+    pub fn load(&mut self, folder: &TaskFolder, task: &str, shipped: Option<&str>) {
+        let xml = match shipped {
+            Some(_) => None,
+            None => xml_of(folder, task),
+        };
+        let is_generated = xml.is_some() || shipped.is_some();
         let named = xml.as_deref().and_then(configuration_of);
-        let file = xml
-            .is_some()
+        let file = is_generated
             .then(|| find_file(folder, task, named))
             .flatten();
         let key = file
@@ -61,7 +65,7 @@ impl ConfigurationVariables {
         let is_known = self.kept.get(&key).is_some_and(|kept| {
             let text =
                 |file: &Option<(String, String)>| file.as_ref().map(|(_, text)| text.clone());
-            kept.is_generated == xml.is_some() && text(&kept.file) == text(&file)
+            kept.is_generated == is_generated && text(&kept.file) == text(&file)
         });
         if is_known {
             return;
@@ -75,7 +79,7 @@ impl ConfigurationVariables {
                 .task(task)
                 .map(|task| in_program(&task.text))
                 .unwrap_or_default(),
-            (None, None) => Vec::new(),
+            (None, None) => shipped.map(in_program).unwrap_or_default(),
         };
         // A literal is put into programs; what is none stays out.
         let values = values
@@ -88,7 +92,7 @@ impl ConfigurationVariables {
         let kept = VariableSet {
             values,
             file,
-            is_generated: xml.is_some(),
+            is_generated,
             set: BTreeSet::new(),
         };
         self.kept.insert(key, kept);
@@ -349,7 +353,7 @@ mod tests {
         write("line.configuration.variables", FILE);
         let folder = TaskFolder::new(temporary.path());
         let mut all = ConfigurationVariables::default();
-        all.load(&folder, "cell.task");
+        all.load(&folder, "cell.task", None);
         assert_eq!(all.value("width").as_deref(), Some("100"));
         let beginning = all.beginning(SCRIPT.to_owned());
         assert_eq!(beginning.text, SCRIPT.replace("= 7", "= 100"));
@@ -364,7 +368,7 @@ mod tests {
         assert_eq!(all.value("home").as_deref(), Some("[0, 1]"));
         let kept = std::fs::read_to_string(temporary.path().join("line.configuration.variables"));
         assert_eq!(kept.unwrap(), FILE.replace("\"100\"", "\"101.5\""));
-        all.load(&folder, "cell.task");
+        all.load(&folder, "cell.task", None);
         assert_eq!(all.value("width").as_deref(), Some("101.5"));
 
         all.set(&folder, "home", "[2, -1e-3, 'a']", false).unwrap();
@@ -380,7 +384,7 @@ mod tests {
         }
         // Changed by somebody else: it counts when the task is loaded again.
         write("line.configuration.variables", FILE);
-        all.load(&folder, "cell.task");
+        all.load(&folder, "cell.task", None);
         assert_eq!(all.value("width").as_deref(), Some("100"));
     }
 
@@ -412,7 +416,7 @@ mod tests {
         let folder = TaskFolder::new(temporary.path());
         let mut all = ConfigurationVariables::default();
         assert!(all.set(&folder, "width", "1", true).is_err());
-        all.load(&folder, "w.script");
+        all.load(&folder, "w.script", None);
         ended(&mut all, &folder, &[("width", "3")]);
         assert_eq!(all.beginning(text.to_owned()).text, text);
         all.set(&folder, "width", "55", true).unwrap();

@@ -12,6 +12,8 @@ use wire::primary::Message;
 use crate::cli::RobotArgs;
 use crate::logging;
 
+/// States come ten times a second: without one for so long there are none.
+const STATE_PATIENCE: Duration = Duration::from_secs(1);
 /// After Ctrl-C the robot has this long to stop its program.
 pub(super) const STOP_PATIENCE: Duration = Duration::from_secs(3);
 /// The process ends so long after Ctrl-C, whatever the robot does.
@@ -30,7 +32,7 @@ pub(super) enum Refusal {
     Unasked(#[from] io::Error),
 }
 
-/// Whoever sits at a terminal is asked before a robot that is not this machine moves; nothing goes to one in local mode.
+/// Whoever sits at a terminal is asked before a robot that is not this machine moves; nothing goes to one in local mode. `address` is that of port 30001.
 /// `what` is the beginning of the question: `Send it to`.
 pub(super) async fn allowed(
     args: &RobotArgs,
@@ -49,9 +51,20 @@ pub(super) async fn allowed(
         }
     }
     match dashboard::is_remote(&address.with_port(args.dashboard_port)).await {
-        Some(false) => Err(Refusal::Local(address.clone())),
-        Some(true) | None => Ok(()),
+        Some(false) if !serves_clients(address).await => Err(Refusal::Local(address.clone())),
+        Some(_) | None => Ok(()),
     }
+}
+
+/// Whether port 30001 shows its states. In local mode it closes every connection; with remote control disabled in the settings
+/// (mixed mode) it takes programs, though the dashboard's answer is that of local mode.
+async fn serves_clients(address: &RobotAddress) -> bool {
+    let looking = async {
+        let mut robot = Primary::connect(address).await?;
+        while !matches!(robot.next().await?, Message::State(_)) {}
+        Ok::<(), PrimaryError>(())
+    };
+    matches!(timeout(STATE_PATIENCE, looking).await, Ok(Ok(())))
 }
 
 /// Stops the program on the robot; whether it stood in time, and the sentence about it.

@@ -4,6 +4,8 @@ use std::time::Instant;
 
 use elite_runtime::TaskEnd;
 
+use editor::dap::Hub;
+
 use crate::announce::Console;
 use crate::commands::check::read_script;
 use crate::config::RunConfig;
@@ -36,6 +38,7 @@ pub fn run(config: &RunConfig) -> Result<u8, HostError> {
         config.log.dir.as_ref(),
         Console::Stdout,
         false,
+        Hub::default(),
     )?;
     let controller = host.controller();
     shutdown.close_in_any_case(controller.closer());

@@ -13,7 +13,7 @@ use std::time::Duration;
 
 use elite_lang::{Severity, SourceFile, check, compile};
 use elite_runtime::{Preset, PresetError};
-use robot_client::{Follower, News, Outcome, Primary, PrimaryError, RobotAddress};
+use robot_client::{Follower, News, Outcome, Primary, PrimaryError, RobotAddress, dashboard};
 use thiserror::Error;
 use tokio::sync::watch;
 use tokio::time::{Instant, MissedTickBehavior, interval};
@@ -72,10 +72,13 @@ pub fn send(args: &SendArgs) -> u8 {
 
 async fn conversation(args: &SendArgs, shutdown: &Shutdown) -> Result<u8, Refusal> {
     let settings = Preset::parse_all(&args.set)?;
-    let (file, outgoing) = prepared(args, &settings)?;
+    let (file, mut outgoing) = prepared(args, &settings)?;
     let address = RobotAddress::new(&args.robot.robot, args.robot.primary_port);
     let what = format!("Send {} to", Escaped(file.name()));
     robot::allowed(&args.robot, &address, &what).await?;
+    if dashboard::is_simulated(&address.with_port(args.robot.dashboard_port)).await {
+        outgoing.name_the_file(file.name(), &settings);
+    }
     let mut robot = Primary::connect(&address).await?;
     // Until its stream is seen it may be anything that listens.
     robot.next().await?;

@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
+use editor::dap::Hub;
+
 use crate::announce::Console;
 use crate::backend::{Backend, Lifetime, forward_messages};
 use crate::config::{PortSettings, ServeConfig};
@@ -19,7 +21,8 @@ use crate::ports::{
 };
 use crate::ready_file;
 use crate::shutdown::{FAULT_EXIT, Shutdown};
-use controller::options::RecordTarget;
+use controller::options::{ClockChoice, RecordTarget};
+use platform::priority::favour;
 use supervision::{Faults, Kind};
 use thiserror::Error;
 use tokio::net::TcpListener;
@@ -80,6 +83,13 @@ const LAST_WORDS: Duration = Duration::from_secs(1);
 /// # Errors
 /// What kept the server from starting.
 pub fn serve(config: &ServeConfig) -> Result<u8, ServeError> {
+    // Before there is any other thread: all of them have it from this one. Scripts' sockets and the ports would otherwise have to
+    // wait for their turn among whatever else the machine does, longer than a driver's time-out.
+    if config.robot.clock == ClockChoice::Realtime
+        && let Err(reason) = favour()
+    {
+        tracing::debug!("threads are not favoured over other processes: {reason}");
+    }
     let shutdown = Shutdown::start(0)?;
     if config.until_stdin_closes {
         end_with_stdin(&shutdown)?;
@@ -139,7 +149,12 @@ fn live(
     // Ports first: a port in use must not leave an empty recording behind.
     let listeners = runtime.block_on(open_ports(config.bind, &mut config.ports))?;
     let log_dir = config.log.dir.as_ref();
-    let host = Host::start(&config.robot, log_dir, Console::Log, config.powered_off)?;
+    let debuggers = match config.attachable {
+        true => Hub::of_every_program(),
+        false => Hub::default(),
+    };
+    let (robot, powered_off) = (&config.robot, config.powered_off);
+    let host = Host::start(robot, log_dir, Console::Log, powered_off, debuggers)?;
     let controller = host.controller();
     shutdown.close_in_any_case(controller.closer());
     let served = runtime.block_on(serve_ports(config, &host, listeners, shutdown));

@@ -129,6 +129,7 @@ fn every_key_is_read() {
         trust-host = ["cell-4.example", "192.0.2.7"]
         ready-file = "ready.json"
         powered-off = true
+        attachable = true
         local = true
     "#;
     let (_folder, path) = calibration_of("./a.urdf");
@@ -164,7 +165,7 @@ fn every_key_is_read() {
     assert_eq!(config.ports.tool_serial, PortSetting::Number(54321));
     assert_eq!(config.trusted_hosts, ["cell-4.example", "192.0.2.7"]);
     assert_eq!(config.ready_file, Some("ready.json".into()));
-    assert!(config.powered_off && config.control == ControlMode::Local);
+    assert!(config.powered_off && config.attachable && config.control == ControlMode::Local);
     for key in KEYS {
         assert!(
             text.replace('_', "-").contains(key),

@@ -50,6 +50,7 @@ async fn say_something() {
     announcer.message(&Message::log(Severity::Info, origin(0, 3), "picking"));
     announcer.message(&Message::log(Severity::Warning, origin(2, 17), "late"));
     announcer.message(&Message::Robot {
+        origin: Origin::default(),
         code: 100,
         sub_code: 3,
         severity: Severity::Error,

@@ -236,6 +236,31 @@ pub async fn serve_port<S>(
     meter.clients.store(0, Ordering::Relaxed);
 }
 
+/// [`serve_port`] for the protocols of the ports' own: every session has its handle of what all `share`, ends with the port at
+/// the latest, and how its connection ended is for the log of whoever looks for it.
+pub async fn serve_sessions<T, S, E>(
+    listener: TcpListener,
+    meter: PortMeter,
+    shutdown: CancellationToken,
+    share: T,
+    session: impl Fn(Peer, ClientId, T) -> S,
+) where
+    T: Clone,
+    S: Future<Output = Result<(), E>> + Send + 'static,
+    E: fmt::Display + Send,
+{
+    let name = meter.name;
+    let until_the_end = |stream, client, shutdown: CancellationToken| {
+        let session = session(stream, client, share.clone());
+        async move {
+            if let Some(Err(error)) = shutdown.run_until_cancelled(session).await {
+                tracing::debug!(%client, %error, "{name}: the connection ended");
+            }
+        }
+    };
+    serve_port(listener, Speaks::Its, meter, shutdown, until_the_end).await;
+}
+
 /// Starts the service of a port. After a fault that no session has contained it is begun again on the same port.
 pub fn start_port<F>(
     services: &mut JoinSet<()>,

@@ -9,8 +9,7 @@ use io_bus::modbus_server::{self, map::Map};
 use tokio::net::TcpListener;
 use tokio_util::sync::CancellationToken;
 
-use crate::ports::listen::{PortMeter, serve_port};
-use crate::ports::peer::Speaks;
+use crate::ports::listen::{PortMeter, serve_sessions};
 
 /// Serves the port until `shutdown`; returns when every client is closed.
 pub async fn serve(
@@ -20,24 +19,12 @@ pub async fn serve(
     meter: PortMeter,
     shutdown: CancellationToken,
 ) {
-    serve_port(
-        listener,
-        Speaks::Its,
-        meter,
-        shutdown,
-        |stream, client, shutdown| {
-            let (fieldbus, robot) = (Arc::clone(&fieldbus), Arc::clone(&robot));
-            async move {
-                let map = Map(ClientMap {
-                    robot: &robot,
-                    image: &fieldbus.port_image,
-                });
-                let conversation = modbus_server::serve(stream, &map);
-                if let Some(Err(ended)) = shutdown.run_until_cancelled(conversation).await {
-                    tracing::debug!(%client, "modbus: {ended}");
-                }
-            }
-        },
-    )
-    .await;
+    let session = |stream, _, (fieldbus, robot): (Arc<Fieldbus>, Arc<Robot>)| async move {
+        let map = Map(ClientMap {
+            robot: &robot,
+            image: &fieldbus.port_image,
+        });
+        modbus_server::serve(stream, &map).await
+    };
+    serve_sessions(listener, meter, shutdown, (fieldbus, robot), session).await;
 }

@@ -2,6 +2,7 @@
 //!
 //! What a client sends is read and dropped, so that it cannot fill anything; one that has closed its half goes on listening.
 
+use std::io;
 use std::sync::Arc;
 
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite};
@@ -9,9 +10,7 @@ use tokio::net::TcpListener;
 use tokio_util::sync::CancellationToken;
 
 use super::primary::{Backend, Hub, session};
-use crate::ports::ClientId;
-use crate::ports::listen::{PortMeter, serve_port};
-use crate::ports::peer::Speaks;
+use crate::ports::listen::{PortMeter, serve_sessions};
 
 /// What is read, and dropped, at once.
 const READ_BYTES: usize = 4096;
@@ -24,39 +23,26 @@ pub async fn serve<B: Backend>(
     meter: PortMeter,
     shutdown: CancellationToken,
 ) {
-    serve_port(
-        listener,
-        Speaks::Its,
-        meter,
-        shutdown,
-        |stream, client, shutdown| {
-            let (backend, hub) = (Arc::clone(&backend), hub.clone());
-            async move {
-                let session = listen(stream, client, &*backend, &hub);
-                shutdown.run_until_cancelled(session).await;
-            }
-        },
-    )
-    .await;
+    let session = |stream, _, (backend, hub): (Arc<B>, Hub)| async move {
+        listen(stream, &*backend, &hub).await
+    };
+    serve_sessions(listener, meter, shutdown, (backend, hub), session).await;
 }
 
 /// Sends states and messages until the connection breaks.
 async fn listen(
     stream: impl AsyncRead + AsyncWrite,
-    client: ClientId,
     backend: &impl Backend,
     hub: &Hub,
-) {
+) -> io::Result<()> {
     let (mut reader, mut writer) = tokio::io::split(stream);
     let dropping = async {
         let mut dropped = [0; READ_BYTES];
         while matches!(reader.read(&mut dropped).await, Ok(1..)) {}
-        std::future::pending::<()>().await;
+        std::future::pending().await
     };
     tokio::select! {
-        () = dropping => {}
-        error = session::write_messages(&mut writer, None, hub.subscribe(backend)) => {
-            tracing::debug!(%client, %error, "state: the client is gone");
-        }
+        ended = dropping => ended,
+        error = session::write_messages(&mut writer, None, hub.subscribe(backend)) => Err(error),
     }
 }

@@ -12,6 +12,8 @@ use recorder::Setup;
 use tempfile::TempDir;
 use thiserror::Error;
 
+use editor::dap::Hub;
+
 use crate::announce::Console;
 use crate::commands::check::read_script;
 use crate::commands::run::SENDER;
@@ -71,7 +73,7 @@ pub(super) fn run_here(
     let path = keep.map_or_else(|| folder.path().join("run.mcap"), Path::to_owned);
     let config = config_of(setup, folder.path(), &path)?;
     let shutdown = Shutdown::start(2)?;
-    let host = Host::start(&config, None, Console::Stderr, false)?;
+    let host = Host::start(&config, None, Console::Stderr, false, Hub::default())?;
     let controller = host.controller();
     shutdown.close_in_any_case(controller.closer());
     let end = controller.run_to_end(program, SENDER, shutdown.token().cancelled())?;

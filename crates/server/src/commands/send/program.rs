@@ -10,9 +10,12 @@ use elite_runtime::{Preset, PresetError};
 use thiserror::Error;
 
 use crate::ports::text::{StringTracker, is_end_line};
+use crate::sent_file::{Extent, SentFile};
 
-/// What the function around a file of plain statements is called.
+/// What the function around a file of plain statements is called where its name gives no better one.
 const WRAPPER: &str = "eliteserver_program";
+/// Longest name of that function, bytes.
+const FUNCTION_BYTES_MAX: usize = 60;
 /// Longest line of declared names; more begin another line.
 const NAMES_BYTES_MAX: usize = 400;
 
@@ -25,6 +28,10 @@ pub(super) struct Outgoing {
     lines: Vec<Option<(u32, u32)>>,
     /// Another program's helper, which runs beside the main one.
     pub is_secondary: bool,
+    /// The function that the file was put into, if it was.
+    function: Option<String>,
+    /// The controller knows the file: whatever it says is of that.
+    is_named: bool,
 }
 
 /// Why a file cannot be sent; each is a sentence.
@@ -73,6 +80,8 @@ impl Outgoing {
             text,
             lines: (1..=count).map(|line| Some((line, 0))).collect(),
             is_secondary,
+            function: None,
+            is_named: false,
         }
     }
 
@@ -81,12 +90,18 @@ impl Outgoing {
         names.extend(settings.iter().map(Preset::name));
         names.sort_unstable();
         names.dedup();
+        let function = Some(function_of(program.file().name()))
+            .filter(|function| names.binary_search(&function.as_str()).is_err())
+            .unwrap_or_else(|| WRAPPER.to_owned());
         let mut out = Self {
             text: String::new(),
             lines: Vec::new(),
             is_secondary: false,
+            function: None,
+            is_named: false,
         };
-        out.own(&format!("def {WRAPPER}():"));
+        out.own(&format!("def {function}():"));
+        out.function = Some(function);
         let mut declared = String::new();
         for name in names {
             if declared.len() + name.len() > NAMES_BYTES_MAX {
@@ -144,9 +159,37 @@ impl Outgoing {
         }
     }
 
+    /// Tells a controller that understands it which file this is: that speaks of the file from then on, not of what is sent.
+    pub(super) fn name_the_file(&mut self, name: &str, settings: &[Preset]) {
+        if self.is_secondary {
+            return;
+        }
+        let first = |is_of_file: bool| self.lines.iter().position(|l| l.is_some() == is_of_file);
+        let number = |index: usize| u32::try_from(index + 1).ok();
+        let at = match &self.function {
+            Some(_) => first(true).and_then(number).map(|from| Extent::Body {
+                from,
+                set: settings.iter().map(Preset::given).collect(),
+            }),
+            None => {
+                let head = self.text.lines().position(|l| l.starts_with("def "));
+                head.and_then(number).map(Extent::Block)
+            }
+        };
+        let marked = at.and_then(|at| SentFile::new(name, at).mark(&self.text));
+        if let Some(text) = marked {
+            self.text = text;
+            self.is_named = true;
+        }
+    }
+
     /// The place in the file of a place in what was sent, both from 1; `None` for lines of ours. A controller that tells
     /// lines only has 0 or less as column.
     pub(super) fn place(&self, line: i32, column: i32) -> Option<(u32, u32)> {
+        if self.is_named {
+            let line = u32::try_from(line).ok().filter(|line| *line > 0)?;
+            return Some((line, u32::try_from(column).unwrap_or(1).max(1)));
+        }
         let index = usize::try_from(line.checked_sub(1)?).ok()?;
         let (line, shift) = (*self.lines.get(index)?)?;
         let column = u32::try_from(column).unwrap_or(0);
@@ -168,6 +211,10 @@ impl Outgoing {
     /// A report of the controller with the places of its calls as the file has them: `  task, line 10, column 2, in task` of a text that was put
     /// into a function becomes `  pick.script, line 7, column 1, in <module>`. Lines that are no such place stay.
     pub(super) fn in_file(&self, report: &str, file: &str) -> String {
+        if self.is_named {
+            return report.to_owned();
+        }
+        let wrapper = self.function.as_deref();
         let lines = report.split('\n').map(|line| {
             let place = || {
                 let (before, rest) = line.split_once(", line ")?;
@@ -175,8 +222,8 @@ impl Outgoing {
                 let (column, function) = rest.split_once(", in ")?;
                 let (line, column) = self.place(number.parse().ok()?, column.parse().ok()?)?;
                 let indent = &before[..before.len() - before.trim_start().len()];
-                let inner = function
-                    .strip_prefix(WRAPPER)
+                let inner = wrapper
+                    .and_then(|wrapper| function.strip_prefix(wrapper))
                     .map(|inner| inner.strip_prefix(".<locals>.").unwrap_or("<module>"));
                 let function = inner.unwrap_or(function);
                 Some(format!(
@@ -199,6 +246,22 @@ impl Outgoing {
             Some((line, _)) => format!("line {line}: {}", finding.message),
             None => finding.message.clone(),
         }
+    }
+}
+
+/// A name for the function around a file that a person recognises: `pick_program` of `pick.script`.
+fn function_of(file: &str) -> String {
+    let name = file.rsplit(['/', '\\']).next().unwrap_or(file);
+    let stem = name.split('.').next().unwrap_or(name);
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let mut stem = stem.replace(|c| !is_plain(c), "_");
+    stem.truncate(FUNCTION_BYTES_MAX);
+    match stem.chars().next() {
+        Some(first) if stem.chars().any(|c| c != '_') => {
+            let lead = if first.is_ascii_digit() { "_" } else { "" };
+            format!("{lead}{stem}_program")
+        }
+        _ => WRAPPER.to_owned(),
     }
 }
 

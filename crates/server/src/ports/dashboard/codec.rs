@@ -241,6 +241,21 @@ fn command(name: &str, rest: &str) -> Option<Command> {
 }
 
 impl Command {
+    /// Whether the answer depends on what commands of the same kind before this one have made of the task.
+    pub const fn concerns_the_task(&self) -> bool {
+        matches!(
+            self,
+            Self::LoadTask(_)
+                | Self::LoadConfiguration(_)
+                | Self::Play
+                | Self::Pause
+                | Self::TaskPath
+                | Self::ConfigurationPath
+                | Self::GetVariable(_)
+                | Self::SetVariable(..)
+        )
+    }
+
     /// The commands that a real controller was seen to refuse while remote control is off, and their like.
     pub const fn word_needing_remote_control(&self) -> Option<&'static str> {
         match self {

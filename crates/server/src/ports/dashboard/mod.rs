@@ -13,8 +13,7 @@ use tokio::net::TcpListener;
 use tokio_util::sync::CancellationToken;
 
 use crate::ports::description::{RobotDescription, TaskStatus};
-use crate::ports::listen::{PortMeter, serve_port};
-use crate::ports::peer::Speaks;
+use crate::ports::listen::{PortMeter, serve_sessions};
 
 /// Something to be done that has no answer of its own; clients watch the modes.
 #[derive(Clone, Debug, PartialEq)]
@@ -92,20 +91,8 @@ pub async fn serve<D: Dashboard>(
     meter: PortMeter,
     shutdown: CancellationToken,
 ) {
-    serve_port(
-        listener,
-        Speaks::Its,
-        meter,
-        shutdown,
-        |stream, client, shutdown| {
-            let dashboard = Arc::clone(&dashboard);
-            async move {
-                let session = session::serve(stream, client, &*dashboard);
-                if let Some(Err(error)) = shutdown.run_until_cancelled(session).await {
-                    tracing::debug!(%client, %error, "dashboard: the connection broke");
-                }
-            }
-        },
-    )
-    .await;
+    let session = |stream, client, dashboard: Arc<D>| async move {
+        session::serve(stream, client, &*dashboard).await
+    };
+    serve_sessions(listener, meter, shutdown, dashboard, session).await;
 }

@@ -1,5 +1,9 @@
 //! One client of the dashboard, over any duplex stream: a line in, a reply out, in order.
 //!
+//! What comes together is begun together, as the vendor's controller does: a line is carried out when it comes, not when the
+//! one before has been answered, and its reply tells of the moment at which it came. Only the replies keep the order of the lines.
+//! What concerns the task (load, play, pause, variables) is done one after the other, because each answer depends on the one before.
+//!
 //! Some commands take a while, and so does a client that does not read its replies. Reading goes on meanwhile, so that a
 //! `stop` or `pause` behind them acts at once; its reply keeps its place.
 
@@ -7,7 +11,10 @@ use std::collections::VecDeque;
 use std::io;
 use std::time::Duration;
 
+use futures_util::StreamExt as _;
+use futures_util::stream::FuturesOrdered;
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
+use tokio::sync::Mutex;
 
 use super::codec::{
     Command, LINE_BYTES_MAX, encode, greeting, help, mistake, needs_remote_control, parse, percent,
@@ -22,6 +29,9 @@ use motion_api::RobotMode;
 
 /// What is read at once.
 const READ_BYTES: usize = 16 * 1024;
+
+/// Lines that are carried out at the same time, replies that wait to be written included.
+const BEGUN_MAX: usize = 16;
 
 /// What may wait of one client, bytes; more lines are answered without being carried out.
 const HELD_BYTES_MAX: usize = 6 * 1024 * 1024;
@@ -50,56 +60,80 @@ pub async fn serve(
     let (reader, mut writer) = tokio::io::split(stream);
     let mut input = Input::new(reader);
     let mut waiting = Waiting::default();
-    writer.write_all(&encode(&greeting())).await?;
+    let desk = Desk {
+        client,
+        dashboard,
+        task: Mutex::default(),
+    };
+    let mut begun = FuturesOrdered::new();
+    let mut replies = Replies::default();
+    replies.push(&greeting(), false);
+    let mut lines = VecDeque::new();
     loop {
-        let Some(entry) = waiting.next() else {
-            if input.has_ended {
-                return Ok(());
-            }
-            let mut lines = input.receive().await?.into_iter();
-            // The first has its turn at once.
-            let first = lines.next();
-            waiting.take_in(lines, client, dashboard).await?;
-            waiting.push_front(first);
+        while begun.len() + replies.waiting.len() < BEGUN_MAX
+            && let Some(entry) = waiting.next(begun.is_empty())
+        {
+            begun.push_back(desk.deal_with(entry));
+        }
+        if let Some(line) = lines.pop_front() {
+            waiting.take_in(line, !begun.is_empty(), &desk).await?;
             continue;
-        };
-        let closes = {
-            let answered = async {
-                let (reply, closes) = match entry {
-                    Entry::Line(Line::Text(text)) => answer(&text, client, dashboard).await,
-                    Entry::Line(Line::TooLong) => (
-                        format!("The line is longer than {} KiB.", LINE_BYTES_MAX / 1024),
-                        false,
-                    ),
-                    Entry::Answered { reply, again, .. } => {
-                        if let Some(order) = again {
-                            dashboard.order(order).await;
-                        }
-                        (reply, false)
-                    }
-                };
-                writer.write_all(&encode(&reply)).await?;
-                Ok::<bool, io::Error>(closes)
-            };
-            tokio::pin!(answered);
-            loop {
-                tokio::select! {
-                    biased;
-                    closes = &mut answered => break closes?,
-                    lines = input.receive(), if !input.has_ended => {
-                        waiting.take_in(lines?.into_iter(), client, dashboard).await?;
-                        // Others on this thread have a turn, however much waits here.
-                        match waiting.bytes > HELD_BYTES_MAX {
-                            true => tokio::time::sleep(FLOOD_PAUSE).await,
-                            false => tokio::task::yield_now().await,
-                        }
-                    }
+        }
+        if begun.is_empty() && replies.waiting.is_empty() && input.has_ended {
+            return Ok(());
+        }
+        tokio::select! {
+            biased;
+            Some((reply, closes)) = begun.next() => replies.push(&reply, closes),
+            written = replies.write(&mut writer), if !replies.waiting.is_empty() => {
+                if written? {
+                    return writer.shutdown().await;
                 }
             }
-        };
-        if closes {
-            return writer.shutdown().await;
+            received = input.receive(), if !input.has_ended => {
+                lines.extend(received?);
+                // Others on this thread have a turn, however much waits here.
+                match waiting.bytes > HELD_BYTES_MAX {
+                    true => tokio::time::sleep(FLOOD_PAUSE).await,
+                    false => tokio::task::yield_now().await,
+                }
+            }
         }
+    }
+}
+
+/// Replies on their way to the client.
+#[derive(Default)]
+struct Replies {
+    /// Each with whether the connection ends behind it.
+    waiting: VecDeque<(Vec<u8>, bool)>,
+    /// How much of the first is written.
+    written: usize,
+}
+
+impl Replies {
+    fn push(&mut self, reply: &str, closes: bool) {
+        self.waiting.push_back((encode(reply), closes));
+    }
+
+    /// Writes some of the first reply, all of it in one write where the client takes it; true when the connection ends with it.
+    /// Nothing is lost when this is dropped before it returns.
+    async fn write(&mut self, writer: &mut (impl AsyncWrite + Unpin)) -> io::Result<bool> {
+        let Some((reply, closes)) = self.waiting.front() else {
+            return Ok(false);
+        };
+        let count = writer.write(&reply[self.written..]).await?;
+        if count == 0 {
+            return Err(io::ErrorKind::WriteZero.into());
+        }
+        self.written += count;
+        if self.written < reply.len() {
+            return Ok(false);
+        }
+        let closes = *closes;
+        self.waiting.pop_front();
+        self.written = 0;
+        Ok(closes)
     }
 }
 
@@ -164,8 +198,23 @@ impl Entry {
         ENTRY_BYTES + text
     }
 
+    fn command(&self) -> Option<Command> {
+        match self {
+            Self::Line(Line::Text(text)) => parse(text).ok(),
+            Self::Line(Line::TooLong) | Self::Answered { .. } => None,
+        }
+    }
+
     fn is_play(&self) -> bool {
-        matches!(self, Self::Line(Line::Text(text)) if parse(text) == Ok(Command::Play))
+        self.command() == Some(Command::Play)
+    }
+
+    /// What ends the connection or the controller must not take the replies of others with it.
+    fn comes_last(&self) -> bool {
+        matches!(
+            self.command(),
+            Some(Command::Quit | Command::Reboot | Command::Shutdown)
+        )
     }
 }
 
@@ -178,35 +227,35 @@ struct Waiting {
 }
 
 impl Waiting {
-    /// Adds what came behind a line that is being carried out. `stop` and `pause` act now.
+    /// Adds what came. Behind others, waiting or (`is_busy`) begun, `stop` and `pause` act now.
     async fn take_in(
         &mut self,
-        lines: impl Iterator<Item = Line>,
-        client: ClientId,
-        dashboard: &impl Dashboard,
+        line: Line,
+        is_busy: bool,
+        desk: &Desk<'_, impl Dashboard>,
     ) -> io::Result<()> {
-        for line in lines {
-            let order = match &line {
-                Line::Text(text) => urgent_order(text, dashboard),
-                Line::TooLong => None,
-            };
-            let entry = match (order, line) {
-                (Some(order), Line::Text(text)) => {
-                    self.refuse_plays();
-                    let (reply, _) = answer(&text, client, dashboard).await;
-                    Entry::Answered {
-                        reply,
-                        times: 1,
-                        again: Some(order),
-                    }
-                }
-                _ if self.bytes > HELD_BYTES_MAX => Entry::not_carried_out(TOO_MANY_WAIT),
-                (_, line) => Entry::Line(line),
-            };
-            self.push(entry);
-            if self.bytes > HELD_BYTES_TOO_MANY {
-                return Err(io::Error::other("more lines wait than there is room for"));
+        let order = match &line {
+            Line::Text(text) if is_busy || !self.entries.is_empty() => {
+                urgent_order(text, desk.dashboard)
             }
+            Line::Text(_) | Line::TooLong => None,
+        };
+        let entry = match (order, line) {
+            (Some(order), Line::Text(text)) => {
+                self.refuse_plays();
+                let (reply, _) = answer(&text, desk.client, desk.dashboard).await;
+                Entry::Answered {
+                    reply,
+                    times: 1,
+                    again: Some(order),
+                }
+            }
+            _ if self.bytes > HELD_BYTES_MAX => Entry::not_carried_out(TOO_MANY_WAIT),
+            (_, line) => Entry::Line(line),
+        };
+        self.push(entry);
+        if self.bytes > HELD_BYTES_TOO_MANY {
+            return Err(io::Error::other("more lines wait than there is room for"));
         }
         Ok(())
     }
@@ -239,16 +288,11 @@ impl Waiting {
         self.entries.push_back(entry);
     }
 
-    fn push_front(&mut self, line: Option<Line>) {
-        if let Some(line) = line {
-            let entry = Entry::Line(line);
-            self.bytes += entry.bytes();
-            self.plays += usize::from(entry.is_play());
-            self.entries.push_front(entry);
+    /// The next to begin. While others are being carried out, what must come last is not it.
+    fn next(&mut self, is_alone: bool) -> Option<Entry> {
+        if !is_alone && self.entries.front()?.comes_last() {
+            return None;
         }
-    }
-
-    fn next(&mut self) -> Option<Entry> {
         if let Some(Entry::Answered {
             reply,
             times,
@@ -279,6 +323,41 @@ fn urgent_order(line: &str, dashboard: &impl Dashboard) -> Option<Order> {
         _ => return None,
     };
     (dashboard.control() == ControlMode::Remote).then_some(order)
+}
+
+/// Where the lines of one client are dealt with.
+struct Desk<'a, D> {
+    client: ClientId,
+    dashboard: &'a D,
+    /// Held while something concerns the task; whoever waits has its turn in the order of the lines.
+    task: Mutex<()>,
+}
+
+impl<D: Dashboard> Desk<'_, D> {
+    /// The reply to an entry, and whether the connection ends with it.
+    async fn deal_with(&self, entry: Entry) -> (String, bool) {
+        match entry {
+            Entry::Line(Line::Text(text)) => {
+                let _turn = match parse(&text) {
+                    Ok(command) if command.concerns_the_task() => Some(self.task.lock().await),
+                    _ => None,
+                };
+                answer(&text, self.client, self.dashboard).await
+            }
+            Entry::Line(Line::TooLong) => {
+                let kib = LINE_BYTES_MAX / 1024;
+                (format!("The line is longer than {kib} KiB."), false)
+            }
+            Entry::Answered { reply, again, .. } => {
+                if let Some(order) = again {
+                    // Behind a `play` that has begun, so that its program is met as well.
+                    let _turn = self.task.lock().await;
+                    self.dashboard.order(order).await;
+                }
+                (reply, false)
+            }
+        }
+    }
 }
 
 /// The reply to a line, and whether the connection ends with it.

@@ -12,8 +12,7 @@ use tokio::net::TcpListener;
 use tokio_util::sync::CancellationToken;
 
 use crate::ports::lines::{Line, LineFramer};
-use crate::ports::listen::{PortMeter, serve_port};
-use crate::ports::peer::Speaks;
+use crate::ports::listen::{PortMeter, serve_sessions};
 use codec::{Failure, LINE_BYTES_MAX, answer, parse};
 
 /// What is read at once.
@@ -32,22 +31,9 @@ pub async fn serve<A: Answering>(
     meter: PortMeter,
     shutdown: CancellationToken,
 ) {
-    serve_port(
-        listener,
-        Speaks::Its,
-        meter,
-        shutdown,
-        |stream, client, shutdown| {
-            let controller = Arc::clone(&controller);
-            async move {
-                let session = session(stream, &*controller);
-                if let Some(Err(error)) = shutdown.run_until_cancelled(session).await {
-                    tracing::debug!(%client, %error, "query: the connection broke");
-                }
-            }
-        },
-    )
-    .await;
+    let answering =
+        |stream, _, controller: Arc<A>| async move { session(stream, &*controller).await };
+    serve_sessions(listener, meter, shutdown, controller, answering).await;
 }
 
 /// Answers one client, in the order of its questions, until it sends no more. What it sends ahead waits in its socket.

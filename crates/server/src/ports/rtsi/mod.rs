@@ -17,8 +17,7 @@ use tokio_util::sync::CancellationToken;
 
 use crate::ports::ClientId;
 use crate::ports::description::RobotDescription;
-use crate::ports::listen::{PortMeter, serve_port};
-use crate::ports::peer::Speaks;
+use crate::ports::listen::{PortMeter, serve_sessions};
 use crate::ports::sample::Sample;
 use inputs::{Change, Input};
 use owners::Owners;
@@ -55,21 +54,9 @@ pub async fn serve<C: Controller>(
     meter: PortMeter,
     shutdown: CancellationToken,
 ) {
-    let owners = Owners::default();
-    serve_port(
-        listener,
-        Speaks::Its,
-        meter,
-        shutdown,
-        |stream, client, shutdown| {
-            let (controller, owners) = (Arc::clone(&controller), owners.clone());
-            async move {
-                let session = session::serve(stream, client, &*controller, &owners);
-                if let Some(Err(error)) = shutdown.run_until_cancelled(session).await {
-                    tracing::debug!(%client, %error, "rtsi: the connection ended");
-                }
-            }
-        },
-    )
-    .await;
+    let session = |stream, client, (controller, owners): (Arc<C>, Owners)| async move {
+        session::serve(stream, client, &*controller, &owners).await
+    };
+    let share = (controller, Owners::default());
+    serve_sessions(listener, meter, shutdown, share, session).await;
 }

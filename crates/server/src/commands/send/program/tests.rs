@@ -27,7 +27,7 @@ fn blocks_go_out_as_they_are() {
 fn plain_statements_go_into_a_function_and_keep_their_places_and_globals() {
     let text = "count = 0\ndef more():\n    global count\n    count += 1\nmore()\ntext = '''a\n  b\n'''\nprint(count, text)\n";
     let sent = outgoing(text, &[]).expect("sent");
-    let wanted = "def eliteserver_program():\n\tglobal count, more, text\n\tpass\n\tcount = 0\n\tdef more():\n\t    global count\n\t    count += 1\n\tmore()\n\ttext = '''a\n  b\n'''\n\tprint(count, text)\nend\n";
+    let wanted = "def task_program():\n\tglobal count, more, text\n\tpass\n\tcount = 0\n\tdef more():\n\t    global count\n\t    count += 1\n\tmore()\n\ttext = '''a\n  b\n'''\n\tprint(count, text)\nend\n";
     assert_eq!(sent.text, wanted);
     assert_eq!(sent.place(4, 2), Some((1, 1)));
     assert_eq!(sent.place(7, 6), Some((4, 5)));
@@ -122,11 +122,70 @@ fn reports_name_the_file_and_its_lines() {
         &[],
     )
     .expect("sent");
-    let report = "Traceback (most recent call last):\n  eliteserver_program, line 7, column 2, in eliteserver_program\n    helper(1)\n  \
-                  eliteserver_program, line 6, column 13, in eliteserver_program.<locals>.helper\nZeroDivisionError: at , line 7";
+    let report = "Traceback (most recent call last):\n  task_program, line 7, column 2, in task_program\n    helper(1)\n  \
+                  task_program, line 6, column 13, in task_program.<locals>.helper\nZeroDivisionError: at , line 7";
     assert_eq!(
         sent.in_file(report, "pick.script"),
         "Traceback (most recent call last):\n  pick.script, line 4, column 1, in <module>\n    helper(1)\n  \
          pick.script, line 3, column 12, in helper\nZeroDivisionError: at , line 7"
+    );
+}
+
+#[test]
+fn a_controller_that_knows_the_file_gets_its_lines_back() {
+    for (text, settings, name) in [
+        (
+            "# first\ncount = 0\ntext = '''a\n\tb\n'''\nprint(count, text)\n",
+            &["speed=0.25"][..],
+            "pick.script",
+        ),
+        ("count = 0", &[], "0 in Ruhe.script"),
+        (
+            "# of the pendant\n\ndef task():\n\tprint(1)\nend\n",
+            &[],
+            "task.script",
+        ),
+        (
+            "def task():\n\tprint(speed)\nend\n",
+            &["speed=1"],
+            "task.script",
+        ),
+    ] {
+        let mut sent = outgoing(text, settings).expect("sent");
+        let settings: Vec<Preset> = settings.iter().map(|s| Preset::parse(s).unwrap()).collect();
+        sent.name_the_file(name, &settings);
+        assert_eq!(sent.place(4, 2), Some((4, 2)), "{}", sent.text);
+        let block = &sent.text[sent.text.find("def ").unwrap()..];
+        let (program, presets) = SentFile::behind(block).expect("it is told");
+        assert_eq!(program.name, name);
+        assert_eq!(presets, settings);
+        let mut lines = program.text.lines().zip(text.lines());
+        // What stands before the block is not sent.
+        assert!(
+            lines.all(|(found, line)| found == line
+                || found.is_empty()
+                || found.starts_with("def task():  # ")),
+            "{}",
+            program.text
+        );
+    }
+}
+
+#[test]
+fn the_function_around_a_file_has_a_name_that_is_recognised() {
+    for (file, function) in [
+        ("pick.script", "pick_program"),
+        ("a/b c.v2.script", "b_c_program"),
+        ("7.script", "_7_program"),
+        ("-", "eliteserver_program"),
+        ("\u{5939}\u{53d6}.script", "eliteserver_program"),
+    ] {
+        assert_eq!(function_of(file), function);
+    }
+    let sent = outgoing("task_program = 1\nprint(task_program)\n", &[]).expect("sent");
+    assert!(
+        sent.text.starts_with("def eliteserver_program():"),
+        "{}",
+        sent.text
     );
 }

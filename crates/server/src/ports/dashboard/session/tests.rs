@@ -339,22 +339,67 @@ impl Rig {
 }
 
 #[tokio::test]
+async fn lines_of_one_write_are_begun_together_and_answered_in_order() {
+    let lines = "robotControl -on\nspeed -v 50\nrobotMode\n";
+    let (mut rig, gate) = behind_a_slow_line(TaskStatus::Stopped, lines).await;
+    assert_eq!(orders(&rig), [Order::PowerOn, Order::SetSpeed(0.5)]);
+    gate.add_permits(1);
+    assert_eq!(
+        rig.replies(4).await,
+        [
+            "Log has been added.",
+            "Powering on",
+            "Setting speed: 50",
+            "robotMode: IDLE"
+        ]
+    );
+    // What ends the connection waits for the replies before it.
+    let gate = std::sync::Arc::new(tokio::sync::Semaphore::new(0));
+    let mut rig = rig_behind(Some(gate.clone())).await;
+    let lines = b"log -a slow\nquit\necho\n";
+    rig.client.write_all(lines).await.unwrap();
+    for _ in 0..200 {
+        tokio::task::yield_now().await;
+    }
+    gate.add_permits(1);
+    assert_eq!(
+        rig.replies(2).await,
+        ["Log has been added.", "Disconnected"]
+    );
+    rig.session.await.unwrap().unwrap();
+}
+
+#[tokio::test]
 async fn a_stop_behind_slow_lines_acts_at_once_and_is_answered_in_its_turn() {
     let lines = "log -a b\nplay\nspeed\nstop\necho\n";
     let (mut rig, gate) = behind_a_slow_line(TaskStatus::Running, lines).await;
-    assert_eq!(orders(&rig), [Order::Stop]);
+    // At once, and once more behind the `play` before it.
+    assert_eq!(orders(&rig), [Order::Stop, Order::Stop]);
+    assert_eq!(rig.robot.task_status(), TaskStatus::Stopped);
     gate.add_permits(2);
     let said = rig.replies(6).await;
-    assert!(said[2].starts_with("Failed to execute: play ("), "{said:?}");
     assert_eq!(said[4..], ["Stopping task", "Hello ELITE ROBOTS."]);
     assert_eq!(rig.robot.task_status(), TaskStatus::Stopped);
 }
 
 #[tokio::test]
+async fn a_play_that_has_not_begun_does_not_begin_when_a_stop_is_behind_it() {
+    let lines = format!("{}play\nstop\n", "echo\n".repeat(BEGUN_MAX));
+    let (mut rig, gate) = behind_a_slow_line(TaskStatus::Running, &lines).await;
+    assert_eq!(orders(&rig), [Order::Stop]);
+    gate.add_permits(1);
+    let said = rig.replies(BEGUN_MAX + 3).await;
+    let [.., play, stop] = &said[..] else {
+        panic!("{said:?}")
+    };
+    assert!(play.starts_with("Failed to execute: play ("), "{said:?}");
+    assert_eq!(stop, "Stopping task");
+}
+
+#[tokio::test]
 async fn a_pause_behind_slow_lines_acts_at_once_on_what_runs() {
     let (mut rig, gate) = behind_a_slow_line(TaskStatus::Running, "pause\nplay\n").await;
-    assert_eq!(orders(&rig), [Order::Pause]);
-    assert_eq!(rig.robot.task_status(), TaskStatus::Paused);
+    assert_eq!(orders(&rig), [Order::Pause, Order::Pause]);
     gate.add_permits(1);
     let said = rig.replies(3).await;
     assert_eq!(said[1..], ["Pausing task", "Starting task"]);
@@ -383,10 +428,9 @@ async fn a_stop_acts_behind_more_lines_than_there_is_room_for() {
     let (mut rig, gate) = behind_a_slow_line(TaskStatus::Running, "").await;
     rig.client.write_all(lines.as_bytes()).await.unwrap();
     rig.client.write_all(b"stop\nstop\n").await.unwrap();
-    while orders(&rig).is_empty() {
+    while !orders(&rig).contains(&Order::Stop) {
         tokio::task::yield_now().await;
     }
-    assert_eq!(orders(&rig)[0], Order::Stop);
     gate.add_permits(1);
     let said = rig.replies(many + 3).await;
     assert_eq!(said[many], super::TOO_MANY_WAIT);

@@ -314,6 +314,7 @@ fn alarm_event(time: f64, message: &Message) -> Option<Value> {
             "report": short(report),
         }),
         Message::Robot {
+            origin,
             code,
             sub_code,
             severity,
@@ -322,6 +323,8 @@ fn alarm_event(time: f64, message: &Message) -> Option<Value> {
             "event": "alarm",
             "kind": "robot",
             "time": time,
+            "program": origin.program.0,
+            "line": origin.line,
             "code": code,
             "sub_code": sub_code,
             "severity": match severity {
