@@ -7,9 +7,9 @@ use crate::common::recorder_config;
 use clap::Parser;
 use controller::cell::Cell;
 use controller::start_configuration::cycle_config;
-use motion::{Cycle, Timing};
+use motion::{ControlLoop, CycleTiming};
 use motion_api::io::{InputAction, IoChange};
-use motion_api::{BorderSizes, CommandKind, Origin, Registers, ScriptEnd, border};
+use motion_api::{CommandKind, Origin, Registers, RingCapacities, ScriptEndpoint, motion_channel};
 use recorder::{Entry, IoMessage, IoValue, Recorder, Recording, Setup, Topic};
 use server::cli::{Cli, Command};
 use server::replay::answer;
@@ -32,7 +32,7 @@ wrench = [0, 25, 0, 0, 0, 0]
 "#;
 
 /// Records 300 cycles; `act` is called before each with its number.
-fn record(name: &str, mut act: impl FnMut(u64, &ScriptEnd)) -> Recording {
+fn record(name: &str, mut act: impl FnMut(u64, &ScriptEndpoint)) -> Recording {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     let setup = Setup {
         cell: Some(CELL.to_owned()),
@@ -41,14 +41,14 @@ fn record(name: &str, mut act: impl FnMut(u64, &ScriptEnd)) -> Recording {
     let cell = Cell::from_text(CELL.to_owned(), Path::new("cell.toml")).unwrap();
     let model = kinematics::RobotModel::built_in(&setup.model).unwrap();
     let config = cycle_config(&setup, model.clone(), Some(&cell)).unwrap();
-    let (motion_end, mut script) = border(BorderSizes::default(), &config.first_state());
-    let mut cycle = Cycle::new(config, motion_end).unwrap();
+    let (motion_end, mut script) = motion_channel(RingCapacities::default(), &config.first_state());
+    let mut cycle = ControlLoop::new(config, motion_end).unwrap();
     let recorder_config = recorder_config(&path, setup, model);
     let records = script.records.take().unwrap();
     let (recorder, _handle) = Recorder::start(recorder_config, records).unwrap();
     for number in 1..=300 {
         act(number, &script);
-        cycle.tick(Timing::default());
+        cycle.tick(CycleTiming::default());
         while script.events.next_event().is_some() {}
     }
     drop(cycle);
@@ -68,7 +68,7 @@ fn outside(number: u64, registers: &Registers) {
     }
 }
 
-fn act(number: u64, script: &ScriptEnd) {
+fn act(number: u64, script: &ScriptEndpoint) {
     if number == 10 {
         let (index, action) = (100, InputAction::Freedrive);
         let change = IoChange::BooleanRegisterAction { index, action };

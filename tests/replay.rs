@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use crate::common::recorder_config;
 use clap::Parser;
 use kinematics::{JointPositions, JointSpeeds, RobotModel};
-use motion::{Cycle, CycleConfig, LimitOverrides, PlantKind, Timing};
-use motion_api::{BorderSizes, CommandKind, Origin, ProgramId, ThreadNumber, border};
+use motion::{ControlLoop, CycleConfig, CycleTiming, LimitOverrides, PlantKind};
+use motion_api::{CommandKind, Origin, ProgramId, RingCapacities, ThreadNumber, motion_channel};
 use recorder::{IoValue, LogLevel, Recorder, Setup};
 use server::cli::{Cli, Command};
 use server::replay::{ReplayError, answer};
@@ -30,8 +30,8 @@ fn ideal_config() -> CycleConfig {
 fn record_with(name: &str, setup: Setup, config: CycleConfig) -> PathBuf {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     let model = config.model.clone();
-    let (motion_end, mut script) = border(BorderSizes::default(), &config.first_state());
-    let mut cycle = Cycle::new(config, motion_end).unwrap();
+    let (motion_end, mut script) = motion_channel(RingCapacities::default(), &config.first_state());
+    let mut cycle = ControlLoop::new(config, motion_end).unwrap();
     let recorder_config = recorder_config(&path, setup, model);
     let records = script.records.take().unwrap();
     let (recorder, handle) = Recorder::start(recorder_config, records).unwrap();
@@ -65,7 +65,7 @@ fn record_with(name: &str, setup: Setup, config: CycleConfig) -> PathBuf {
             handle.log(time, LogLevel::Error, "dance.script", message);
             handle.io(time, "output_float_register[3]", IoValue::Number(0.5));
         }
-        cycle.tick(Timing::default());
+        cycle.tick(CycleTiming::default());
         while script.events.next_event().is_some() {}
     }
     drop(cycle);

@@ -19,13 +19,14 @@ use io_bus::{Fieldbus, StandIns};
 use kinematics::SafetyBounds;
 use kinematics::safety::SafetySettingError;
 use kinematics::{JointAccelerations, JointJerks, JointPositions, JointSpeeds};
-use motion::contact::Surroundings;
-use motion::external::Load;
+use motion::contact::Environment;
+use motion::external::TimedWrench;
 use motion::modes::encoder::Belt;
 use motion::{
-    InputPair, IoSetup, LimitOverrides, SafetyInputs, SensorNoise, TimedInput, Truth, WireSetup,
+    InputPair, IoSetup, LimitOverrides, PlantParameters, SafetyInputs, SensorNoise, TimedInput,
+    WireSetup,
 };
-use supervision::Faults;
+use supervision::ThreadSupervisor;
 use thiserror::Error;
 use toml::de::{DeTable, DeValue};
 
@@ -238,7 +239,7 @@ impl Cell {
     /// [`CellError::Value`] names the signal that cannot be added.
     pub fn fieldbus(
         &self,
-        faults: &Faults,
+        faults: &ThreadSupervisor,
         stand_ins: Option<Arc<dyn StandIns>>,
     ) -> Result<Fieldbus, CellError> {
         let line = |wanted| {
@@ -291,17 +292,17 @@ impl Cell {
     }
 
     /// `[[wrench]]`: loads on the tool by time.
-    pub fn loads(&self) -> Vec<Load> {
+    pub fn loads(&self) -> Vec<TimedWrench> {
         act::loads(&self.tables.wrench)
     }
 
     /// `[[obstacle]]` and `[tool]`: what the arm touches, and with what.
-    pub fn surroundings(&self) -> Surroundings {
+    pub fn surroundings(&self) -> Environment {
         act::surroundings(&self.tables)
     }
 
     /// `[payload]` and `[arm]`: what is true of the arm though the controller does not know it.
-    pub fn truth(&self) -> Truth {
+    pub fn truth(&self) -> PlantParameters {
         act::truth(&self.tables)
     }
 

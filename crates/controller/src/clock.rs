@@ -8,11 +8,11 @@ use std::thread::{self, Thread};
 use std::time::Duration;
 
 use elite_runtime::Robot;
-use motion::Cycle;
+use motion::ControlLoop;
 use motion::realtime::{MotionThread, RealtimeOptions};
 use motion::virtual_time::{IdlePacer, VirtualTimeline};
 use motion_api::Timeline;
-use supervision::{Faults, Handle, injection};
+use supervision::{ThreadHandle, ThreadSupervisor, injection};
 
 use crate::options::ClockChoice;
 use crate::start::StartError;
@@ -32,15 +32,15 @@ pub(crate) enum Clock {
 pub(crate) fn start_clock(
     (choice, phase): (ClockChoice, Option<Duration>),
     passes_alone: bool,
-    cycle: Cycle,
+    cycle: ControlLoop,
     pump: Thread,
-    faults: &Faults,
+    faults: &ThreadSupervisor,
 ) -> Result<(Clock, Arc<dyn Timeline>), StartError> {
     match choice {
         ClockChoice::Realtime => {
             let options = RealtimeOptions {
                 phase,
-                wake: vec![pump],
+                threads_to_wake: vec![pump],
                 faults: faults.clone(),
                 ..RealtimeOptions::default()
             };
@@ -53,7 +53,7 @@ pub(crate) fn start_clock(
         }
         ClockChoice::Virtual => {
             let timeline = VirtualTimeline::new(cycle, Vec::new())?;
-            let timeline = Arc::new(timeline.told_to(faults.clone()));
+            let timeline = Arc::new(timeline.with_supervisor(faults.clone()));
             let pacer = match passes_alone {
                 true => Some(IdlePacer::start(timeline.clone())?),
                 false => None,
@@ -65,14 +65,14 @@ pub(crate) fn start_clock(
 
 /// The thread that carries events from the motion thread to whoever waits for them.
 pub(crate) struct Pump {
-    thread: Handle<()>,
+    thread: ThreadHandle<()>,
     ending: Arc<AtomicBool>,
 }
 
 impl Pump {
     /// Starts the thread; it begins once it is given the robot.
     pub(crate) fn start(
-        faults: &Faults,
+        faults: &ThreadSupervisor,
         passes_alone: bool,
     ) -> io::Result<(Self, mpsc::Sender<Arc<Robot>>)> {
         let idle = if passes_alone { IDLE_PUMP } else { RARE_PUMP };

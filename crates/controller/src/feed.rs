@@ -3,8 +3,8 @@
 
 use std::sync::Arc;
 
-use motion_api::points::{POINTS_MAX, Sample};
-use motion_api::{Command, CommandKind, CommandPort, PointList, Refusal};
+use motion_api::points::{POINTS_MAX, PointValues};
+use motion_api::{Command, CommandKind, CommandSender, PointList, Refusal};
 use recorder::{ArgumentError, CommandMessage};
 use thiserror::Error;
 
@@ -48,7 +48,7 @@ pub enum FeedError {
 #[derive(Default)]
 pub struct Feed {
     /// Points of the moveml that comes next, and whether they are poses.
-    points: (bool, Vec<Sample>),
+    points: (bool, Vec<PointValues>),
 }
 
 impl Feed {
@@ -58,7 +58,7 @@ impl Feed {
     /// [`FeedError`]
     pub fn give(
         &mut self,
-        port: &CommandPort,
+        port: &CommandSender,
         message: &CommandMessage,
     ) -> Result<Option<Command>, FeedError> {
         let wrong = |source| FeedError::Command {

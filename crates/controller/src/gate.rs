@@ -172,8 +172,8 @@ impl Timeline for Gate {
         true
     }
 
-    fn drive(&self, on: bool) {
-        self.inner.drive(on);
+    fn set_driven(&self, on: bool) {
+        self.inner.set_driven(on);
     }
 
     fn has_ended(&self) -> bool {

@@ -11,7 +11,7 @@ use elite_runtime::TaskEnd;
 use elite_runtime::message::{
     EMERGENCY_STOP_CODE, Message, Observer, PROTECTIVE_STOP_CODE, SCRIPT_ALARM_CODE, Severity,
 };
-use motion_api::{Frame, ProgramId, StopReason, ThreadNumber};
+use motion_api::{CycleFrame, ProgramId, StopReason, ThreadNumber};
 
 use crate::doing::Follower;
 use crate::peaks::Peaks;
@@ -264,7 +264,7 @@ impl Observer for Collector {
         self.next.program_ended(program);
     }
 
-    fn cycle_ended(&self, frame: &Frame) {
+    fn cycle_ended(&self, frame: &CycleFrame) {
         self.noted().peaks.take(&frame.state);
         self.follower.cycle_ended(&frame.state);
         self.next.cycle_ended(frame);

@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use elite_runtime::external::Repeat;
 use elite_runtime::message::Observer;
 use elite_runtime::{Extras, TaskEnd};
-use motion_api::{CommandPort, ProgramId, Registers, RobotState, SnapshotCell, Timeline};
+use motion_api::{CommandSender, ProgramId, Registers, RobotState, SnapshotCell, Timeline};
 use recorder::CommandMessage;
 
 use crate::feed::Feed;
@@ -25,7 +25,7 @@ pub type Look = Box<dyn FnMut(&RobotState) -> bool + Send>;
 /// A clock that gives what was recorded before each cycle.
 struct Again {
     inner: Arc<dyn Timeline>,
-    port: CommandPort,
+    port: CommandSender,
     registers: Arc<Registers>,
     snapshot: Arc<SnapshotCell>,
     repeat: Arc<Repeat>,
@@ -55,7 +55,7 @@ impl Timeline for Again {
 
     fn advance(&self) -> bool {
         let mut left = self.left();
-        let latest = self.snapshot.moment().cycle;
+        let latest = self.snapshot.cycle_time().cycle;
         if !self.repeat.has_after(latest) {
             return false;
         }
@@ -84,8 +84,8 @@ impl Timeline for Again {
         true
     }
 
-    fn drive(&self, on: bool) {
-        self.inner.drive(on);
+    fn set_driven(&self, on: bool) {
+        self.inner.set_driven(on);
     }
 
     fn has_ended(&self) -> bool {

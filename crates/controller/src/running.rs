@@ -8,9 +8,9 @@ use elite_runtime::message::{CONTROLLER_FAULT_CODE, Message, Observer, Severity}
 use elite_runtime::{Place, ProgramText, Robot, Supervisor, TaskEnd};
 use io_bus::Fieldbus;
 use motion::CycleConfig;
-use motion::realtime::ClockMeter;
+use motion::realtime::ClockMetrics;
 use recorder::{Closer, Recorder, RecorderMeter, Viewer};
-use supervision::{Fault, Faults};
+use supervision::{Fault, ThreadSupervisor};
 
 use crate::chronicle::{Chronicle, LogLines};
 use crate::clock::{Clock, Pump};
@@ -29,12 +29,12 @@ pub struct Controller {
     pub(crate) _recording_place: Option<Place>,
     pub(crate) viewer: Viewer,
     pub(crate) settings: CycleConfig,
-    pub(crate) faults: Faults,
+    pub(crate) faults: ThreadSupervisor,
 }
 
 impl Controller {
     /// Where faults of its threads are told.
-    pub const fn faults(&self) -> &Faults {
+    pub const fn faults(&self) -> &ThreadSupervisor {
         &self.faults
     }
 
@@ -90,10 +90,10 @@ impl Controller {
     }
 
     /// How well the motion thread meets its deadlines; all zeros under the virtual clock.
-    pub fn clock_meter(&self) -> ClockMeter {
+    pub fn clock_meter(&self) -> ClockMetrics {
         match &self.clock {
             Clock::Real(thread) => thread.meter(),
-            Clock::Virtual(_) => ClockMeter::default(),
+            Clock::Virtual(_) => ClockMetrics::default(),
         }
     }
 

@@ -18,13 +18,14 @@ use elite_runtime::{
 use io_bus::serial::SerialLine;
 use io_bus::{Fieldbus, StandIns};
 use kinematics::{CalibrationError, ModelError, RobotModel};
-use motion::{Cycle, CycleConfig};
+use motion::{ControlLoop, CycleConfig};
 use motion_api::{
-    BorderSizes, CommandPort, Origin, Registers, ScriptEnd, SnapshotCell, Timeline, border,
+    CommandSender, Origin, Registers, RingCapacities, ScriptEndpoint, SnapshotCell, Timeline,
+    motion_channel,
 };
 use platform::sockets::LocalStream;
 use recorder::{RecordError, Recorder, RecorderConfig, RecorderHandle, Setup, Viewer};
-use supervision::Faults;
+use supervision::ThreadSupervisor;
 use thiserror::Error;
 
 use crate::cell::{Cell, CellError};
@@ -138,8 +139,8 @@ pub struct Prepared {
     seed: u64,
     cell: Option<Cell>,
     cycle_config: CycleConfig,
-    cycle: Cycle,
-    script_end: ScriptEnd,
+    cycle: ControlLoop,
+    script_end: ScriptEndpoint,
     model: Arc<RobotModel>,
     viewer: Viewer,
     recorder: Option<Recorder>,
@@ -148,7 +149,7 @@ pub struct Prepared {
     /// The recording, where it must be beneath certain folders.
     recording_place: Option<Place>,
     alarm: RecordingAlarm,
-    faults: Faults,
+    faults: ThreadSupervisor,
     /// A recorded run that is repeated.
     repeat: Option<Arc<Repeat>>,
 }
@@ -176,17 +177,17 @@ impl Prepared {
         warn_of_overlaps(&cycle_config);
         let first = cycle_config.first_state();
         let path = recording_files::path(&config.record);
-        let sizes = BorderSizes {
-            records: path.as_ref().and(BorderSizes::default().records),
-            ..BorderSizes::default()
+        let sizes = RingCapacities {
+            records: path.as_ref().and(RingCapacities::default().records),
+            ..RingCapacities::default()
         };
-        let (motion_end, mut script_end) = border(sizes, &first);
+        let (motion_end, mut script_end) = motion_channel(sizes, &first);
         let model = Arc::new(cycle_config.limited_model()?);
-        let cycle = Cycle::new(cycle_config.clone(), motion_end)?;
+        let cycle = ControlLoop::new(cycle_config.clone(), motion_end)?;
 
         let obstacles = cell.as_ref().map(Cell::drawn).unwrap_or_default();
         let viewer = Viewer::new(loaded.model.clone(), obstacles.clone(), setup.epoch_ns);
-        let faults = Faults::default();
+        let faults = ThreadSupervisor::default();
         let alarm = RecordingAlarm::new(faults.clone());
         // Where it leads is settled here, and held until everything is written.
         let recording_place = match (&config.within, &path) {
@@ -255,15 +256,15 @@ impl Prepared {
         let loaded = model_of(setup)?;
         let cell = cell_of(setup).map_err(ArmError::from)?;
         let cycle_config = cycle_config(setup, loaded.clone(), cell.as_ref())?;
-        let sizes = BorderSizes {
+        let sizes = RingCapacities {
             records: None,
-            ..BorderSizes::default()
+            ..RingCapacities::default()
         };
-        let (motion_end, script_end) = border(sizes, &cycle_config.first_state());
+        let (motion_end, script_end) = motion_channel(sizes, &cycle_config.first_state());
         let model = Arc::new(cycle_config.limited_model()?);
-        let cycle = Cycle::new(cycle_config.clone(), motion_end)?;
+        let cycle = ControlLoop::new(cycle_config.clone(), motion_end)?;
         let obstacles = cell.as_ref().map(Cell::drawn).unwrap_or_default();
-        let faults = Faults::default();
+        let faults = ThreadSupervisor::default();
         Ok(Self {
             clock: (ClockChoice::Virtual, None),
             manner: Manner {
@@ -291,7 +292,7 @@ impl Prepared {
     }
 
     /// Where commands go in, and the registers.
-    pub(crate) fn border(&self) -> (CommandPort, Arc<Registers>) {
+    pub(crate) fn border(&self) -> (CommandSender, Arc<Registers>) {
         let end = &self.script_end;
         (end.commands.clone(), end.registers.clone())
     }
@@ -307,7 +308,7 @@ impl Prepared {
     }
 
     /// Where faults of its threads are told.
-    pub const fn faults(&self) -> &Faults {
+    pub const fn faults(&self) -> &ThreadSupervisor {
         &self.faults
     }
 
@@ -357,7 +358,7 @@ impl Prepared {
             }
             extras.stand_ins = Some(Arc::new(OnlyPlayed(extras.stand_ins.take())));
         }
-        let safety = cycle_config.safety_of_targets()?;
+        let safety = cycle_config.target_safety_bounds()?;
         let snapshot = script_end.snapshot.clone();
         let chronicle = Arc::new(Chronicle::new(handle, snapshot, observer));
         alarm.connect(&chronicle);
@@ -445,7 +446,7 @@ impl StandIns for OnlyPlayed {
 /// Links that stand in an obstacle at the start never touch it: better said than wondered about.
 fn warn_of_overlaps(config: &CycleConfig) {
     let around = &config.surroundings;
-    for (link, obstacle) in around.standing_in(&config.model, &config.home) {
+    for (link, obstacle) in around.links_inside_obstacles(&config.model, &config.home) {
         let name = &around.obstacles[obstacle].name;
         tracing::warn!(
             "link {link} of the arm stands in obstacle {name:?} at the start; the two never touch"
@@ -455,10 +456,10 @@ fn warn_of_overlaps(config: &CycleConfig) {
 
 /// Says once, to everybody, that the recording has stopped.
 #[derive(Clone)]
-struct RecordingAlarm(Arc<OnceLock<Weak<Chronicle>>>, Faults);
+struct RecordingAlarm(Arc<OnceLock<Weak<Chronicle>>>, ThreadSupervisor);
 
 impl RecordingAlarm {
-    fn new(faults: Faults) -> Self {
+    fn new(faults: ThreadSupervisor) -> Self {
         Self(Arc::default(), faults)
     }
 

@@ -9,13 +9,13 @@ use controller::{Manner, Prepared, RobotConfig};
 use elite_lang::TaskNode;
 use elite_runtime::message::{InterpreterEvent, Message, Observer};
 use elite_runtime::panel::VariableValue;
-use motion_api::{Frame, ProgramId, ThreadNumber};
+use motion_api::{CycleFrame, ProgramId, ThreadNumber};
 
 use crate::common::program;
 
 /// Keeps every cycle.
 #[derive(Default)]
-struct Frames(Mutex<Vec<Frame>>);
+struct Frames(Mutex<Vec<CycleFrame>>);
 
 impl Observer for Frames {
     fn message(&self, message: &Message) {
@@ -30,14 +30,14 @@ impl Observer for Frames {
     fn program_ended(&self, _: ProgramId) {}
     fn variable_changed(&self, _: ProgramId, _: &str, _: &VariableValue) {}
     fn interpreter(&self, _: &InterpreterEvent<'_>) {}
-    fn cycle_ended(&self, frame: &Frame) {
+    fn cycle_ended(&self, frame: &CycleFrame) {
         self.0.lock().unwrap().push(*frame);
     }
     fn hurry(&self) {}
 }
 
 /// The cycles of a program.
-fn frames(text: &str) -> Vec<Frame> {
+fn frames(text: &str) -> Vec<CycleFrame> {
     let frames = Arc::new(Frames::default());
     let prepared = Prepared::new(&RobotConfig::default(), Manner::alone()).unwrap();
     let controller = prepared.start(frames.clone()).unwrap();
@@ -60,8 +60,8 @@ movel(pose_add(p, [0, 0.1, 0, 0, 0, 0]), a=1.2, v={speed}, r={radius})
 }
 
 /// How far the TCP is from that corner in a cycle.
-fn distance(frames: &[Frame], at: &Frame) -> f64 {
-    let is_moving = |frame: &&Frame| frame.state.target_qd.max_abs() > 0.0;
+fn distance(frames: &[CycleFrame], at: &CycleFrame) -> f64 {
+    let is_moving = |frame: &&CycleFrame| frame.state.target_qd.max_abs() > 0.0;
     let mut first_motion = frames.iter().skip_while(|frame| !is_moving(frame));
     let start = first_motion.find(|frame| !is_moving(frame)).unwrap();
     let [x, y, z] = start.state.target_tcp_pose.xyz;
@@ -71,13 +71,13 @@ fn distance(frames: &[Frame], at: &Frame) -> f64 {
 }
 
 /// For how many cycles the arm moves.
-fn moving(frames: &[Frame]) -> usize {
-    let is_moving = |frame: &&Frame| frame.state.target_qd.max_abs() > 0.0;
+fn moving(frames: &[CycleFrame]) -> usize {
+    let is_moving = |frame: &&CycleFrame| frame.state.target_qd.max_abs() > 0.0;
     frames.iter().filter(is_moving).count()
 }
 
 /// Whether a change is made in a cycle.
-type IsChanged = fn(&Frame) -> bool;
+type IsChanged = fn(&CycleFrame) -> bool;
 
 /// Statements that change something that was low, or 0, and how to see it.
 const CHANGES: [(&str, IsChanged); 6] = [
@@ -162,7 +162,7 @@ join_thread(h)
 sleep(1)
 ";
     let frames = frames(text);
-    let is_set = |frame: &Frame| {
+    let is_set = |frame: &CycleFrame| {
         frame.state.io().digital_out & 1 << 2 != 0 || frame.registers.output.float(1) != 0.0
     };
     assert!(!frames.iter().any(is_set));

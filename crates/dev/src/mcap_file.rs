@@ -5,8 +5,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use kinematics::{JointPositions, RobotModel};
 use motion_api::{
-    BorderSizes, Command, CommandId, CommandKind, Origin, ProgramId, Record, RobotState,
-    ThreadNumber, border,
+    Command, CommandId, CommandKind, Origin, ProgramId, Record, RingCapacities, RobotState,
+    ThreadNumber, motion_channel,
 };
 use recorder::{LogLevel, Recorder, RecorderConfig, Recording, Rotation, Setup};
 
@@ -95,11 +95,11 @@ impl Write for Shared {
 /// A recording of a few cycles with a command and a log line.
 fn recorded() -> Option<Vec<u8>> {
     let first = RobotState::at_start(JointPositions::ZERO, 0.004);
-    let sizes = BorderSizes {
+    let sizes = RingCapacities {
         records: Some(64),
-        ..BorderSizes::default()
+        ..RingCapacities::default()
     };
-    let (mut motion, mut script) = border(sizes, &first);
+    let (mut motion, mut script) = motion_channel(sizes, &first);
     let config = RecorderConfig {
         path: "seed.mcap".into(),
         setup: Setup {

@@ -7,7 +7,7 @@
 use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
-use supervision::{Fault, Faults, Kind, catch, injection};
+use supervision::{Fault, ThreadRole, ThreadSupervisor, catch, injection};
 use thiserror::Error;
 use tokio::sync::oneshot;
 
@@ -31,7 +31,7 @@ pub enum NotCompiled {
 #[derive(Default)]
 pub struct CompilePool {
     shared: Arc<Shared>,
-    faults: Faults,
+    faults: ThreadSupervisor,
 }
 
 #[derive(Default)]
@@ -61,7 +61,7 @@ enum Takes {
 
 impl CompilePool {
     /// A pool whose threads start with its first text. `faults` hears of bugs of the compiler.
-    pub fn new(faults: Faults) -> Self {
+    pub fn new(faults: ThreadSupervisor) -> Self {
         let shared = Arc::default();
         CompilePool { shared, faults }
     }
@@ -88,7 +88,9 @@ impl CompilePool {
                 compile()
             }) {
                 Ok(result) => drop(sender.send(result)),
-                Err(panicked) => faults.tell(&Fault::new(Kind::Service, "compiler", panicked)),
+                Err(panicked) => {
+                    faults.tell(&Fault::new(ThreadRole::Service, "compiler", panicked))
+                }
             }
         });
         self.add(bytes, job)?;
@@ -123,7 +125,9 @@ impl CompilePool {
                 job();
             }
         };
-        let started = self.faults.start(Kind::Service, name.to_owned(), texts);
+        let started = self
+            .faults
+            .start(ThreadRole::Service, name.to_owned(), texts);
         started.map(drop).map_err(|_| NotCompiled::Failed)
     }
 }
@@ -178,7 +182,7 @@ mod tests {
 
     #[test]
     fn a_short_text_is_compiled_while_a_long_one_is() {
-        let pool = CompilePool::new(Faults::default());
+        let pool = CompilePool::new(ThreadSupervisor::default());
         let (release, held) = mpsc::channel::<()>();
         block_on(async {
             let long = pool.run(8 << 20, move || held.recv().is_ok());
@@ -193,7 +197,7 @@ mod tests {
 
     #[test]
     fn a_bug_costs_one_text() {
-        let pool = CompilePool::new(Faults::default());
+        let pool = CompilePool::new(ThreadSupervisor::default());
         let bug = block_on(pool.run(10, || -> u8 { panic!("a bug in the compiler") }));
         assert_eq!(bug, Err(NotCompiled::Failed));
         assert_eq!(block_on(pool.run(10, || 1)), Ok(1));
@@ -201,7 +205,7 @@ mod tests {
 
     #[test]
     fn a_full_queue_refuses_and_forgets_texts_nobody_waits_for() {
-        let pool = CompilePool::new(Faults::default());
+        let pool = CompilePool::new(ThreadSupervisor::default());
         let (release, held) = mpsc::channel::<()>();
         let (begun, has_begun) = mpsc::channel();
         block_on(async {

@@ -64,7 +64,7 @@ impl Lasting {
         );
         // Refused because a conveyor is tracked already: that goes on.
         if begins_tracking
-            && matches!(outcome, Outcome::Refused(refusal) if *refusal != Refusal::Tracking)
+            && matches!(outcome, Outcome::Refused(refusal) if *refusal != Refusal::ConveyorTracking)
         {
             self.is_tracking = false;
         }
@@ -131,7 +131,7 @@ impl Foreseen {
             }
             CommandKind::ZeroFtSensor => state.tcp_force = [0.0; 6],
             CommandKind::EncoderEnableSetTickCount { encoder, range } => {
-                set_counter(state, encoder, range, range.wrapped(0.0));
+                set_counter(state, encoder, range, range.wrap_count(0.0));
             }
             CommandKind::EncoderEnablePulseDecode { encoder, .. } => {
                 set_counter(state, encoder, EncoderRange::Signed32, 0.0);
@@ -154,7 +154,7 @@ impl Foreseen {
                     self.is_led_by_hand &= !is_last_of_hand;
                 }
             }
-            kind if kind.sets_in_motion() && !kind.is_setting() => self.running = Some(command.id),
+            kind if kind.starts_motion() && !kind.is_setting() => self.running = Some(command.id),
             _ => {}
         }
     }
@@ -164,10 +164,10 @@ impl Foreseen {
     /// # Errors
     /// What it would answer.
     pub fn check(&self, kind: &CommandKind) -> Result<(), Refusal> {
-        kind.check_form()?;
+        kind.validate()?;
         match *kind {
             CommandKind::SetTcp(_) if self.lasting.is_tracking && self.lasting.keeps_the_tool => {
-                Err(Refusal::TurnsAboutTheTcp)
+                Err(Refusal::NonRotatingTurntable)
             }
             CommandKind::SetTcp(_) if self.lasting.has_offsets => Err(Refusal::PathOffset),
             CommandKind::EncoderSetTickCount { encoder, count } => {
@@ -181,7 +181,7 @@ impl Foreseen {
             CommandKind::ForceMode { .. } => {
                 self.check_ready()?;
                 if self.lasting.is_tracking {
-                    return Err(Refusal::Tracking);
+                    return Err(Refusal::ConveyorTracking);
                 }
                 if self.is_led_by_hand {
                     let running = self.state.command_id;
@@ -204,7 +204,7 @@ impl Foreseen {
             | CommandKind::PathOffsetEnable => {
                 self.check_ready()?;
                 if self.lasting.is_tracking {
-                    return Err(Refusal::Tracking);
+                    return Err(Refusal::ConveyorTracking);
                 }
                 if self.state.force_mode {
                     return Err(Refusal::InForceMode);

@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use elite_lang::{TaskNode, memory};
-use motion_api::{Frame, Origin, ProgramId, StopReason, ThreadNumber};
+use motion_api::{CycleFrame, Origin, ProgramId, StopReason, ThreadNumber};
 
 use crate::panel::VariableValue;
 
@@ -225,7 +225,7 @@ pub trait Observer: Send + Sync {
     }
 
     /// A cycle has ended. Every cycle comes, in order; only when nobody took any for a second, some are left out.
-    fn cycle_ended(&self, frame: &Frame) {
+    fn cycle_ended(&self, frame: &CycleFrame) {
         if let Some(next) = self.next() {
             next.cycle_ended(frame);
         }
@@ -298,7 +298,7 @@ impl Observer for Aside {
         memory::outside(|| self.0.interpreter(event));
     }
 
-    fn cycle_ended(&self, frame: &Frame) {
+    fn cycle_ended(&self, frame: &CycleFrame) {
         memory::outside(|| self.0.cycle_ended(frame));
     }
 

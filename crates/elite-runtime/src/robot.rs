@@ -11,9 +11,9 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use elite_lang::memory;
 use kinematics::{RobotModel, SafetyBounds};
 use motion_api::{
-    Command, CommandId, CommandKind, CommandPort, DigitalBank, Event, EventReader, FrameReader,
-    IoChange, IoImage, Moment, Origin, Outcome, PointList, ProgramId, Registers, RingFull,
-    RobotState, ScriptEnd, SnapshotCell, StopReason, Timeline,
+    Command, CommandId, CommandKind, CommandSender, CycleTime, DigitalBank, Event, EventReader,
+    FrameReader, IoChange, IoImage, Origin, Outcome, PointList, ProgramId, Registers, RingFull,
+    RobotState, ScriptEndpoint, SnapshotCell, StopReason, Timeline,
 };
 use tokio::sync::Notify;
 
@@ -25,7 +25,7 @@ use crate::message::{Message, Observer, Severity};
 pub struct Robot {
     model: Arc<RobotModel>,
     safety_bounds: SafetyBounds,
-    commands: CommandPort,
+    commands: CommandSender,
     snapshot: Arc<SnapshotCell>,
     registers: Arc<Registers>,
     timeline: Arc<dyn Timeline>,
@@ -138,7 +138,7 @@ impl Awaited {
     /// Where the motion was asked for that was carried out before this cycle.
     fn mover(&self, cycle: u64) -> Origin {
         let mut under_way = self.under_way(cycle.saturating_sub(1), CommandId::NONE);
-        let motion = under_way.find(|command| command.kind.sets_in_motion());
+        let motion = under_way.find(|command| command.kind.starts_motion());
         motion.map_or_else(Origin::default, |command| command.origin)
     }
 
@@ -246,8 +246,8 @@ impl Robot {
     }
 
     /// When that state was made, for whoever needs no more of it.
-    pub fn moment(&self) -> Moment {
-        self.snapshot.moment()
+    pub fn moment(&self) -> CycleTime {
+        self.snapshot.cycle_time()
     }
 
     /// The clock.
@@ -492,7 +492,7 @@ impl Robot {
             self.dispatch(event, is_virtual);
         }
         // Under the lock, so that cycles are seen in order.
-        inbox.frames.look(frames, |frame, left| {
+        inbox.frames.visit_frames(frames, |frame, left| {
             self.observer.cycle_ended(frame);
             if left == 0 && !is_virtual {
                 self.tell(&frame.state);
@@ -552,7 +552,7 @@ impl Robot {
                     self.observer.message(&warning);
                 }
             }
-            Event::Queued { id, cycle } => {
+            Event::ReadyForNext { id, cycle } => {
                 if let Some(entry) = self.awaited().open.get_mut(&id) {
                     entry.queued_in = cycle;
                 }
@@ -611,7 +611,7 @@ fn io_after(awaited: &Awaited, state: &RobotState, cycle: u64) -> IoImage {
 /// The script side's end of the border, without the records (those go to the recorder).
 pub struct ScriptEndWithoutRecords {
     /// Where commands go in.
-    pub commands: CommandPort,
+    pub commands: CommandSender,
     /// What happened.
     pub events: EventReader,
     /// Every cycle.
@@ -622,8 +622,8 @@ pub struct ScriptEndWithoutRecords {
     pub registers: Arc<Registers>,
 }
 
-impl From<ScriptEnd> for ScriptEndWithoutRecords {
-    fn from(end: ScriptEnd) -> Self {
+impl From<ScriptEndpoint> for ScriptEndWithoutRecords {
+    fn from(end: ScriptEndpoint) -> Self {
         Self {
             commands: end.commands,
             events: end.events,
@@ -639,7 +639,7 @@ mod tests {
     use super::*;
     use kinematics::JointPositions;
     use kinematics::RpyPose;
-    use motion_api::{BorderSizes, Frame, MotionEnd, border};
+    use motion_api::{CycleFrame, MotionEndpoint, RingCapacities, motion_channel};
     use proptest::prelude::*;
 
     /// Notes which cycles it was shown.
@@ -647,7 +647,7 @@ mod tests {
     struct Watcher(Mutex<Vec<u64>>);
 
     impl Observer for Watcher {
-        fn cycle_ended(&self, frame: &Frame) {
+        fn cycle_ended(&self, frame: &CycleFrame) {
             self.0.lock().unwrap().push(frame.state.cycle);
         }
     }
@@ -661,35 +661,35 @@ mod tests {
         fn advance(&self) -> bool {
             false
         }
-        fn drive(&self, _: bool) {}
+        fn set_driven(&self, _: bool) {}
     }
 
-    fn robot(frames: usize) -> (Robot, MotionEnd, Arc<Watcher>) {
-        let sizes = BorderSizes {
+    fn robot(frames: usize) -> (Robot, MotionEndpoint, Arc<Watcher>) {
+        let sizes = RingCapacities {
             frames,
-            ..BorderSizes::default()
+            ..RingCapacities::default()
         };
         let first = RobotState::at_start(JointPositions::ZERO, 0.004);
-        let (motion, script) = border(sizes, &first);
+        let (motion, script) = motion_channel(sizes, &first);
         let model = Arc::new(RobotModel::built_in("cs66").unwrap());
         let watcher = Arc::new(Watcher::default());
         let robot = Robot::new(model, script.into(), Arc::new(NoTime), watcher.clone());
         (robot, motion, watcher)
     }
 
-    fn end_of_cycle(motion: &mut MotionEnd, cycle: u64) {
+    fn end_of_cycle(motion: &mut MotionEndpoint, cycle: u64) {
         let state = RobotState {
             cycle,
             ..RobotState::at_start(JointPositions::ZERO, 0.004)
         };
         motion.snapshot.publish(&state);
         let registers = motion.registers.images();
-        let _ = motion.frames.push(Frame { state, registers });
+        let _ = motion.frames.push(CycleFrame { state, registers });
     }
 
     #[test]
     fn a_pump_that_was_held_up_shows_every_cycle_in_order() {
-        let (robot, mut motion, watcher) = robot(BorderSizes::default().frames);
+        let (robot, mut motion, watcher) = robot(RingCapacities::default().frames);
         for cycle in 1..=3 {
             end_of_cycle(&mut motion, cycle);
             robot.pump();

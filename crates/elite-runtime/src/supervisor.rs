@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use elite_lang::{Diagnostic, KnownNames, SourceFile};
 use motion_api::{CommandId, CommandKind, Origin, ProgramId};
-use supervision::{Fault, Kind, Panicked, catch};
+use supervision::{CaughtPanic, Fault, ThreadRole, catch};
 use thiserror::Error;
 use tokio::sync::{Mutex as Turns, watch};
 
@@ -496,7 +496,7 @@ impl Supervisor {
         let called = format!("task-{}", id.0);
         let faults = self.shared.settings.faults.clone();
         faults
-            .start(Kind::Task, called, move || {
+            .start(ThreadRole::Task, called, move || {
                 shared.run_task(id, &called_program, source, presets, controls, braking)
             })
             .map_err(|error| {
@@ -650,8 +650,8 @@ impl Shared {
     }
 
     /// A fault outside the program itself, which the task could not contain: nobody else will stop the arm.
-    fn met_fault(&self, id: ProgramId, panicked: Panicked) -> TaskEnd {
-        let fault = Fault::new(Kind::Task, format!("program {}", id.0), panicked);
+    fn met_fault(&self, id: ProgramId, panicked: CaughtPanic) -> TaskEnd {
+        let fault = Fault::new(ThreadRole::Task, format!("program {}", id.0), panicked);
         self.settings.faults.tell(&fault);
         let only = CommandId::NONE;
         for command in [CommandKind::Stop { only }, CommandKind::Resume] {

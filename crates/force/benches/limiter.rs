@@ -5,7 +5,7 @@
 )]
 
 use divan::Bencher;
-use force::{Problem, TwistLimiter};
+use force::{TwistLimiter, TwistProblem};
 use kinematics::{JointPositions, JointSpeeds, Pose, RobotModel};
 
 fn main() {
@@ -21,14 +21,14 @@ fn solve(bencher: Bencher, speed: f64) {
     let (_, jacobian) = arm.tcp_pose_and_jacobian(&q, &Pose::IDENTITY);
     let mut limits = [f64::INFINITY; 6];
     limits[2] = 0.01;
-    let problem = Problem {
+    let problem = TwistProblem {
         jacobian,
-        wanted: [speed, -speed, speed, 0.0, 0.0, 0.0],
+        desired_twist: [speed, -speed, speed, 0.0, 0.0, 0.0],
         weights: [1.0; 6],
         lower: JointSpeeds([-0.04; 6]),
         upper: JointSpeeds([0.04; 6]),
         limits,
-        before: JointSpeeds::ZERO,
+        current_speeds: JointSpeeds::ZERO,
     };
     bencher.bench_local(|| limiter.solve(divan::black_box(&problem)));
 }

@@ -5,7 +5,7 @@
     reason = "the lines are what the program is for; an example that cannot go on should say where"
 )]
 
-use force::{Problem, TwistLimiter};
+use force::{TwistLimiter, TwistProblem};
 use kinematics::{JointPositions, JointSpeeds, Pose, RobotModel};
 
 fn main() {
@@ -23,21 +23,21 @@ fn main() {
         let before = JointSpeeds(core::array::from_fn(|_| random(0.3)));
         let (_, jacobian) = arm.tcp_pose_and_jacobian(&q, &Pose::IDENTITY);
         let width = [0.04, 0.004, 0.2][round % 3];
-        let problem = Problem {
+        let problem = TwistProblem {
             jacobian,
-            wanted: core::array::from_fn(|_| random(0.5)),
+            desired_twist: core::array::from_fn(|_| random(0.5)),
             weights: [1.0; 6],
             lower: before.map(|x| x - width),
             upper: before.map(|x| x + width),
             limits: core::array::from_fn(|k| if k % 2 == 0 { random(0.1).abs() } else { 1e3 }),
-            before,
+            current_speeds: before,
         };
         let found = limiter.solve(&problem).expect("good input");
         let row = |row: usize| (0..6).map(|k| jacobian[(row, k)]).collect::<Vec<f64>>();
         println!(
             "{{\"jacobian\": {:?}, \"wanted\": {:?}, \"lower\": {:?}, \"upper\": {:?}, \"limits\": {:?}, \"before\": {:?}, \"qd\": {:?}, \"method\": \"{:?}\"}}",
             (0..6).map(row).collect::<Vec<_>>(),
-            problem.wanted,
+            problem.desired_twist,
             problem.lower.0,
             problem.upper.0,
             problem.limits,

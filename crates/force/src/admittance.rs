@@ -42,7 +42,7 @@ pub const DAMPING_RANGE: (f64, f64) = (0.0, 1.0);
 
 /// Along or about an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum AxisKind {
     /// m, N.
     Linear,
     /// rad, Nm.
@@ -51,14 +51,14 @@ pub enum Kind {
 
 /// Figures that differ between the two kinds of axes; our choice.
 #[derive(Clone, Copy, Debug)]
-struct Figures {
+struct AxisConstants {
     /// Softest and hardest contact that is reckoned with, N/m or Nm/rad.
     stiffness: (f64, f64),
     /// Least uncertainty of the sensor, N or Nm.
     noise: f64,
     /// Below this share of the target, this force and the noise nothing is touched.
     touch_share: f64,
-    touch: f64,
+    touch_threshold: f64,
     /// Virtual mass without contact at the default gain, kg or kg m².
     mass: f64,
     /// Damping in contact at the default gain is at least this, N s/m or Nm s/rad: what a hand feels.
@@ -67,21 +67,21 @@ struct Figures {
     full_damping: f64,
 }
 
-const LINEAR: Figures = Figures {
+const LINEAR: AxisConstants = AxisConstants {
     stiffness: (500.0, 1.5e5),
     noise: 0.005,
     touch_share: 0.02,
-    touch: 0.3,
+    touch_threshold: 0.3,
     mass: 10.0,
     least_damping: 50.0,
     full_damping: 2000.0,
 };
 
-const ANGULAR: Figures = Figures {
+const ANGULAR: AxisConstants = AxisConstants {
     stiffness: (5.0, 1500.0),
     noise: 0.0005,
     touch_share: 0.02,
-    touch: 0.03,
+    touch_threshold: 0.03,
     mass: 0.2,
     least_damping: 1.0,
     full_damping: 20.0,
@@ -107,15 +107,15 @@ impl Default for Tuning {
 
 /// What is known of the axis in one cycle. Ways and speeds are the TCP's along (about) the axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reading {
+pub struct AxisReading {
     /// What the tool applies now, N or Nm.
     pub applied: f64,
     /// What it is to apply.
     pub target: f64,
     /// Way of the arm along the axis since the last cycle, m or rad.
-    pub way: f64,
+    pub displacement: f64,
     /// Way sideways since the last cycle, m.
-    pub sideways: f64,
+    pub tangential_displacement: f64,
     /// Commanded speed now, m/s or rad/s.
     pub speed: f64,
     /// The user's speed limit.
@@ -128,7 +128,7 @@ pub struct Reading {
 
 /// The speed to go for, and how fast.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Aim {
+pub struct SpeedTarget {
     /// m/s or rad/s.
     pub speed: f64,
     /// No harder than this, m/s² or rad/s²; the arm's own limits apply as well.
@@ -138,49 +138,49 @@ pub struct Aim {
 /// One force axis from cycle to cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Admittance {
-    kind: Kind,
+    kind: AxisKind,
     stiffness: Stiffness,
     /// Seconds since the last touch.
-    untouched: f64,
+    time_without_contact: f64,
     x: f64,
     y: f64,
     /// What the tool applied a cycle ago.
     applied: f64,
     /// Variance of the sensor's noise, N² or (Nm)².
-    variance: f64,
+    noise_variance: f64,
     /// Speed of the surface along the axis while the tool slides, m/s or rad/s.
-    surface: f64,
+    surface_speed: f64,
 }
 
 impl Admittance {
     /// An axis that touches nothing yet.
-    pub const fn new(kind: Kind) -> Self {
-        let figures = figures(kind);
+    pub const fn new(kind: AxisKind) -> Self {
+        let figures = axis_constants(kind);
         Self {
             kind,
             stiffness: Stiffness::new(figures.stiffness, figures.noise),
-            untouched: LOST_AFTER,
+            time_without_contact: LOST_AFTER,
             x: 0.0,
             y: 0.0,
             applied: 0.0,
-            variance: 0.0,
-            surface: 0.0,
+            noise_variance: 0.0,
+            surface_speed: 0.0,
         }
     }
 
     fn is_touching(&self) -> bool {
-        self.untouched < LOST_AFTER
+        self.time_without_contact < LOST_AFTER
     }
 
     /// The speed to go for in the next cycle of `step` seconds.
-    pub fn aim(&mut self, reading: &Reading, tuning: &Tuning, step: f64) -> Aim {
-        let figures = figures(self.kind);
-        self.look(reading, &figures, step);
+    pub fn update(&mut self, reading: &AxisReading, tuning: &Tuning, step: f64) -> SpeedTarget {
+        let figures = axis_constants(self.kind);
+        self.update_contact(reading, &figures, step);
         let missing = reading.target - reading.applied;
         let limit = reading.speed_limit;
         // Gain 0 asks for nothing.
         if tuning.gain <= 0.0 || limit <= 0.0 {
-            return Aim {
+            return SpeedTarget {
                 speed: 0.0,
                 acceleration: f64::INFINITY,
             };
@@ -193,9 +193,9 @@ impl Admittance {
                 .max(figures.least_damping * softer)
                 .max(user);
             let way = missing / (damping * bandwidth);
-            let speed = stoppable(way, bandwidth, reading.braking);
-            return Aim {
-                speed: within(speed + self.surface, -limit, limit),
+            let speed = braking_speed(way, bandwidth, reading.braking);
+            return SpeedTarget {
+                speed: within(speed + self.surface_speed, -limit, limit),
                 acceleration: f64::INFINITY,
             };
         }
@@ -223,7 +223,7 @@ impl Admittance {
         } else {
             most.copysign(missing)
         };
-        Aim {
+        SpeedTarget {
             speed,
             // What the limit takes away is not the user's to slow down.
             acceleration: if reading.speed.abs() > limit {
@@ -235,49 +235,51 @@ impl Admittance {
     }
 
     /// Contact or not, and how hard.
-    fn look(&mut self, reading: &Reading, figures: &Figures, step: f64) {
-        self.x += reading.way;
+    fn update_contact(&mut self, reading: &AxisReading, figures: &AxisConstants, step: f64) {
+        self.x += reading.displacement;
         // Pressing moves the arm a little sideways too; only sliding counts, on surfaces up to 45 degrees.
         let is_sliding = self.is_touching()
-            && reading.sideways > reading.way.abs()
-            && reading.sideways > SLIDING * step;
+            && reading.tangential_displacement > reading.displacement.abs()
+            && reading.tangential_displacement > SLIDING * step;
         let surface = if is_sliding {
-            self.y += reading.sideways;
-            (reading.way - (reading.applied - self.applied) / self.stiffness.estimate()) / step
+            self.y += reading.tangential_displacement;
+            (reading.displacement - (reading.applied - self.applied) / self.stiffness.estimate())
+                / step
         } else {
             0.0
         };
-        self.surface += (surface - self.surface) * step / (SURFACE_TIME + step);
+        self.surface_speed += (surface - self.surface_speed) * step / (SURFACE_TIME + step);
         // Small forces that follow each other are as good as none: they show the noise.
-        let quiet = (NOISE_WIDTH * figures.touch).max(0.1 * reading.target.abs());
+        let quiet = (NOISE_WIDTH * figures.touch_threshold).max(0.1 * reading.target.abs());
         if reading.applied.abs().max(self.applied.abs()) < quiet {
             let change = reading.applied - self.applied;
-            self.variance += (change * change / 2.0 - self.variance) * step / (NOISE_TIME + step);
+            self.noise_variance +=
+                (change * change / 2.0 - self.noise_variance) * step / (NOISE_TIME + step);
         }
         self.applied = reading.applied;
         let touch = figures
-            .touch
+            .touch_threshold
             .max(figures.touch_share * reading.target.abs())
-            .max(NOISE_WIDTH * self.variance.sqrt());
+            .max(NOISE_WIDTH * self.noise_variance.sqrt());
         if reading.applied.abs() > touch {
             if !self.is_touching() {
                 *self = Self {
-                    untouched: 0.0,
+                    time_without_contact: 0.0,
                     applied: reading.applied,
-                    variance: self.variance,
+                    noise_variance: self.noise_variance,
                     ..Self::new(self.kind)
                 };
             }
-            self.untouched = 0.0;
+            self.time_without_contact = 0.0;
             self.stiffness
                 .observe(self.x, self.y, reading.applied, step);
         } else {
             // A hand that lets go is no bounce: the arm coasts at once. What gave way like nothing was a hand.
             let was_led = reading.target == 0.0 && self.stiffness.estimate() <= figures.stiffness.0;
-            self.untouched = if was_led {
+            self.time_without_contact = if was_led {
                 LOST_AFTER
             } else {
-                (self.untouched + step).min(LOST_AFTER)
+                (self.time_without_contact + step).min(LOST_AFTER)
             };
             self.stiffness.restart();
         }
@@ -285,7 +287,7 @@ impl Admittance {
 }
 
 /// The speed over the way left: ω x near the target, farther away what `braking` can still take off.
-fn stoppable(way: f64, bandwidth: f64, braking: f64) -> f64 {
+fn braking_speed(way: f64, bandwidth: f64, braking: f64) -> f64 {
     let linear = braking / (bandwidth * bandwidth);
     if way.abs() <= linear {
         bandwidth * way
@@ -319,9 +321,9 @@ fn approach_speed(room: f64, braking: f64, jerk: f64, delay: f64) -> f64 {
     good
 }
 
-const fn figures(kind: Kind) -> Figures {
+const fn axis_constants(kind: AxisKind) -> AxisConstants {
     match kind {
-        Kind::Linear => LINEAR,
-        Kind::Angular => ANGULAR,
+        AxisKind::Linear => LINEAR,
+        AxisKind::Angular => ANGULAR,
     }
 }

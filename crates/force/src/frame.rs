@@ -35,16 +35,16 @@ impl FrameMode {
 }
 
 /// Nearer to the origin than this the direction to it counts as undefined, m.
-const NEAR: f64 = 1e-3;
+const MIN_DISTANCE: f64 = 1e-3;
 /// Slower than this there is no direction of motion, m/s.
-const SLOW: f64 = 1e-3;
+const MIN_SPEED: f64 = 1e-3;
 
 /// The force frame from cycle to cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TaskFrame {
     mode: FrameMode,
     base_from_reference: Pose,
-    last: Rotation3<f64>,
+    last_rotation: Rotation3<f64>,
 }
 
 impl TaskFrame {
@@ -53,7 +53,7 @@ impl TaskFrame {
         Self {
             mode,
             base_from_reference,
-            last: base_from_reference.rotation,
+            last_rotation: base_from_reference.rotation,
         }
     }
 
@@ -72,9 +72,9 @@ impl TaskFrame {
             FrameMode::Tcp => Some(base_from_tcp.rotation),
             FrameMode::Point => {
                 let way = reference.translation - base_from_tcp.translation;
-                way.try_normalize(NEAR).and_then(|y| {
+                way.try_normalize(MIN_DISTANCE).and_then(|y| {
                     let z = reference.rotation * Vector3::z();
-                    let z = (z - y * y.dot(&z)).try_normalize(NEAR)?;
+                    let z = (z - y * y.dot(&z)).try_normalize(MIN_DISTANCE)?;
                     Some(from_columns(y.cross(&z), y, z))
                 })
             }
@@ -82,12 +82,12 @@ impl TaskFrame {
                 let z = reference.rotation * Vector3::z();
                 let along = velocity - z * z.dot(velocity);
                 along
-                    .try_normalize(SLOW)
+                    .try_normalize(MIN_SPEED)
                     .map(|x| from_columns(x, z.cross(&x), z))
             }
         };
-        self.last = found.unwrap_or(self.last);
-        self.last
+        self.last_rotation = found.unwrap_or(self.last_rotation);
+        self.last_rotation
     }
 }
 

@@ -15,7 +15,7 @@ pub mod frame;
 pub mod limiter;
 pub mod stiffness;
 
-pub use admittance::{Admittance, Aim, Kind, Reading, Tuning};
+pub use admittance::{Admittance, AxisKind, AxisReading, SpeedTarget, Tuning};
 pub use frame::{FrameMode, TaskFrame};
-pub use limiter::{Limited, LimiterError, Method, Problem, TwistLimiter};
+pub use limiter::{LimiterError, SolveMethod, TwistLimiter, TwistProblem, TwistSolution};
 pub use stiffness::Stiffness;

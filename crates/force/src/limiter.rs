@@ -28,11 +28,11 @@ const MAX_ITERATIONS: u32 = 40;
 const ROWS: usize = 4 * DOF;
 
 /// A component without a limit gets this many half widths of the joints' bounds: |J| ≤ 2 m makes at most 24.
-const NO_LIMIT: f64 = 100.0;
+const UNLIMITED_HALF_WIDTHS: f64 = 100.0;
 
 /// An answer may miss a limit of the twist by this, m/s or rad/s: where the center is at a limit, nothing less would let
 /// the joints move at all.
-const HAIR: f64 = 1e-9;
+const TWIST_TOLERANCE: f64 = 1e-9;
 
 /// What is wrong with a limiter or its input.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -49,7 +49,7 @@ pub enum LimiterError {
         "joint {} may be no slower than {lower} rad/s and no faster than {upper} rad/s: no speed is left",
         joint + 1
     )]
-    NoSpeed {
+    InfeasibleBounds {
         /// Joint from 0.
         joint: usize,
         /// rad/s.
@@ -67,11 +67,11 @@ pub enum LimiterError {
 
 /// One cycle's question. Twists are linear before angular, in the axes in which they are limited.
 #[derive(Clone, Copy, Debug)]
-pub struct Problem {
+pub struct TwistProblem {
     /// Rows in those axes, columns joints.
     pub jacobian: Matrix6<f64>,
     /// Wanted twist, m/s and rad/s.
-    pub wanted: [f64; 6],
+    pub desired_twist: [f64; 6],
     /// How much each component counts.
     pub weights: [f64; 6],
     /// Smallest joint speeds, rad/s.
@@ -79,30 +79,30 @@ pub struct Problem {
     /// Largest joint speeds, rad/s.
     pub upper: JointSpeeds,
     /// Largest components of the twist either way, m/s and rad/s; infinite for none. A component that is faster at
-    /// `before` is only kept from becoming faster still: what the joints cannot do is not asked of them.
+    /// `current_speeds` is only kept from becoming faster still: what the joints cannot do is not asked of them.
     pub limits: [f64; 6],
     /// Joint speeds now, rad/s.
-    pub before: JointSpeeds,
+    pub current_speeds: JointSpeeds,
 }
 
 /// How an answer was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Method {
+pub enum SolveMethod {
     /// No bound is touched: the exact minimum.
-    Free,
+    Unconstrained,
     /// The quadratic program.
-    Program,
+    QuadraticProgram,
     /// The program did not end in its iterations.
     Fallback,
 }
 
 /// Joint speeds within their bounds.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limited {
+pub struct TwistSolution {
     /// The joint speeds, rad/s.
     pub qd: JointSpeeds,
     /// How they were found.
-    pub method: Method,
+    pub method: SolveMethod,
 }
 
 /// Finds joint speeds; made once, used every cycle.
@@ -171,46 +171,46 @@ impl TwistLimiter {
     ///
     /// # Errors
     /// An input is not finite, or a joint has no speed left.
-    pub fn solve(&mut self, problem: &Problem) -> Result<Limited, LimiterError> {
+    pub fn solve(&mut self, problem: &TwistProblem) -> Result<TwistSolution, LimiterError> {
         check(problem)?;
         let w = Vector6::from(problem.weights);
         let jacobian = &problem.jacobian;
         let weighted = Matrix6::from_diagonal(&w.component_mul(&w)) * jacobian;
         let p = jacobian.transpose() * weighted + Matrix6::identity() * REGULARISATION;
-        let pull = weighted.transpose() * Vector6::from(problem.wanted);
-        let allowed = Allowed::new(problem);
+        let pull = weighted.transpose() * Vector6::from(problem.desired_twist);
+        let allowed = FeasibleSet::new(problem);
         // P is positive definite by ε; what rounding could still spoil goes on to the program.
         let minimum = p.cholesky().map(|factors| factors.solve(&pull));
         if let Some(minimum) = &minimum
-            && allowed.holds(minimum)
+            && allowed.contains(minimum)
         {
-            return Ok(Limited {
+            return Ok(TwistSolution {
                 qd: JointSpeeds((*minimum).into()),
-                method: Method::Free,
+                method: SolveMethod::Unconstrained,
             });
         }
-        if let Some(found) = self.run(&p, &pull, jacobian, &allowed) {
-            return Ok(Limited {
-                qd: JointSpeeds(allowed.drawn_in(&found).into()),
-                method: Method::Program,
+        if let Some(found) = self.solve_program(&p, &pull, jacobian, &allowed) {
+            return Ok(TwistSolution {
+                qd: JointSpeeds(allowed.project(&found).into()),
+                method: SolveMethod::QuadraticProgram,
             });
         }
         let start = minimum.unwrap_or(allowed.center);
-        Ok(Limited {
-            qd: JointSpeeds(allowed.drawn_in(&start).into()),
-            method: Method::Fallback,
+        Ok(TwistSolution {
+            qd: JointSpeeds(allowed.project(&start).into()),
+            method: SolveMethod::Fallback,
         })
     }
 
     /// The program in the variables z = (q̇ - center) / scale; `None` when it did not end.
-    fn run(
+    fn solve_program(
         &mut self,
         p: &Matrix6<f64>,
         pull: &Vector6<f64>,
         jacobian: &Matrix6<f64>,
-        allowed: &Allowed,
+        allowed: &FeasibleSet,
     ) -> Option<Vector6<f64>> {
-        let Allowed {
+        let FeasibleSet {
             lower,
             upper,
             center,
@@ -226,8 +226,10 @@ impl TwistLimiter {
         for k in 0..DOF {
             self.bounds[k] = (upper[k] - center[k]) / scale;
             self.bounds[DOF + k] = (center[k] - lower[k]) / scale;
-            self.bounds[2 * DOF + k] = ((limits[k] - at_center[k]) / scale).min(NO_LIMIT);
-            self.bounds[3 * DOF + k] = ((limits[k] + at_center[k]) / scale).min(NO_LIMIT);
+            self.bounds[2 * DOF + k] =
+                ((limits[k] - at_center[k]) / scale).min(UNLIMITED_HALF_WIDTHS);
+            self.bounds[3 * DOF + k] =
+                ((limits[k] + at_center[k]) / scale).min(UNLIMITED_HALF_WIDTHS);
         }
         self.solver
             .update_P(&self.quadratic)
@@ -246,7 +248,7 @@ impl TwistLimiter {
 }
 
 /// The speeds that are allowed, and one of them.
-struct Allowed {
+struct FeasibleSet {
     jacobian: Matrix6<f64>,
     lower: Vector6<f64>,
     upper: Vector6<f64>,
@@ -256,13 +258,13 @@ struct Allowed {
     at_center: Vector6<f64>,
 }
 
-impl Allowed {
-    fn new(problem: &Problem) -> Self {
+impl FeasibleSet {
+    fn new(problem: &TwistProblem) -> Self {
         let (lower, upper) = (
             Vector6::from(problem.lower.0),
             Vector6::from(problem.upper.0),
         );
-        let center = Vector6::from_fn(|k, _| within(problem.before[k], lower[k], upper[k]));
+        let center = Vector6::from_fn(|k, _| within(problem.current_speeds[k], lower[k], upper[k]));
         let at_center = problem.jacobian * center;
         let limits = Vector6::from_fn(|k, _| problem.limits[k].max(at_center[k].abs()));
         Self {
@@ -275,7 +277,7 @@ impl Allowed {
         }
     }
 
-    fn holds(&self, qd: &Vector6<f64>) -> bool {
+    fn contains(&self, qd: &Vector6<f64>) -> bool {
         let twist = self.jacobian * qd;
         (0..DOF).all(|k| {
             qd[k] >= self.lower[k] && qd[k] <= self.upper[k] && twist[k].abs() <= self.limits[k]
@@ -284,7 +286,7 @@ impl Allowed {
 
     /// `qd` inside the bounds of the joints, then towards the center until the twist is inside its limits too. Both sets
     /// are convex and the center lies in both. The interior point method ends a hair inside or outside.
-    fn drawn_in(&self, qd: &Vector6<f64>) -> Vector6<f64> {
+    fn project(&self, qd: &Vector6<f64>) -> Vector6<f64> {
         let inside = Vector6::from_fn(|k, _| within(qd[k], self.lower[k], self.upper[k]));
         let way = inside - self.center;
         let twist = self.jacobian * way;
@@ -294,8 +296,8 @@ impl Allowed {
             } else {
                 self.limits[k] + self.at_center[k]
             };
-            if twist[k].abs() > room + HAIR {
-                share.min((room + HAIR) / twist[k].abs())
+            if twist[k].abs() > room + TWIST_TOLERANCE {
+                share.min((room + TWIST_TOLERANCE) / twist[k].abs())
             } else {
                 share
             }
@@ -304,13 +306,13 @@ impl Allowed {
     }
 }
 
-fn check(problem: &Problem) -> Result<(), LimiterError> {
+fn check(problem: &TwistProblem) -> Result<(), LimiterError> {
     let is_finite = |v: &[f64; 6]| v.iter().all(|x| x.is_finite());
     for (name, is_good) in [
         ("Jacobian", problem.jacobian.iter().all(|x| x.is_finite())),
-        ("wanted twist", is_finite(&problem.wanted)),
+        ("wanted twist", is_finite(&problem.desired_twist)),
         ("weights", is_finite(&problem.weights)),
-        ("joint speeds", problem.before.is_finite()),
+        ("joint speeds", problem.current_speeds.is_finite()),
         (
             "bounds",
             problem.lower.is_finite() && problem.upper.is_finite(),
@@ -324,7 +326,7 @@ fn check(problem: &Problem) -> Result<(), LimiterError> {
     for joint in 0..DOF {
         let (lower, upper) = (problem.lower[joint], problem.upper[joint]);
         if lower > upper {
-            return Err(LimiterError::NoSpeed {
+            return Err(LimiterError::InfeasibleBounds {
                 joint,
                 lower,
                 upper,

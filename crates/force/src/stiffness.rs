@@ -14,7 +14,7 @@ const WINDOW: f64 = 0.06;
 /// Sliding counts for this many windows.
 const SLIDING_WINDOWS: f64 = 4.0;
 /// Share of the variance of the force that the way must explain while the tool slides.
-const EXPLAINED: f64 = 0.95;
+const MIN_R_SQUARED: f64 = 0.95;
 /// Half width of the confidence interval in standard deviations.
 const CONFIDENCE: f64 = 2.0;
 
@@ -114,7 +114,7 @@ impl Stiffness {
         if !(slope + wide > 0.0 && wide.is_finite()) {
             return;
         }
-        let is_explained = slope * xf >= EXPLAINED * ff;
+        let is_explained = slope * xf >= MIN_R_SQUARED * ff;
         let softest = if self.sliding > 0.0 && !is_explained {
             self.estimate
         } else {

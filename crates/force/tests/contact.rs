@@ -4,7 +4,7 @@
     reason = "a test that cannot go on should say where"
 )]
 
-use force::{Admittance, Kind, Reading, Tuning};
+use force::{Admittance, AxisKind, AxisReading, Tuning};
 
 const STEP: f64 = 0.004;
 /// What the arm can do along the axis, m/s².
@@ -39,7 +39,7 @@ struct Run {
 
 /// Servo: critically damped at 100 rad/s with the commanded speed fed forward, in steps of 0.5 ms.
 fn run(setup: &Setup) -> Run {
-    let mut law = Admittance::new(Kind::Linear);
+    let mut law = Admittance::new(AxisKind::Linear);
     let (mut x, mut v) = (0.0, 0.0);
     let (mut command, mut command_speed) = (0.0_f64, 0.0_f64);
     let mut last_x = 0.0;
@@ -52,12 +52,12 @@ fn run(setup: &Setup) -> Run {
         let slide = (0.3 * (time - 1.0)).clamp(0.0, setup.slide);
         surface += setup.slope * slide * STEP;
         let applied = forces[forces.len() - 1 - setup.delay];
-        let aim = law.aim(
-            &Reading {
+        let aim = law.update(
+            &AxisReading {
                 applied,
                 target: setup.target,
-                way: x - last_x,
-                sideways: slide * STEP,
+                displacement: x - last_x,
+                tangential_displacement: slide * STEP,
                 speed: command_speed,
                 speed_limit: setup.speed_limit,
                 braking: 0.7 * ACCELERATION,
@@ -186,7 +186,7 @@ fn a_tilted_surface_is_followed() {
 
 /// Pushed with 20 N for half a second and let go: the speed then, and one second later.
 fn pushed(damping: f64) -> (f64, f64) {
-    let mut law = Admittance::new(Kind::Linear);
+    let mut law = Admittance::new(AxisKind::Linear);
     let tuning = Tuning {
         damping,
         ..Tuning::default()
@@ -194,17 +194,17 @@ fn pushed(damping: f64) -> (f64, f64) {
     let mut speed = 0.0_f64;
     let mut let_go = 0.0;
     for k in 0..375 {
-        let reading = Reading {
+        let reading = AxisReading {
             applied: if k < 125 { -20.0 } else { 0.0 },
             target: 0.0,
-            way: speed * STEP,
-            sideways: 0.0,
+            displacement: speed * STEP,
+            tangential_displacement: 0.0,
             speed,
             speed_limit: 0.25,
             braking: 2.0,
             jerk: 150.0,
         };
-        let aim = law.aim(&reading, &tuning, STEP);
+        let aim = law.update(&reading, &tuning, STEP);
         let most = aim.acceleration.min(ACCELERATION) * STEP;
         speed += (aim.speed - speed).clamp(-most, most);
         if k == 125 {
@@ -225,19 +225,19 @@ fn a_hand_leads_the_arm_and_the_damping_stops_it() {
 #[test]
 fn without_force_and_contact_the_damping_decides_whether_the_speed_is_kept() {
     let coast = |damping: f64| {
-        let mut law = Admittance::new(Kind::Linear);
+        let mut law = Admittance::new(AxisKind::Linear);
         let tuning = Tuning {
             damping,
             ..Tuning::default()
         };
         let mut speed = 0.1;
         for _ in 0..250 {
-            let aim = law.aim(
-                &Reading {
+            let aim = law.update(
+                &AxisReading {
                     applied: 0.0,
                     target: 0.0,
-                    way: speed * STEP,
-                    sideways: 0.0,
+                    displacement: speed * STEP,
+                    tangential_displacement: 0.0,
                     speed,
                     speed_limit: 0.25,
                     braking: 2.0,

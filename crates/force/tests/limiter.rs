@@ -4,7 +4,7 @@
     reason = "a test that cannot go on should say where"
 )]
 
-use force::{LimiterError, Method, Problem, TwistLimiter};
+use force::{LimiterError, SolveMethod, TwistLimiter, TwistProblem};
 use kinematics::{JointPositions, JointSpeeds, Pose, RobotModel};
 use nalgebra::{Matrix6, Vector6};
 use proptest::prelude::*;
@@ -23,19 +23,19 @@ fn jacobian(q: &JointPositions) -> Matrix6<f64> {
 const MIDDLE: JointPositions = JointPositions([0.3, -1.2, 1.4, -1.6, -1.2, 0.5]);
 
 /// From rest, each joint within ±0.04 rad/s, no limit on the twist.
-fn problem(q: &JointPositions, wanted: [f64; 6]) -> Problem {
-    Problem {
+fn problem(q: &JointPositions, wanted: [f64; 6]) -> TwistProblem {
+    TwistProblem {
         jacobian: jacobian(q),
-        wanted,
+        desired_twist: wanted,
         weights: [1.0; 6],
         lower: JointSpeeds([-0.04; 6]),
         upper: JointSpeeds([0.04; 6]),
         limits: [f64::INFINITY; 6],
-        before: JointSpeeds::ZERO,
+        current_speeds: JointSpeeds::ZERO,
     }
 }
 
-fn twist_of(problem: &Problem, qd: &JointSpeeds) -> Vector6<f64> {
+fn twist_of(problem: &TwistProblem, qd: &JointSpeeds) -> Vector6<f64> {
     problem.jacobian * Vector6::from(qd.0)
 }
 
@@ -45,7 +45,7 @@ fn a_twist_the_joints_can_do_is_done() {
     let wanted = [0.002, -0.001, 0.003, 0.004, 0.0, 0.002];
     let asked = problem(&MIDDLE, wanted);
     let found = limiter.solve(&asked).unwrap();
-    assert_eq!(found.method, Method::Free);
+    assert_eq!(found.method, SolveMethod::Unconstrained);
     let off = (twist_of(&asked, &found.qd) - Vector6::from(wanted)).norm();
     assert!(off < 1e-6, "{off}");
 }
@@ -56,7 +56,7 @@ fn no_component_of_the_twist_exceeds_its_limit() {
     let mut asked = problem(&MIDDLE, [0.02, 0.0, -0.03, 0.0, 0.0, 0.0]);
     asked.limits[2] = 0.004;
     let found = limiter.solve(&asked).unwrap();
-    assert_eq!(found.method, Method::Program);
+    assert_eq!(found.method, SolveMethod::QuadraticProgram);
     let twist = twist_of(&asked, &found.qd);
     assert!((twist[2] + 0.004).abs() < 1e-6, "{twist}");
 }
@@ -65,9 +65,9 @@ fn no_component_of_the_twist_exceeds_its_limit() {
 fn a_twist_that_is_too_fast_already_does_not_become_faster() {
     let mut limiter = TwistLimiter::new().unwrap();
     let mut asked = problem(&MIDDLE, [0.0, 0.0, 0.5, 0.0, 0.0, 0.0]);
-    asked.before = JointSpeeds([0.02, -0.02, 0.01, 0.0, 0.02, 0.0]);
+    asked.current_speeds = JointSpeeds([0.02, -0.02, 0.01, 0.0, 0.02, 0.0]);
     asked.limits = [1e-4; 6];
-    let before = twist_of(&asked, &asked.before);
+    let before = twist_of(&asked, &asked.current_speeds);
     let found = limiter.solve(&asked).unwrap();
     let twist = twist_of(&asked, &found.qd);
     for k in 0..6 {
@@ -79,13 +79,13 @@ fn a_twist_that_is_too_fast_already_does_not_become_faster() {
 fn a_component_that_is_too_fast_slows_down_as_fast_as_the_joints_can() {
     let mut limiter = TwistLimiter::new().unwrap();
     let mut asked = problem(&MIDDLE, [0.0; 6]);
-    asked.before = JointSpeeds([0.02, -0.02, 0.01, 0.0, 0.02, 0.0]);
-    asked.lower = asked.before.map(|x| x - 0.004);
-    asked.upper = asked.before.map(|x| x + 0.004);
+    asked.current_speeds = JointSpeeds([0.02, -0.02, 0.01, 0.0, 0.02, 0.0]);
+    asked.lower = asked.current_speeds.map(|x| x - 0.004);
+    asked.upper = asked.current_speeds.map(|x| x + 0.004);
     asked.limits = [1e-4; 6];
-    let before = twist_of(&asked, &asked.before);
+    let before = twist_of(&asked, &asked.current_speeds);
     let found = limiter.solve(&asked).unwrap();
-    assert_eq!(found.method, Method::Program);
+    assert_eq!(found.method, SolveMethod::QuadraticProgram);
     let twist = twist_of(&asked, &found.qd);
     assert!(twist.norm() < 0.9 * before.norm(), "{twist} {before}");
 }
@@ -120,7 +120,7 @@ fn unusable_input_is_an_error_that_names_it() {
             name: "wanted twist"
         })
     );
-    asked.wanted = [0.0; 6];
+    asked.desired_twist = [0.0; 6];
     asked.limits[1] = f64::NAN;
     assert!(matches!(
         limiter.solve(&asked),
@@ -145,7 +145,7 @@ proptest! {
         wanted in prop::array::uniform6(-2.0..2.0f64),
     ) {
         let mut asked = problem(&JointPositions(q), wanted);
-        asked.before = JointSpeeds(before);
+        asked.current_speeds = JointSpeeds(before);
         asked.lower = JointSpeeds(before.map(|x| x - width));
         asked.upper = JointSpeeds(before.map(|x| x + width));
         let found = TwistLimiter::new().unwrap().solve(&asked).unwrap();
@@ -173,16 +173,16 @@ proptest! {
         limits in prop::array::uniform6(0.0..0.3f64),
     ) {
         let mut asked = problem(&JointPositions(q), wanted);
-        asked.before = JointSpeeds(before);
+        asked.current_speeds = JointSpeeds(before);
         asked.lower = JointSpeeds(before.map(|x| x - 0.04));
         asked.upper = JointSpeeds(before.map(|x| x + 0.04));
         asked.limits = limits;
-        let start = twist_of(&asked, &asked.before);
+        let start = twist_of(&asked, &asked.current_speeds);
         for iterations in [1, 40] {
             let mut limiter = TwistLimiter::with_iterations(iterations).unwrap();
             let found = limiter.solve(&asked).unwrap();
             if iterations == 1 {
-                prop_assert!(found.method != Method::Program);
+                prop_assert!(found.method != SolveMethod::QuadraticProgram);
             }
             let twist = twist_of(&asked, &found.qd);
             for k in 0..6 {

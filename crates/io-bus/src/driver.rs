@@ -3,7 +3,7 @@
 use std::io;
 use std::sync::Arc;
 
-use supervision::{Fault, Faults, Kind};
+use supervision::{Fault, ThreadRole, ThreadSupervisor};
 use tokio::runtime::Handle;
 use tokio::sync::Notify;
 use tokio::task::JoinHandle;
@@ -13,19 +13,19 @@ pub(crate) struct Driver {
     name: &'static str,
     handle: Handle,
     ending: Arc<Notify>,
-    faults: Faults,
+    faults: ThreadSupervisor,
 }
 
 impl Driver {
     /// Starts the thread.
-    pub(crate) fn start(name: &'static str, faults: Faults) -> io::Result<Self> {
+    pub(crate) fn start(name: &'static str, faults: ThreadSupervisor) -> io::Result<Self> {
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()
             .build()?;
         let handle = runtime.handle().clone();
         let ending = Arc::new(Notify::new());
         let told = ending.clone();
-        faults.start(Kind::Service, name, move || {
+        faults.start(ThreadRole::Service, name, move || {
             runtime.block_on(told.notified());
             runtime.shutdown_background();
         })?;
@@ -43,7 +43,7 @@ impl Driver {
         work: impl Future<Output = T> + Send + 'static,
     ) -> JoinHandle<Result<T, Fault>> {
         self.faults
-            .spawn_on(&self.handle, Kind::Service, self.name, work)
+            .spawn_on(&self.handle, ThreadRole::Service, self.name, work)
     }
 
     /// Starts something that is begun again when it panics.
@@ -52,7 +52,7 @@ impl Driver {
         F: Future<Output = ()> + Send + 'static,
     {
         let (faults, name) = (self.faults.clone(), self.name);
-        drop(self.spawn(async move { faults.keep_up(name, begin).await }));
+        drop(self.spawn(async move { faults.run_restarting(name, begin).await }));
     }
 }
 

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use supervision::Faults;
+use supervision::ThreadSupervisor;
 
 use crate::link::StandIns;
 use crate::modbus::ModbusClient;
@@ -28,7 +28,7 @@ impl Fieldbus {
     pub fn new(
         tool_serial: SerialLine,
         masterboard_serial: SerialLine,
-        faults: &Faults,
+        faults: &ThreadSupervisor,
         stand_ins: Option<Arc<dyn StandIns>>,
     ) -> Self {
         Self {

@@ -7,7 +7,7 @@ use std::io;
 use std::net::{IpAddr, SocketAddr, ToSocketAddrs};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use supervision::{Faults, Kind, injection};
+use supervision::{ThreadRole, ThreadSupervisor, injection};
 use tokio::net::{TcpSocket, TcpStream};
 use tokio::sync::oneshot;
 
@@ -48,7 +48,7 @@ pub async fn resolve(host: &str, port: u16) -> io::Result<Vec<SocketAddr>> {
     let place = Place::take()?;
     let host = host.to_owned();
     let (sender, receiver) = oneshot::channel();
-    Faults::default().start(Kind::Service, "name look-up", move || {
+    ThreadSupervisor::default().start(ThreadRole::Service, "name look-up", move || {
         let _place = place;
         injection::point("resolver");
         let found = (host.as_str(), port).to_socket_addrs();

@@ -7,7 +7,7 @@ use std::io;
 use std::sync::{Arc, Mutex as SyncMutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Duration;
 
-use supervision::{Faults, injection};
+use supervision::{ThreadSupervisor, injection};
 use thiserror::Error;
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::sync::Mutex;
@@ -141,7 +141,7 @@ pub struct SerialLine {
     settings: Arc<SyncMutex<Option<SerialSettings>>>,
     line: Arc<Mutex<Line>>,
     driver: OnceLock<Driver>,
-    faults: Faults,
+    faults: ThreadSupervisor,
 }
 
 #[derive(Default)]
@@ -169,7 +169,7 @@ impl SerialLine {
     }
 
     /// The same port; `faults` hears of those on its thread.
-    pub fn told_to(self, faults: Faults) -> Self {
+    pub fn told_to(self, faults: ThreadSupervisor) -> Self {
         Self { faults, ..self }
     }
 

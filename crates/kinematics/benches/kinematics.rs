@@ -107,7 +107,7 @@ fn inverse_following_calibrated(bencher: Bencher) {
     let arm = measured();
     let pose = arm.flange_pose(&Q);
     let near = Q.map(|x| x + 0.005);
-    bencher.bench_local(|| arm.inverse_following(black_box(&pose), &Pose::IDENTITY, &near));
+    bencher.bench_local(|| arm.inverse_continuous(black_box(&pose), &Pose::IDENTITY, &near));
 }
 
 #[divan::bench(sample_size = 1000)]
@@ -146,8 +146,8 @@ fn pose_trans_of_10_000(bencher: Bencher) {
     let mut out = vec![[0.0; 6]; rows.len()];
     bencher.bench_local(|| {
         pose_trans(
-            Operand::Each(black_box(&rows)),
-            Operand::Each(&rows),
+            Operand::PerRow(black_box(&rows)),
+            Operand::PerRow(&rows),
             &mut out,
         )
     });

@@ -172,9 +172,9 @@ fn sub(to: &Poses, from: &Poses) -> Poses {
 #[derive(Clone, Copy, Debug)]
 pub enum Operand<'a> {
     /// The same row for every result.
-    Same(&'a [f64; 6]),
+    Broadcast(&'a [f64; 6]),
     /// A row for each result.
-    Each(&'a [[f64; 6]]),
+    PerRow(&'a [[f64; 6]]),
 }
 
 impl Operand<'_> {
@@ -182,8 +182,8 @@ impl Operand<'_> {
     #[inline(always)]
     fn rows(&self, start: usize) -> [[f64; 6]; LANES] {
         match self {
-            Self::Same(row) => [**row; LANES],
-            Self::Each(rows) => match rows[start..].first_chunk::<LANES>() {
+            Self::Broadcast(row) => [**row; LANES],
+            Self::PerRow(rows) => match rows[start..].first_chunk::<LANES>() {
                 Some(chunk) => *chunk,
                 None => core::array::from_fn(|i| rows[(start + i).min(rows.len() - 1)]),
             },
@@ -192,8 +192,8 @@ impl Operand<'_> {
 
     fn fits(&self, count: usize) -> bool {
         match self {
-            Self::Same(_) => true,
-            Self::Each(rows) => rows.len() == count,
+            Self::Broadcast(_) => true,
+            Self::PerRow(rows) => rows.len() == count,
         }
     }
 }
@@ -290,18 +290,18 @@ mod tests {
             let pairs: [(Many, One); 3] =
                 [(pose_trans, one::pose_trans), (pose_add, one::pose_add), (pose_sub, one::pose_sub)];
             for (many, one) in pairs {
-                many(Operand::Each(&a), Operand::Each(&b), &mut out);
+                many(Operand::PerRow(&a), Operand::PerRow(&b), &mut out);
                 for i in 0..a.len() {
                     prop_assert_eq!(out[i], one(&pose(&a[i]), &pose(&b[i])).to_array());
                 }
-                many(Operand::Same(&same[0]), Operand::Each(&b), &mut out);
+                many(Operand::Broadcast(&same[0]), Operand::PerRow(&b), &mut out);
                 for i in 0..a.len() {
                     prop_assert_eq!(out[i], one(&pose(&same[0]), &pose(&b[i])).to_array());
                 }
             }
             // The wide version, where there is one, against the plain one.
             let mut plain = out.clone();
-            fill(Operand::Same(&same[0]), Operand::Each(&b), &mut plain, sub);
+            fill(Operand::Broadcast(&same[0]), Operand::PerRow(&b), &mut plain, sub);
             prop_assert_eq!(out, plain);
         }
     }

@@ -108,7 +108,7 @@ pub enum CalibrationError {
          leave the model out, or give {calibrated}",
         path.display()
     )]
-    OtherModel {
+    ModelMismatch {
         /// Which file.
         path: PathBuf,
         /// The model that was asked for.
@@ -132,7 +132,7 @@ pub enum CalibrationError {
          (axes 2, 3, 4 parallel, axes 4-5 and 5-6 crossing at right angles, flange in the frame of joint 6)",
         path.display()
     )]
-    Shape {
+    UnsupportedGeometry {
         /// Which file.
         path: PathBuf,
         /// The model.
@@ -164,11 +164,11 @@ impl Calibration {
     /// The model that counts: the file's.
     ///
     /// # Errors
-    /// [`CalibrationError::OtherModel`] when another one is asked for.
+    /// [`CalibrationError::ModelMismatch`] when another one is asked for.
     pub fn model_for(&self, asked: Option<&str>) -> Result<&str, CalibrationError> {
         match asked {
             Some(asked) if !asked.eq_ignore_ascii_case(&self.model) => {
-                Err(CalibrationError::OtherModel {
+                Err(CalibrationError::ModelMismatch {
                     path: self.path.clone(),
                     asked: asked.to_owned(),
                     calibrated: self.model.clone(),
@@ -191,7 +191,7 @@ impl Calibration {
         nominal.calibrated(self)
     }
 
-    fn wrong(&self, key: String, given: f64, allowed: String) -> CalibrationError {
+    fn value_error(&self, key: String, given: f64, allowed: String) -> CalibrationError {
         CalibrationError::Value {
             path: self.path.clone(),
             place: "[modified_dh]",
@@ -222,7 +222,7 @@ impl Calibration {
                 };
                 if (value - own).abs() > tolerance {
                     let hint = hint(given, nominal, key, value, own, tolerance);
-                    return Err(self.wrong(
+                    return Err(self.value_error(
                         format!("{key}[{joint}]"),
                         value,
                         format!(
@@ -236,7 +236,7 @@ impl Calibration {
         if (sum(given) - sum(nominal)).abs() > LENGTH_TOLERANCE {
             let own = sum(nominal);
             let hint = hint(given, nominal, "d", sum(given), own, LENGTH_TOLERANCE);
-            return Err(self.wrong(
+            return Err(self.value_error(
                 "d[1] + d[2] + d[3]".to_owned(),
                 sum(given),
                 format!(
@@ -250,7 +250,7 @@ impl Calibration {
             along += given.d[joint] - nominal.d[joint];
             let beside = along * elementary::sin(given.alpha[joint + 1]);
             if along.abs() > 10.0 || beside.abs() > LENGTH_TOLERANCE {
-                return Err(self.wrong(
+                return Err(self.value_error(
                     format!("d[{joint}]"),
                     given.d[joint],
                     format!(
@@ -325,11 +325,11 @@ impl RobotModel {
     /// calibration is for this model is not looked at, see [`Calibration::model_for`].
     ///
     /// # Errors
-    /// [`CalibrationError::Shape`] for a URDF of another shape, [`CalibrationError::Value`] for numbers that are far
+    /// [`CalibrationError::UnsupportedGeometry`] for a URDF of another shape, [`CalibrationError::Value`] for numbers that are far
     /// from the model's own.
     pub fn calibrated(self, calibration: &Calibration) -> Result<Self, CalibrationError> {
         let Some(nominal) = self.dh().map(|table| table.modified()) else {
-            return Err(CalibrationError::Shape {
+            return Err(CalibrationError::UnsupportedGeometry {
                 path: calibration.path.clone(),
                 model: self.name,
             });

@@ -17,7 +17,7 @@ const ARMS: [(&str, &str); 6] = [
 ];
 
 /// CS and ES names for which a robot type number is public but no lengths, limits or masses.
-const WITHOUT_FIGURES: [&str; 13] = [
+const UNSUPPORTED_MODELS: [&str; 13] = [
     "cs68", "cs618", "cs630", "cs616-9", "cs66a", "cs610a", "cs612a", "cs66az", "cs612az", "cs56h",
     "cs520h", "cs525h", "cs530h",
 ];
@@ -31,7 +31,7 @@ impl RobotModel {
     /// A built-in arm by name; upper and lower case are the same.
     ///
     /// # Errors
-    /// [`ModelError::UnknownName`] lists the names there are; [`ModelError::NoFigures`] is for arms that exist but
+    /// [`ModelError::UnknownName`] lists the names there are; [`ModelError::UnsupportedModel`] is for arms that exist but
     /// whose dimensions are not public.
     ///
     /// ```
@@ -45,8 +45,8 @@ impl RobotModel {
             return Self::from_urdf(urdf);
         }
         let known = Self::names().collect::<Vec<_>>().join(", ");
-        if WITHOUT_FIGURES.contains(&lower.as_str()) {
-            return Err(ModelError::NoFigures {
+        if UNSUPPORTED_MODELS.contains(&lower.as_str()) {
+            return Err(ModelError::UnsupportedModel {
                 name: name.to_owned(),
                 known,
             });

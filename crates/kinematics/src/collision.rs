@@ -138,7 +138,7 @@ impl CollisionModel {
     }
 
     /// Capsules of a link in the base frame at the given joint frames.
-    pub fn placed<'a>(
+    pub fn capsules_in_base<'a>(
         &'a self,
         link: LinkIndex,
         frames: &'a Frames,
@@ -158,8 +158,8 @@ impl CollisionModel {
     pub fn self_distance(&self, frames: &Frames) -> Option<LinkDistance> {
         let mut least: Option<LinkDistance> = None;
         for &(a, b) in &self.tested_pairs {
-            for capsule_a in self.placed(a, frames) {
-                for capsule_b in self.placed(b, frames) {
+            for capsule_a in self.capsules_in_base(a, frames) {
+                for capsule_b in self.capsules_in_base(b, frames) {
                     let distance = capsule_a.distance(&capsule_b);
                     if least.is_none_or(|l| distance < l.distance) {
                         least = Some(LinkDistance {
@@ -174,15 +174,15 @@ impl CollisionModel {
     }
 
     /// How far from the origin of its frame a link reaches, m.
-    pub fn extent(&self, link: LinkIndex) -> f64 {
+    pub fn bounding_radius(&self, link: LinkIndex) -> f64 {
         let far = |c: &Capsule| c.p0.norm().max(c.p1.norm()) + c.radius;
         self.capsules[link].iter().map(far).fold(0.0, f64::max)
     }
 
     /// How far from its axis each joint moves any part of the links at most, whatever the others do, m. So two links come
     /// nearer by no more than the sum of these times the turns of the joints.
-    pub fn reaches(&self, chain: &Chain) -> [f64; DOF] {
-        let extent = |link| self.extent(link);
+    pub fn max_lever_arms(&self, chain: &Chain) -> [f64; DOF] {
+        let extent = |link| self.bounding_radius(link);
         core::array::from_fn(|joint| {
             let (mut way, mut reach) = (0.0, extent(joint + 1));
             for next in joint + 1..DOF {
@@ -202,7 +202,7 @@ impl CollisionModel {
         let (below, above) = (elbow.translation - reach, elbow.translation + reach);
         [2, 3]
             .into_iter()
-            .flat_map(|link| self.placed(link, frames))
+            .flat_map(|link| self.capsules_in_base(link, frames))
             .filter(|c| segment_distance(c.p0, c.p1, below, above) <= c.radius)
             .map(|capsule| capsule.radius)
             .max_by(f64::total_cmp)
@@ -216,7 +216,7 @@ impl CollisionModel {
     ) -> Option<(f64, LinkIndex)> {
         (1..LINKS)
             .flat_map(|link| {
-                self.placed(link, frames)
+                self.capsules_in_base(link, frames)
                     .map(move |capsule| (capsule, link))
             })
             .map(|(capsule, link)| (capsule.distance(obstacle), link))

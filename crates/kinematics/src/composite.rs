@@ -51,7 +51,7 @@ impl From<&RigidBody> for Composite {
 impl Composite {
     /// Force, and moment about the origin, that accelerate the body about the frame's z axis by 1 rad/s².
     #[inline]
-    pub(crate) fn turned_about_z(&self) -> (Vector3<f64>, Vector3<f64>) {
+    pub(crate) fn wrench_for_z_acceleration(&self) -> (Vector3<f64>, Vector3<f64>) {
         let (h, i) = (&self.moment, &self.inertia);
         (Vector3::new(-h.y, h.x, 0.0), Vector3::new(i.xz, i.yz, i.zz))
     }

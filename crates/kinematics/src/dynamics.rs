@@ -229,7 +229,7 @@ impl Dynamics {
         let mut composite = Composite::default();
         for joint in (0..DOF).rev() {
             composite = self.about_origin[joint].joined_with(&composite);
-            let (linear, angular) = composite.turned_about_z();
+            let (linear, angular) = composite.wrench_for_z_acceleration();
             let mut wrench = Spatial { linear, angular };
             columns[joint][joint] = wrench.angular.z;
             for inner in (1..joint).rev() {
@@ -256,12 +256,12 @@ impl Dynamics {
         qd: &JointSpeeds,
         tau: &JointTorques,
     ) -> JointAccelerations {
-        self.forward_dynamics_geared(q, qd, tau, &[0.0; DOF])
+        self.forward_dynamics_with_armature(q, qd, tau, &[0.0; DOF])
     }
 
     /// As [`Self::forward_dynamics`], where each joint turns a rotor as well: `armature` is the rotors' inertia about the
     /// joint axes, kg m² (gear ratio squared times their own), whose gyroscopic effects are left out (Featherstone 9.6).
-    pub fn forward_dynamics_geared(
+    pub fn forward_dynamics_with_armature(
         &self,
         q: &JointPositions,
         qd: &JointSpeeds,
@@ -287,7 +287,7 @@ impl Dynamics {
             wrench[joint] = Spatial { linear, angular };
         }
         // Inwards: the inertia that each joint feels, everything beyond it free to turn.
-        let mut felt = [Hinged::default(); DOF];
+        let mut felt = [JointInertia::default(); DOF];
         let mut inertia = ArticulatedInertia::ZERO;
         let mut carried = Spatial::ZERO;
         for joint in (0..DOF).rev() {
@@ -296,12 +296,12 @@ impl Dynamics {
             let column = inertia.about_z();
             let effective = column.angular.z + armature[joint];
             let torque = tau[joint] - carried.angular.z;
-            felt[joint] = Hinged {
+            felt[joint] = JointInertia {
                 column,
-                effective,
+                inertia_about_axis: effective,
                 torque,
             };
-            let locked = inertia.without(&column, effective);
+            let locked = inertia.project_out_z(&column, effective);
             carried = (carried + locked.wrench(&across[joint]) + column * (torque / effective))
                 .to_parent(&transforms[joint]);
             inertia = locked.to_parent(&transforms[joint]);
@@ -314,9 +314,9 @@ impl Dynamics {
         let mut qdd = JointAccelerations::ZERO;
         for joint in 0..DOF {
             acceleration = acceleration.to_child(&transforms[joint]) + across[joint];
-            let Hinged {
+            let JointInertia {
                 column,
-                effective,
+                inertia_about_axis: effective,
                 torque,
             } = &felt[joint];
             qdd[joint] = (torque - column.dot(&acceleration)) / effective;
@@ -328,11 +328,11 @@ impl Dynamics {
 
 /// What a joint feels of the arm beyond it.
 #[derive(Clone, Copy, Default)]
-struct Hinged {
+struct JointInertia {
     /// Wrench for a unit angular acceleration about the joint axis.
     column: Spatial,
     /// Its moment about the joint axis, kg m².
-    effective: f64,
+    inertia_about_axis: f64,
     /// Torque left for acceleration, Nm.
     torque: f64,
 }
@@ -382,7 +382,7 @@ impl ArticulatedInertia {
     }
 
     /// The inertia that is left when the body may turn freely about z.
-    fn without(&self, column: &Spatial, effective: f64) -> Self {
+    fn project_out_z(&self, column: &Spatial, effective: f64) -> Self {
         let (f, n) = (column.linear, column.angular);
         let (scaled_f, scaled_n) = ((f / effective).transpose(), (n / effective).transpose());
         Self {

@@ -183,7 +183,7 @@ impl RobotModel {
 
     /// The inverse solution for the next place of a path that was at `near`: as [`Self::inverse_nearest`], in some 10 µs
     /// at most for any arm. For an arm without closed form other branches are not searched; a path cannot jump to one.
-    pub fn inverse_following(
+    pub fn inverse_continuous(
         &self,
         base_from_tcp: &Pose,
         flange_from_tcp: &Pose,
@@ -191,7 +191,7 @@ impl RobotModel {
     ) -> Option<JointPositions> {
         let base_from_flange = *base_from_tcp * flange_from_tcp.inverse();
         self.ik
-            .following(&self.chain, &self.limits, &base_from_flange, near)
+            .nearest_continuous(&self.chain, &self.limits, &base_from_flange, near)
     }
 
     /// The arm's dynamics with a payload, and the free-fall acceleration in the base frame in m/s²

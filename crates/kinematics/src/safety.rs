@@ -143,7 +143,7 @@ impl SafetyTool {
 
 /// What a safety plane holds back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SafetyPart {
+pub enum ProtectedPart {
     /// The tool centre point.
     Tcp,
     /// The tool's shape.
@@ -152,7 +152,7 @@ pub enum SafetyPart {
     Elbow,
 }
 
-impl core::fmt::Display for SafetyPart {
+impl core::fmt::Display for ProtectedPart {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(match self {
             Self::Tcp => "the TCP",
@@ -179,7 +179,7 @@ pub enum SafetyViolation {
     #[error("{part} is {depth_m:.4} m behind safety plane {plane}")]
     Plane {
         plane: usize,
-        part: SafetyPart,
+        part: ProtectedPart,
         depth_m: f64,
     },
     #[error("{} and {} overlap by {depth_m:.4} m", link_name(.links[0]), link_name(.links[1]))]
@@ -260,13 +260,13 @@ impl SafetyBounds {
         let tcp = flange.transform_point(flange_from_tcp.translation);
         for (number, plane) in self.planes().filter(|(_, p)| p.is_active(switches)) {
             let heights = [
-                (SafetyPart::Tcp, Some(plane.height(tcp))),
+                (ProtectedPart::Tcp, Some(plane.height(tcp))),
                 (
-                    SafetyPart::Tool,
+                    ProtectedPart::Tool,
                     self.tool.map(|tool| tool.height(plane, flange)),
                 ),
                 (
-                    SafetyPart::Elbow,
+                    ProtectedPart::Elbow,
                     self.restrict_elbow.then(|| plane.height(frames.elbow())),
                 ),
             ];

@@ -19,9 +19,9 @@ const HALF_PI_HEAD: f64 = 1.570_796_326_734_125_6;
 const HALF_PI_TAIL: f64 = 6.077_100_506_506_192e-11;
 
 /// What the nearest floats to pi/4, pi/2 and pi lack.
-const QUARTER_LACKS: f64 = 3.061_616_997_868_383e-17;
-const HALF_LACKS: f64 = 6.123_233_995_736_766e-17;
-const WHOLE_LACKS: f64 = 1.224_646_799_147_353_2e-16;
+const PI_4_ROUNDING_ERROR: f64 = 3.061_616_997_868_383e-17;
+const PI_2_ROUNDING_ERROR: f64 = 6.123_233_995_736_766e-17;
+const PI_ROUNDING_ERROR: f64 = 1.224_646_799_147_353_2e-16;
 
 /// Sines and cosines of N angles in radians; the error is below 2e-16.
 ///
@@ -91,7 +91,7 @@ fn angle_of(y: f64, x: f64) -> f64 {
                     + w * (-5.833_570_133_790_573_5e-2 + w * -3.653_157_274_421_691_6e-2))));
     let correction = t * (even + odd);
     let (turn, lacks) = if reduce {
-        (FRAC_PI_4, QUARTER_LACKS)
+        (FRAC_PI_4, PI_4_ROUNDING_ERROR)
     } else {
         (0.0, 0.0)
     };
@@ -99,9 +99,9 @@ fn angle_of(y: f64, x: f64) -> f64 {
     // From the nearest axis to the point's quadrant. The sign bit and not a comparison: minus zero is a half turn away.
     let backward = x.is_sign_negative();
     let (axis, axis_lacks) = if steep {
-        (FRAC_PI_2, HALF_LACKS)
+        (FRAC_PI_2, PI_2_ROUNDING_ERROR)
     } else if backward {
-        (PI, WHOLE_LACKS)
+        (PI, PI_ROUNDING_ERROR)
     } else {
         (0.0, 0.0)
     };

@@ -91,7 +91,7 @@ fn the_way_back_from_every_pose_is_among_the_solutions() {
     for index in 0..count {
         let nominal = &models[index % 6];
         let arm = calibrated(nominal, SPREADS[index / 6 % 4], &mut random);
-        assert!(matches!(arm.ik_method(), IkMethod::Refined(_)));
+        assert!(matches!(arm.ik_method(), IkMethod::RefinedClosedForm(_)));
         let (q, is_near) = configuration(&mut random);
         let tcp = Pose::from_translation(0.01, -0.02, 0.1);
         let pose = arm.tcp_pose(&q, &tcp);
@@ -164,7 +164,7 @@ fn where_axes_4_and_6_stay_parallel_joint_6_is_free() {
     table.a[1] = 0.002;
     let calibration = Calibration::new("cs66", table, [0.0; 6], Path::new("shifted")).unwrap();
     let arm = nominal.calibrated(&calibration).unwrap();
-    assert!(matches!(arm.ik_method(), IkMethod::Refined(_)));
+    assert!(matches!(arm.ik_method(), IkMethod::RefinedClosedForm(_)));
     let q = JointPositions([0.3, -1.2, 1.1, -0.4, 0.0, 0.7]);
     let pose = arm.flange_pose(&q);
     let found = arm.inverse_all(&pose, &Pose::IDENTITY);

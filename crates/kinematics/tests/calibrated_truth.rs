@@ -135,7 +135,10 @@ fn lengths_alone_leave_the_closed_form() {
     let longer = nominal.tcp_pose(&q, &Pose::from_translation(0.0, 0.0, 0.003));
     assert!((arm.flange_pose(&q).translation - longer.translation).norm() < 1e-15);
     let measured = file("cs66-measured").open().unwrap();
-    assert!(matches!(measured.ik_method(), IkMethod::Refined(_)));
+    assert!(matches!(
+        measured.ik_method(),
+        IkMethod::RefinedClosedForm(_)
+    ));
     // What a controller would send, to the last bit.
     assert_eq!(measured.modified_dh().unwrap().d[5], 0.112116);
     assert_eq!(measured.modified_dh().unwrap().d[0], 0.160861);

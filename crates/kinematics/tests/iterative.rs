@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot make its arm fails")]
 
-use kinematics::ik::turned_towards;
+use kinematics::ik::unwrap_towards;
 use kinematics::{IkMethod, JointPositions, Pose, RobotModel};
 use std::fmt::Write;
 use std::time::Instant;
@@ -119,7 +119,7 @@ fn measure(arm: &RobotModel, count: usize) -> Measured {
             if let Some(q) = solution {
                 *found += 1;
                 assert!(arm.limits().contains(&q));
-                let known = turned_towards(&at, &near, arm.limits()).unwrap();
+                let known = unwrap_towards(&at, &near, arm.limits()).unwrap();
                 let closer = known.distance_squared(&near) < q.distance_squared(&near) - 1e-6;
                 measured.not_nearest += usize::from(closer);
                 let off = (arm.flange_pose(&q).translation - pose.translation).norm();
@@ -173,13 +173,13 @@ fn following_a_line_stays_on_it_without_a_search() {
         let (mut q, mut pose) = (start, arm.flange_pose(&start));
         for _ in 0..50 {
             pose.translation *= 0.998;
-            let next = arm.inverse_following(&pose, &Pose::IDENTITY, &q).unwrap();
+            let next = arm.inverse_continuous(&pose, &Pose::IDENTITY, &q).unwrap();
             assert!(next.distance_squared(&q) < 0.01, "{next:?} after {q:?}");
             assert!((arm.flange_pose(&next).translation - pose.translation).norm() < 1e-10);
             q = next;
         }
         let outside = Pose::from_translation(0.0, 0.0, 2.0);
-        assert_eq!(arm.inverse_following(&outside, &Pose::IDENTITY, &q), None);
+        assert_eq!(arm.inverse_continuous(&outside, &Pose::IDENTITY, &q), None);
     }
 }
 

@@ -314,7 +314,7 @@ fn obstacle_distance_is_that_of_the_nearest_link() {
     let normal = -frames.base_from_flange.rotation.matrix().column(2);
     let plane = arm
         .collision()
-        .placed(6, &frames)
+        .capsules_in_base(6, &frames)
         .map(|c| c.distance_to_plane(ahead.translation, normal))
         .fold(f64::MAX, f64::min);
     assert!((plane - distance - 0.1).abs() < 0.01, "{plane}");

@@ -166,7 +166,10 @@ fn unknown_names_are_answered_with_the_known_ones() {
     );
     for name in ["CS618", "cs68", "CS616-9"] {
         assert!(
-            matches!(RobotModel::open(name), Err(ModelError::NoFigures { .. })),
+            matches!(
+                RobotModel::open(name),
+                Err(ModelError::UnsupportedModel { .. })
+            ),
             "{name}"
         );
     }
@@ -391,7 +394,7 @@ fn a_nearly_right_arm_is_solved_exactly_for_what_it_is() {
     for text in [misprinted, calibrated] {
         let arm = RobotModel::from_urdf(&text).unwrap();
         assert!(
-            matches!(arm.ik_method(), IkMethod::Refined(_)),
+            matches!(arm.ik_method(), IkMethod::RefinedClosedForm(_)),
             "{:?}",
             arm.ik_method()
         );

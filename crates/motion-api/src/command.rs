@@ -108,7 +108,7 @@ pub enum CommandKind {
         radius: f64,
     },
     /// Through the points that were handed over with it, at even times, from the first on, where the arm stands (manual 3.1.40):
-    /// see [`CommandPort::send_points`](crate::CommandPort::send_points).
+    /// see [`CommandSender::send_points`](crate::CommandSender::send_points).
     MoveMl {
         /// How many they are.
         count: u32,
@@ -351,7 +351,7 @@ pub enum CommandKind {
 impl CommandKind {
     /// True for what stops the arm or lets it go on, and for what tells that a program runs no more. Places in the ring
     /// are kept for these, so that no flood of other commands can keep them out.
-    pub const fn has_kept_place(&self) -> bool {
+    pub const fn uses_reserved_slot(&self) -> bool {
         matches!(
             self,
             Self::Stop { .. }
@@ -444,7 +444,7 @@ impl CommandKind {
     }
 
     /// True for commands from which on the arm moves, or may move.
-    pub const fn sets_in_motion(&self) -> bool {
+    pub const fn starts_motion(&self) -> bool {
         self.is_motion()
             || matches!(
                 self,

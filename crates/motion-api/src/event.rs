@@ -21,7 +21,7 @@ pub enum Event {
     },
     /// A motion with a blend radius is planned and the arm comes so near to its blend that the next motion should follow: its
     /// sender may send that now, although the command has not ended.
-    Queued {
+    ReadyForNext {
         /// Which.
         id: CommandId,
         /// The cycle in which that is so.
@@ -95,7 +95,7 @@ pub enum Refusal {
         needed: RobotMode,
     },
     /// A target lies outside a joint's range.
-    #[error("joint {} would go to {} rad, allowed is {min:.4} to {max:.4} rad", joint + 1, Shown(*value))]
+    #[error("joint {} would go to {} rad, allowed is {min:.4} to {max:.4} rad", joint + 1, ReadableNumber(*value))]
     JointLimit {
         /// Joint index from 0.
         joint: u8,
@@ -150,7 +150,7 @@ pub enum Refusal {
     },
     /// A conveyor is tracked already.
     #[error("a conveyor is tracked already; end that first with stop_conveyor_tracking()")]
-    Tracking,
+    ConveyorTracking,
     /// Force mode is on.
     #[error("force mode is on; end it first with end_force_mode()")]
     InForceMode,
@@ -161,12 +161,12 @@ pub enum Refusal {
     #[error(
         "the arm is led by hand; this is possible once the input with the action freedrive is low again"
     )]
-    LedByHand,
+    HandGuided,
     /// The TCP cannot be changed on a turntable that does not turn it: the arm would have to jump.
     #[error(
         "a turntable is tracked that does not turn the tool; end that first with stop_conveyor_tracking()"
     )]
-    TurnsAboutTheTcp,
+    NonRotatingTurntable,
     /// The planner found nothing.
     #[error("no trajectory found for this target (planner error {code})")]
     Planner {
@@ -176,9 +176,9 @@ pub enum Refusal {
 }
 
 /// A number as people read it: four decimals, and not three hundred digits before them.
-struct Shown(f64);
+struct ReadableNumber(f64);
 
-impl fmt::Display for Shown {
+impl fmt::Display for ReadableNumber {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.0.abs() < 1e6 {
             write!(f, "{:.4}", self.0)
@@ -196,7 +196,7 @@ pub enum PathFault {
     #[error("the pose is out of reach")]
     OutOfReach,
     /// A joint would leave its range.
-    #[error("joint {} would go to {} rad, allowed is {min:.4} to {max:.4} rad", joint + 1, Shown(*value))]
+    #[error("joint {} would go to {} rad, allowed is {min:.4} to {max:.4} rad", joint + 1, ReadableNumber(*value))]
     JointLimit {
         /// Joint index from 0.
         joint: u8,
@@ -422,7 +422,7 @@ pub enum Warning {
     },
     /// An online mode cannot go on as asked.
     #[error("the arm slows down: joint {} is near the end of its range or turns too fast for the wanted motion", joint + 1)]
-    HeldBack {
+    LimitedByJoint {
         /// Joint index from 0.
         joint: u8,
     },

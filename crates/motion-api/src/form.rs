@@ -33,29 +33,29 @@ impl CommandKind {
     ///
     /// # Errors
     /// [`Refusal::BadValue`] with the first number that cannot be.
-    pub fn check_form(&self) -> Result<(), Refusal> {
+    pub fn validate(&self) -> Result<(), Refusal> {
         match self {
             Self::SetTcp(tcp) => {
                 if let Some(angle) = tcp.rpy.into_iter().find(|x| !x.is_finite()) {
                     return Err(bad_value("an angle of the TCP", angle, "a finite number"));
                 }
                 let name = "a coordinate of the TCP";
-                check_within(&tcp.xyz, TOOL_REACH_MAX, name, "at most 10 m")
+                check_magnitude(&tcp.xyz, TOOL_REACH_MAX, name, "at most 10 m")
             }
             Self::SetPayload(payload) => check_payload(payload),
             Self::SetGravity(gravity) => {
                 let name = "a component of gravity";
-                check_within(gravity, GRAVITY_MAX, name, "at most 30 m/s²")
+                check_magnitude(gravity, GRAVITY_MAX, name, "at most 30 m/s²")
             }
             Self::SetExternalWrench(wrench) => {
                 let name = "a component of the external wrench";
-                check_within(wrench, WRENCH_MAX, name, "at most 100000 N or Nm")
+                check_magnitude(wrench, WRENCH_MAX, name, "at most 100000 N or Nm")
             }
             Self::Push {
                 wrench, duration, ..
             } => {
                 let name = "a component of the push";
-                check_within(wrench, WRENCH_MAX, name, "at most 100000 N or Nm")?;
+                check_magnitude(wrench, WRENCH_MAX, name, "at most 100000 N or Nm")?;
                 if !(0.0..=PUSH_DURATION_MAX).contains(duration) {
                     let needed = "0 to 1e9 s";
                     return Err(bad_value("the duration of the push", *duration, needed));
@@ -72,8 +72,8 @@ impl CommandKind {
                     return Err(bad_value("sensor_mass", *mass, "0 to 1000 kg"));
                 }
                 let (most, needed) = (TOOL_REACH_MAX, "at most 10 m");
-                check_within(measuring_offset, most, "sensor_measuring_offset", needed)?;
-                check_within(cog, most, "sensor_cog", needed)
+                check_magnitude(measuring_offset, most, "sensor_measuring_offset", needed)?;
+                check_magnitude(cog, most, "sensor_cog", needed)
             }
             Self::ForceMode {
                 frame,
@@ -87,12 +87,12 @@ impl CommandKind {
                     return Err(bad_value("reference_frame", f64::NAN, needed));
                 }
                 let (most, needed) = (FRAME_REACH_MAX, "at most 1000 m");
-                check_within(&frame.xyz, most, "a coordinate of reference_frame", needed)?;
+                check_magnitude(&frame.xyz, most, "a coordinate of reference_frame", needed)?;
                 if *mode > 3 {
                     return Err(bad_value("mode", f64::from(*mode), "0 to 3"));
                 }
                 let name = "a component of target_wrench";
-                check_within(wrench, WRENCH_MAX, name, "at most 100000 N or Nm")?;
+                check_magnitude(wrench, WRENCH_MAX, name, "at most 100000 N or Nm")?;
                 match speed_limits.iter().find(|x| !(0.0..=1000.0).contains(*x)) {
                     None => Ok(()),
                     Some(&bad) => {
@@ -121,7 +121,7 @@ impl CommandKind {
                     return Err(bad_value("center", f64::NAN, "a pose of finite numbers"));
                 }
                 let (most, needed) = (FRAME_REACH_MAX, "at most 1000 m");
-                check_within(&center.xyz, most, "a coordinate of center", needed)?;
+                check_magnitude(&center.xyz, most, "a coordinate of center", needed)?;
                 check_ticks("ticks_per_revolution", *ticks_per_revolution)
             }
             _ => Ok(()),
@@ -160,7 +160,7 @@ pub fn check_tick_count(
 ///
 /// # Errors
 /// [`Refusal::BadValue`] with the first that is not.
-pub fn check_within(
+pub fn check_magnitude(
     values: &[f64],
     most: f64,
     name: &'static str,
@@ -190,12 +190,12 @@ fn check_ticks(name: &'static str, ticks: f64) -> Result<(), Refusal> {
 
 fn check_payload(payload: &Payload) -> Result<(), Refusal> {
     let mass = [payload.mass];
-    check_within(&mass, PAYLOAD_MASS_MAX, "the payload mass", "0 to 1000 kg")?;
+    check_magnitude(&mass, PAYLOAD_MASS_MAX, "the payload mass", "0 to 1000 kg")?;
     let name = "a coordinate of the centre of gravity";
-    check_within(payload.cog.as_slice(), TOOL_REACH_MAX, name, "at most 10 m")?;
+    check_magnitude(payload.cog.as_slice(), TOOL_REACH_MAX, name, "at most 10 m")?;
     let name = "a component of the payload's inertia";
     let needed = "at most 100000 kg m²";
-    check_within(&payload.inertia, PAYLOAD_INERTIA_MAX, name, needed)?;
+    check_magnitude(&payload.inertia, PAYLOAD_INERTIA_MAX, name, needed)?;
     let checked = Payload::new(payload.mass, payload.cog.into(), payload.inertia);
     checked.map(drop).map_err(|error| match error {
         PayloadError::NegativeMass { mass_kg } => {

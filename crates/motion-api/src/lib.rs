@@ -3,7 +3,7 @@
 //! Everything that crosses the border is defined here and has a fixed size: commands in, events and records out, and the
 //! latest state for whoever wants to look; the points of a moveml cross it as a handle ([`PointList`]). Owns no planner, no physics, no script value, no socket.
 //!
-//! - [`Command`]s go in through a lock-free ring ([`border`] makes both ends).
+//! - [`Command`]s go in through a lock-free ring ([`motion_channel`] makes both ends).
 //! - [`Event`]s (completions, refusals, warnings, stops) and [`Record`]s (every cycle, every command taken) come out.
 //! - [`SnapshotCell`] holds the latest [`RobotState`]; readers never hold up the writer.
 
@@ -37,11 +37,11 @@ pub use io::{
 pub use mode::{MotionMode, RobotMode, SafetyMode};
 pub use online::{EncoderRange, FreedriveFrame, OffsetAxes, PulseDecoding};
 pub use points::PointList;
-pub use registers::{RegisterBank, RegisterImage, RegisterImages, RegisterView, Registers};
+pub use registers::{RegisterBank, RegisterCache, RegisterImage, RegisterImages, Registers};
 pub use ring::{
-    BorderSizes, CommandPort, EventReader, Frame, FrameReader, HandedPoints, MotionEnd, Record,
-    RecordFlow, RecordReader, RingFull, ScriptEnd, border,
+    CommandSender, CycleFrame, EventReader, FrameReader, MotionEndpoint, PointListHandoff, Record,
+    RecordBackpressure, RecordReader, RingCapacities, RingFull, ScriptEndpoint, motion_channel,
 };
 pub use snapshot::SnapshotCell;
-pub use state::{Moment, RobotState};
+pub use state::{CycleTime, RobotState};
 pub use timeline::{Seconds, Timeline};

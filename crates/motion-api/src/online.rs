@@ -72,7 +72,7 @@ impl EncoderRange {
     /// assert_eq!(EncoderRange::Unsigned16.unwound(-64666.0), 870.0);
     /// assert_eq!(EncoderRange::Unsigned16.unwound(870.0), 870.0);
     /// ```
-    pub fn unwound(self, delta: f64) -> f64 {
+    pub fn unwrap_delta(self, delta: f64) -> f64 {
         let span = self.span();
         if delta.abs() <= span / 2.0 {
             return delta;
@@ -81,7 +81,7 @@ impl EncoderRange {
     }
 
     /// A count carried on past the end of the range.
-    pub fn wrapped(self, count: f64) -> f64 {
+    pub fn wrap_count(self, count: f64) -> f64 {
         let (min, _) = self.bounds();
         min + (count - min).rem_euclid(self.span())
     }

@@ -2,7 +2,7 @@
 //!
 //! A list is too long for a slot of the command ring, so it crosses the border as a handle beside its command. Owns what a list
 //! is and which numbers may stand in it. Nobody frees one on the motion thread: the sender keeps its handle until no other is
-//! left ([`CommandPort::send_points`](crate::CommandPort::send_points)).
+//! left ([`CommandSender::send_points`](crate::CommandSender::send_points)).
 
 use kinematics::JointPositions;
 
@@ -10,7 +10,7 @@ use crate::Refusal;
 use crate::form::bad_value;
 
 /// One point: joint positions in rad and a number that is not used; or x, y, z in m and a quaternion w, x, y, z.
-pub type Sample = [f64; 7];
+pub type PointValues = [f64; 7];
 
 /// Most points of a list.
 pub const POINTS_MAX: usize = 100_000;
@@ -20,7 +20,7 @@ const QUATERNION_LENGTH: core::ops::RangeInclusive<f64> = 0.5..=2.0;
 /// Points of one kind, at least two.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PointList {
-    samples: Box<[Sample]>,
+    samples: Box<[PointValues]>,
     are_poses: bool,
 }
 
@@ -29,7 +29,7 @@ impl PointList {
     ///
     /// # Errors
     /// Fewer than 2 points, more than [`POINTS_MAX`], or a number that is not finite.
-    pub fn of_joints(points: &[JointPositions]) -> Result<Self, Refusal> {
+    pub fn from_joint_positions(points: &[JointPositions]) -> Result<Self, Refusal> {
         let samples = points
             .iter()
             .map(|q| [q[0], q[1], q[2], q[3], q[4], q[5], 0.0]);
@@ -39,8 +39,8 @@ impl PointList {
     /// Joint positions, or poses of the TCP in the base frame with quaternions that need not be of length 1.
     ///
     /// # Errors
-    /// As [`of_joints`](Self::of_joints), and a quaternion much shorter or longer than 1.
-    pub fn new(samples: Vec<Sample>, are_poses: bool) -> Result<Self, Refusal> {
+    /// As [`from_joint_positions`](Self::from_joint_positions), and a quaternion much shorter or longer than 1.
+    pub fn new(samples: Vec<PointValues>, are_poses: bool) -> Result<Self, Refusal> {
         if !(2..=POINTS_MAX).contains(&samples.len()) {
             let value = samples.len() as f64;
             return Err(bad_value("the number of points", value, "2 to 100000"));
@@ -62,7 +62,7 @@ impl PointList {
     }
 
     /// The points in order.
-    pub fn samples(&self) -> &[Sample] {
+    pub fn samples(&self) -> &[PointValues] {
         &self.samples
     }
 
@@ -87,15 +87,18 @@ mod tests {
         let home = JointPositions::ZERO;
         let text = |list: Result<PointList, Refusal>| list.unwrap_err().to_string();
         for points in [vec![], vec![home], vec![home; POINTS_MAX + 1]] {
-            let text = text(PointList::of_joints(&points));
+            let text = text(PointList::from_joint_positions(&points));
             assert!(text.contains("number of points"), "{text}");
         }
         let wrong = JointPositions([0.0, f64::NAN, 0.0, 0.0, 0.0, 0.0]);
-        assert!(text(PointList::of_joints(&[home, wrong])).contains("finite"));
+        assert!(text(PointList::from_joint_positions(&[home, wrong])).contains("finite"));
         for (poses, said) in [([0.0; 7], "quaternion"), ([f64::INFINITY; 7], "finite")] {
             let text = text(PointList::new(vec![poses; 3], true));
             assert!(text.contains(said), "{text}");
         }
-        assert_eq!(PointList::of_joints(&[home; 3]).unwrap().count(), 3);
+        assert_eq!(
+            PointList::from_joint_positions(&[home; 3]).unwrap().count(),
+            3
+        );
     }
 }

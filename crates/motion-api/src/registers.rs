@@ -72,7 +72,7 @@ impl RegisterBank {
         } else {
             word.fetch_and(!(1 << (n % 64)), Ordering::Relaxed);
         }
-        self.written();
+        self.count_write();
     }
 
     /// Boolean registers 0-63 and 64-127 as bits.
@@ -90,7 +90,7 @@ impl RegisterBank {
     pub fn set_integer(&self, n: u8, value: i32) {
         if let Some(cell) = self.integers.get(usize::from(n)) {
             cell.store(value, Ordering::Relaxed);
-            self.written();
+            self.count_write();
         }
     }
 
@@ -104,27 +104,27 @@ impl RegisterBank {
     pub fn set_float(&self, n: u8, value: f64) {
         if let Some(cell) = self.floats.get(usize::from(n)) {
             cell.store(value.to_bits(), Ordering::Relaxed);
-            self.written();
+            self.count_write();
         }
     }
 
-    fn written(&self) {
+    fn count_write(&self) {
         self.writes.fetch_add(1, Ordering::Release);
     }
 }
 
 /// The registers as somebody saw them last, so that they are read again only where they were written since.
 #[derive(Clone, Debug, Default)]
-pub struct RegisterView {
+pub struct RegisterCache {
     images: RegisterImages,
     /// The writes that the images hold; none were seen yet before the first look.
     writes: Option<[u64; 2]>,
 }
 
-impl RegisterView {
+impl RegisterCache {
     /// Looks at the registers as they are now; true when one was written since the last look. One that is written meanwhile
     /// has its old or its new value, and its new one at the next look.
-    pub fn look(&mut self, registers: &Registers) -> bool {
+    pub fn refresh(&mut self, registers: &Registers) -> bool {
         // Before the values: a write that comes in between is read again.
         let banks = [&registers.input, &registers.output];
         let writes = banks.map(|bank| bank.writes.load(Ordering::Acquire));
@@ -242,10 +242,10 @@ mod tests {
     #[test]
     fn a_view_shows_every_write_at_the_next_look() {
         let registers = Registers::default();
-        let mut view = RegisterView::default();
+        let mut view = RegisterCache::default();
         registers.input.set_float(2, 1.5);
         for n in 0..48 {
-            assert!(view.look(&registers) && !view.look(&registers));
+            assert!(view.refresh(&registers) && !view.refresh(&registers));
             assert_eq!(*view.images(), registers.images());
             match n % 4 {
                 0 => registers.input.set_integer(n, 7),
@@ -254,7 +254,7 @@ mod tests {
                 _ => registers.output.set_boolean(n - 1, false),
             }
         }
-        assert!(view.look(&registers));
+        assert!(view.refresh(&registers));
         assert_eq!(*view.images(), registers.images());
     }
 

@@ -52,7 +52,7 @@ pub enum Record {
 
 /// One cycle as those see it who show every one of them (cyclic data on the ports): a consistent moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Frame {
+pub struct CycleFrame {
     /// The state at the end of the cycle.
     pub state: RobotState,
     /// The registers at the end of the cycle.
@@ -61,7 +61,7 @@ pub struct Frame {
 
 /// The points of a moveml on their way over the border.
 #[derive(Clone, Debug)]
-pub struct HandedPoints {
+pub struct PointListHandoff {
     /// The command that they belong to.
     pub id: CommandId,
     /// They.
@@ -69,7 +69,7 @@ pub struct HandedPoints {
 }
 
 /// Lists that wait for the motion thread.
-const LISTS: usize = 8;
+const POINT_LIST_SLOTS: usize = 8;
 
 /// The ring is full: the motion thread has not taken a command for a while.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
@@ -81,11 +81,11 @@ pub struct RingFull {
 
 /// How many entries the rings hold.
 #[derive(Clone, Copy, Debug)]
-pub struct BorderSizes {
+pub struct RingCapacities {
     /// Commands that wait for the next cycle.
     pub commands: usize,
-    /// Further places for commands that stop the arm and their like ([`CommandKind::has_kept_place`]).
-    pub kept: usize,
+    /// Further places for commands that stop the arm and their like ([`CommandKind::uses_reserved_slot`]).
+    pub reserved_commands: usize,
     /// Events that wait for their reader.
     pub events: usize,
     /// Records that wait for the recorder; `None`: nothing is recorded.
@@ -94,13 +94,13 @@ pub struct BorderSizes {
     pub frames: usize,
 }
 
-impl Default for BorderSizes {
+impl Default for RingCapacities {
     fn default() -> Self {
         Self {
             // Two cycles take them all where they set something, eight where they are motions: a stop behind them is there
             // within 35 ms.
             commands: 512,
-            kept: 64,
+            reserved_commands: 64,
             events: 4096,
             records: Some(4096),
             // A second of the usual cycle: whoever is held up longer has other trouble.
@@ -110,9 +110,12 @@ impl Default for BorderSizes {
 }
 
 /// Makes the border: the motion thread's end and everybody else's.
-pub fn border(sizes: BorderSizes, first: &RobotState) -> (MotionEnd, ScriptEnd) {
-    let (command_in, command_out) = RingBuffer::new(sizes.commands + sizes.kept);
-    let (lists_in, lists_out) = RingBuffer::new(LISTS);
+pub fn motion_channel(
+    sizes: RingCapacities,
+    first: &RobotState,
+) -> (MotionEndpoint, ScriptEndpoint) {
+    let (command_in, command_out) = RingBuffer::new(sizes.commands + sizes.reserved_commands);
+    let (lists_in, lists_out) = RingBuffer::new(POINT_LIST_SLOTS);
     let (event_in, event_out) = RingBuffer::new(sizes.events);
     let (record_in, record_out) = match sizes.records {
         Some(n) => {
@@ -122,10 +125,10 @@ pub fn border(sizes: BorderSizes, first: &RobotState) -> (MotionEnd, ScriptEnd) 
         None => (None, None),
     };
     let (frame_in, frame_out) = RingBuffer::new(sizes.frames);
-    let record_flow = Arc::new(RecordFlow::default());
+    let record_flow = Arc::new(RecordBackpressure::default());
     let snapshot = Arc::new(SnapshotCell::new(first));
     let registers = Arc::new(Registers::default());
-    let motion = MotionEnd {
+    let motion = MotionEndpoint {
         commands: command_out,
         points: lists_out,
         events: event_in,
@@ -135,17 +138,17 @@ pub fn border(sizes: BorderSizes, first: &RobotState) -> (MotionEnd, ScriptEnd) 
         snapshot: snapshot.clone(),
         registers: registers.clone(),
     };
-    let commands = CommandPort {
-        shared: Arc::new(Mutex::new(Sender {
+    let commands = CommandSender {
+        shared: Arc::new(Mutex::new(CommandRing {
             ring: command_in,
             lists: lists_in,
-            handed_over: Vec::new(),
+            lists_in_flight: Vec::new(),
             last: 0,
             capacity: sizes.commands,
-            kept: sizes.kept,
+            kept: sizes.reserved_commands,
         })),
     };
-    let script = ScriptEnd {
+    let script = ScriptEndpoint {
         commands,
         events: EventReader { ring: event_out },
         records: record_out.map(|ring| RecordReader {
@@ -160,19 +163,19 @@ pub fn border(sizes: BorderSizes, first: &RobotState) -> (MotionEnd, ScriptEnd) 
 }
 
 /// What the motion thread holds.
-pub struct MotionEnd {
+pub struct MotionEndpoint {
     /// Commands to drain at the beginning of a cycle.
     pub commands: Consumer<Command>,
     /// The points of those that are a moveml, in the same order.
-    pub points: Consumer<HandedPoints>,
+    pub points: Consumer<PointListHandoff>,
     /// Events for the script side. Room for them is checked before commands are drained, so none is ever dropped.
     pub events: Producer<Event>,
     /// Records for the recording, when there is one.
     pub records: Option<Producer<Record>>,
     /// How the records are getting on.
-    pub record_flow: Arc<RecordFlow>,
+    pub record_flow: Arc<RecordBackpressure>,
     /// Every cycle for whoever shows them; what does not fit is left out.
-    pub frames: Producer<Frame>,
+    pub frames: Producer<CycleFrame>,
     /// Where the latest state goes.
     pub snapshot: Arc<SnapshotCell>,
     /// The registers that both sides read and write.
@@ -180,9 +183,9 @@ pub struct MotionEnd {
 }
 
 /// What the script side holds.
-pub struct ScriptEnd {
+pub struct ScriptEndpoint {
     /// Where commands go in.
-    pub commands: CommandPort,
+    pub commands: CommandSender,
     /// What happened.
     pub events: EventReader,
     /// The recorder's end, when there is a recording.
@@ -195,20 +198,24 @@ pub struct ScriptEnd {
     pub registers: Arc<Registers>,
 }
 
-struct Sender {
+struct CommandRing {
     ring: Producer<Command>,
-    lists: Producer<HandedPoints>,
+    lists: Producer<PointListHandoff>,
     /// Lists that the motion thread or the recorder may still hold: they are freed here.
-    handed_over: Vec<Arc<PointList>>,
+    lists_in_flight: Vec<Arc<PointList>>,
     last: u64,
     capacity: usize,
     kept: usize,
 }
 
-impl Sender {
+impl CommandRing {
     /// How many commands of this kind still fit.
     fn room_for(&self, kind: &CommandKind) -> usize {
-        let kept = if kind.has_kept_place() { 0 } else { self.kept };
+        let kept = if kind.uses_reserved_slot() {
+            0
+        } else {
+            self.kept
+        };
         self.ring.slots().saturating_sub(kept)
     }
 
@@ -225,11 +232,11 @@ impl Sender {
 
 /// The door for commands; clones share one ring.
 #[derive(Clone)]
-pub struct CommandPort {
-    shared: Arc<Mutex<Sender>>,
+pub struct CommandSender {
+    shared: Arc<Mutex<CommandRing>>,
 }
 
-impl CommandPort {
+impl CommandSender {
     /// Numbers the command and puts it into the ring.
     ///
     /// # Errors
@@ -291,7 +298,7 @@ impl CommandPort {
         let mut sender = self.shared.lock().unwrap_or_else(PoisonError::into_inner);
         // Whoever holds the only handle is the only one who can make another.
         sender
-            .handed_over
+            .lists_in_flight
             .retain(|list| Arc::strong_count(list) > 1);
         if sender.room_for(&kind) == 0 || sender.lists.is_full() {
             let capacity = sender.capacity;
@@ -299,10 +306,10 @@ impl CommandPort {
         }
         let id = CommandId(sender.last + 1);
         before(id, kind);
-        sender.handed_over.push(Arc::clone(points));
+        sender.lists_in_flight.push(Arc::clone(points));
         let points = Arc::clone(points);
         // There is room, and only this side fills the ring.
-        let _ = sender.lists.push(HandedPoints { id, points });
+        let _ = sender.lists.push(PointListHandoff { id, points });
         sender.push(origin, kind)
     }
 
@@ -343,7 +350,7 @@ impl EventReader {
 
 /// The reader's end of the frames.
 pub struct FrameReader {
-    ring: Consumer<Frame>,
+    ring: Consumer<CycleFrame>,
 }
 
 impl FrameReader {
@@ -353,12 +360,12 @@ impl FrameReader {
     }
 
     /// Shows the next `count` cycles, as far as they wait, in order, where they lie; and how many of them are still to come.
-    pub fn look(&mut self, count: usize, mut see: impl FnMut(&Frame, usize)) {
+    pub fn visit_frames(&mut self, count: usize, mut see: impl FnMut(&CycleFrame, usize)) {
         for left in (0..count).rev() {
             let Ok(one) = self.ring.read_chunk(1) else {
                 return;
             };
-            let seen = Seen(Some(one));
+            let seen = PopOnDrop(Some(one));
             let frames = seen.0.iter().flat_map(|one| one.as_slices().0);
             frames.for_each(|frame| see(frame, left));
         }
@@ -366,9 +373,9 @@ impl FrameReader {
 }
 
 /// A cycle that is gone from the ring afterwards, even if whoever sees it panics.
-struct Seen<'a>(Option<ReadChunk<'a, Frame>>);
+struct PopOnDrop<'a>(Option<ReadChunk<'a, CycleFrame>>);
 
-impl Drop for Seen<'_> {
+impl Drop for PopOnDrop<'_> {
     fn drop(&mut self) {
         if let Some(one) = self.0.take() {
             one.commit_all();
@@ -378,12 +385,12 @@ impl Drop for Seen<'_> {
 
 /// What the two ends of the records tell each other, beside the records; never waits.
 #[derive(Debug, Default)]
-pub struct RecordFlow {
+pub struct RecordBackpressure {
     is_full: AtomicBool,
     is_given_up: AtomicBool,
 }
 
-impl RecordFlow {
+impl RecordBackpressure {
     /// The writer has found no room (true), or room again.
     pub fn set_full(&self, is_full: bool) {
         self.is_full.store(is_full, Ordering::Relaxed);
@@ -395,7 +402,7 @@ impl RecordFlow {
     }
 
     /// The reader does not come back: nobody records from now on, and nobody may wait for it.
-    pub fn give_up(&self) {
+    pub fn abandon(&self) {
         self.is_given_up.store(true, Ordering::Release);
     }
 
@@ -408,7 +415,7 @@ impl RecordFlow {
 /// The recorder's end of the records.
 pub struct RecordReader {
     ring: Consumer<Record>,
-    flow: Arc<RecordFlow>,
+    flow: Arc<RecordBackpressure>,
 }
 
 impl RecordReader {
@@ -418,7 +425,7 @@ impl RecordReader {
     }
 
     /// How the records are getting on, for whoever watches this end.
-    pub fn flow(&self) -> &Arc<RecordFlow> {
+    pub fn flow(&self) -> &Arc<RecordBackpressure> {
         &self.flow
     }
 
@@ -438,15 +445,15 @@ mod tests {
     use super::*;
     use kinematics::JointPositions;
 
-    fn small() -> (MotionEnd, ScriptEnd) {
-        let sizes = BorderSizes {
+    fn small() -> (MotionEndpoint, ScriptEndpoint) {
+        let sizes = RingCapacities {
             commands: 2,
-            kept: 1,
+            reserved_commands: 1,
             events: 2,
             records: None,
             frames: 0,
         };
-        border(sizes, &RobotState::at_start(JointPositions::ZERO, 0.004))
+        motion_channel(sizes, &RobotState::at_start(JointPositions::ZERO, 0.004))
     }
 
     #[test]
@@ -526,7 +533,8 @@ mod tests {
     #[test]
     fn lists_are_handed_over_with_their_command_and_freed_by_the_sender() {
         let (mut motion, script) = small();
-        let list = || Arc::new(PointList::of_joints(&[JointPositions::ZERO; 2]).unwrap());
+        let list =
+            || Arc::new(PointList::from_joint_positions(&[JointPositions::ZERO; 2]).unwrap());
         let send = |list: &Arc<PointList>| {
             let port = &script.commands;
             port.send_points(Origin::default(), list, 0.01, |_, _| ())

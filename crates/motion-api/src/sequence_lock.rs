@@ -7,7 +7,7 @@
 use core::marker::PhantomData;
 
 use crate::atomics::{AtomicU64, Ordering, fence, spin_loop};
-use crate::words::{Sink, Source, Words};
+use crate::words::{FixedWords, WordSink, WordSource};
 
 /// The mechanism, for any value made of words.
 pub(crate) struct SequenceLock<T> {
@@ -17,10 +17,10 @@ pub(crate) struct SequenceLock<T> {
     value: PhantomData<fn() -> T>,
 }
 
-struct Storing<'a>(&'a [AtomicU64]);
-struct Loading<'a>(std::slice::Iter<'a, AtomicU64>);
+struct AtomicWordSink<'a>(&'a [AtomicU64]);
+struct AtomicWordSource<'a>(std::slice::Iter<'a, AtomicU64>);
 
-impl Sink for Storing<'_> {
+impl WordSink for AtomicWordSink<'_> {
     #[inline]
     fn put(&mut self, word: u64) {
         if let Some((cell, rest)) = self.0.split_first() {
@@ -43,13 +43,13 @@ impl Sink for Storing<'_> {
     }
 }
 
-impl Source for Loading<'_> {
+impl WordSource for AtomicWordSource<'_> {
     fn take(&mut self) -> u64 {
         self.0.next().map_or(0, |cell| cell.load(Ordering::Relaxed))
     }
 }
 
-impl<T: Words> SequenceLock<T> {
+impl<T: FixedWords> SequenceLock<T> {
     /// A lock that holds `first`.
     pub(crate) fn new(first: &T) -> Self {
         let cell = Self {
@@ -67,7 +67,7 @@ impl<T: Words> SequenceLock<T> {
         self.sequence
             .store(sequence.wrapping_add(1), Ordering::Relaxed);
         fence(Ordering::Release);
-        state.put(&mut Storing(&self.words));
+        state.put(&mut AtomicWordSink(&self.words));
         self.sequence
             .store(sequence.wrapping_add(2), Ordering::Release);
     }
@@ -78,11 +78,11 @@ impl<T: Words> SequenceLock<T> {
     }
 
     /// What the first words of the value are.
-    pub(crate) fn read_first<U: Words>(&self) -> U {
+    pub(crate) fn read_first<U: FixedWords>(&self) -> U {
         loop {
             let before = self.sequence.load(Ordering::Acquire);
             if before.is_multiple_of(2) {
-                let state = U::take(&mut Loading(self.words.iter()));
+                let state = U::take(&mut AtomicWordSource(self.words.iter()));
                 fence(Ordering::Acquire);
                 if self.sequence.load(Ordering::Relaxed) == before {
                     return state;

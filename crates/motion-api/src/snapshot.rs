@@ -1,7 +1,7 @@
 //! The latest state, for any number of readers on any thread, without a lock.
 
 use crate::sequence_lock::SequenceLock;
-use crate::state::{Moment, RobotState};
+use crate::state::{CycleTime, RobotState};
 
 /// Holds the latest [`RobotState`]. One writer, any number of readers.
 pub struct SnapshotCell(SequenceLock<RobotState>);
@@ -23,7 +23,7 @@ impl SnapshotCell {
     }
 
     /// When the latest value was made, without reading all of it.
-    pub fn moment(&self) -> Moment {
+    pub fn cycle_time(&self) -> CycleTime {
         self.0.read_first()
     }
 }
@@ -54,7 +54,7 @@ mod tests {
         assert_eq!(cell.read(), state(0));
         cell.publish(&state(7));
         assert_eq!(cell.read(), state(7));
-        let moment = cell.moment();
+        let moment = cell.cycle_time();
         let RobotState {
             cycle,
             time,

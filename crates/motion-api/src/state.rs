@@ -2,7 +2,7 @@
 
 use kinematics::{JointAccelerations, JointPositions, JointSpeeds, JointTorques, Payload, RpyPose};
 
-use crate::words::{Sink, Source, Words};
+use crate::words::{FixedWords, WordSink, WordSource};
 use crate::{CommandId, IoConfig, IoImage, MotionMode, RobotMode, SafetyMode};
 
 macro_rules! state {
@@ -11,14 +11,14 @@ macro_rules! state {
         #[derive(Clone, Copy, Debug, PartialEq)]
         pub struct $name { $($(#[$fdoc])* pub $field: $type,)+ }
 
-        impl Words for $name {
-            const COUNT: usize = 0 $(+ <$type as Words>::COUNT)+;
+        impl FixedWords for $name {
+            const COUNT: usize = 0 $(+ <$type as FixedWords>::COUNT)+;
             #[inline]
-            fn put(&self, sink: &mut impl Sink) {
+            fn put(&self, sink: &mut impl WordSink) {
                 $(self.$field.put(sink);)+
             }
-            fn take(source: &mut impl Source) -> Self {
-                $(let $field = <$type as Words>::take(source);)+
+            fn take(source: &mut impl WordSource) -> Self {
+                $(let $field = <$type as FixedWords>::take(source);)+
                 Self { $($field),+ }
             }
         }
@@ -125,7 +125,7 @@ state! {
 
 state! {
     /// When a state was made: the first fields of [`RobotState`], in its order.
-    pub struct Moment {
+    pub struct CycleTime {
         /// Cycle counter from 1; 0 before the first cycle.
         pub cycle: u64,
         /// Simulated time since start, s.
@@ -135,7 +135,7 @@ state! {
     }
 }
 
-impl Moment {
+impl CycleTime {
     /// When a state was made.
     pub const fn of(state: &RobotState) -> Self {
         Self {

@@ -5,7 +5,7 @@ use kinematics::{JointAccelerations, JointPositions, JointSpeeds, JointTorques, 
 use crate::{CommandId, IoConfig, MotionMode, RobotMode, SafetyMode};
 
 /// Takes words one after the other.
-pub trait Sink {
+pub trait WordSink {
     /// The next word.
     fn put(&mut self, word: u64);
     /// The next words: the bits of these numbers.
@@ -15,59 +15,59 @@ pub trait Sink {
 }
 
 /// Gives words one after the other.
-pub trait Source {
+pub trait WordSource {
     /// The next word; 0 past the end.
     fn take(&mut self) -> u64;
 }
 
 /// A value made of a fixed number of words.
-pub trait Words: Sized {
+pub trait FixedWords: Sized {
     /// How many.
     const COUNT: usize;
     /// Writes exactly `COUNT` words.
-    fn put(&self, sink: &mut impl Sink);
+    fn put(&self, sink: &mut impl WordSink);
     /// Reads exactly `COUNT` words.
-    fn take(source: &mut impl Source) -> Self;
+    fn take(source: &mut impl WordSource) -> Self;
     /// Writes several, one after the other.
     #[inline]
-    fn put_all(values: &[Self], sink: &mut impl Sink) {
+    fn put_all(values: &[Self], sink: &mut impl WordSink) {
         values.iter().for_each(|x| x.put(sink));
     }
 }
 
-impl Words for u64 {
+impl FixedWords for u64 {
     const COUNT: usize = 1;
     #[inline]
-    fn put(&self, sink: &mut impl Sink) {
+    fn put(&self, sink: &mut impl WordSink) {
         sink.put(*self);
     }
-    fn take(source: &mut impl Source) -> Self {
+    fn take(source: &mut impl WordSource) -> Self {
         source.take()
     }
 }
 
-impl Words for f64 {
+impl FixedWords for f64 {
     const COUNT: usize = 1;
     #[inline]
-    fn put(&self, sink: &mut impl Sink) {
+    fn put(&self, sink: &mut impl WordSink) {
         sink.put(self.to_bits());
     }
     #[inline]
-    fn put_all(values: &[Self], sink: &mut impl Sink) {
+    fn put_all(values: &[Self], sink: &mut impl WordSink) {
         sink.put_numbers(values);
     }
-    fn take(source: &mut impl Source) -> Self {
+    fn take(source: &mut impl WordSource) -> Self {
         f64::from_bits(source.take())
     }
 }
 
-impl<T: Words + Copy + Default, const N: usize> Words for [T; N] {
+impl<T: FixedWords + Copy + Default, const N: usize> FixedWords for [T; N] {
     const COUNT: usize = N * T::COUNT;
     #[inline]
-    fn put(&self, sink: &mut impl Sink) {
+    fn put(&self, sink: &mut impl WordSink) {
         T::put_all(self, sink);
     }
-    fn take(source: &mut impl Source) -> Self {
+    fn take(source: &mut impl WordSource) -> Self {
         let mut out = [T::default(); N];
         out.iter_mut().for_each(|x| *x = T::take(source));
         out
@@ -76,16 +76,16 @@ impl<T: Words + Copy + Default, const N: usize> Words for [T; N] {
 
 macro_rules! words_through {
     ($($type:ty as $repr:ty: $into:expr, $from:expr;)+) => {$(
-        impl Words for $type {
-            const COUNT: usize = <$repr as Words>::COUNT;
+        impl FixedWords for $type {
+            const COUNT: usize = <$repr as FixedWords>::COUNT;
             #[inline]
-            fn put(&self, sink: &mut impl Sink) {
+            fn put(&self, sink: &mut impl WordSink) {
                 let into: fn(&$type) -> $repr = $into;
                 into(self).put(sink);
             }
-            fn take(source: &mut impl Source) -> Self {
+            fn take(source: &mut impl WordSource) -> Self {
                 let from: fn($repr) -> $type = $from;
-                from(<$repr as Words>::take(source))
+                from(<$repr as FixedWords>::take(source))
             }
         }
     )+};

@@ -8,8 +8,10 @@
 )]
 
 use kinematics::{JointPositions, Pose, RobotModel, RpyPose};
-use motion::{Cycle, CycleConfig, PlantKind, Timing};
-use motion_api::{BorderSizes, CommandKind, Event, Origin, Outcome, ScriptEnd, border};
+use motion::{ControlLoop, CycleConfig, CycleTiming, PlantKind};
+use motion_api::{
+    CommandKind, Event, Origin, Outcome, RingCapacities, ScriptEndpoint, motion_channel,
+};
 
 /// Commands of each kind on each arm.
 const COMMANDS: usize = 300;
@@ -68,8 +70,8 @@ enum Kind {
 /// An arm, and numbers drawn from a seed.
 struct Desk {
     model: RobotModel,
-    cycle: Cycle,
-    script: ScriptEnd,
+    cycle: ControlLoop,
+    script: ScriptEndpoint,
     drawn: u64,
 }
 
@@ -79,14 +81,14 @@ impl Desk {
             plant: PlantKind::Ideal,
             ..CycleConfig::new(RobotModel::built_in(name).expect("a built-in arm"))
         };
-        let sizes = BorderSizes {
+        let sizes = RingCapacities {
             records: None,
-            ..BorderSizes::default()
+            ..RingCapacities::default()
         };
-        let (motion, script) = border(sizes, &config.first_state());
+        let (motion, script) = motion_channel(sizes, &config.first_state());
         Self {
             model: config.model.clone(),
-            cycle: Cycle::new(config, motion).expect("a controller"),
+            cycle: ControlLoop::new(config, motion).expect("a controller"),
             script,
             drawn: 1,
         }
@@ -142,7 +144,7 @@ impl Desk {
         // A motion that crawls past a singular position is not waited for.
         for cycle in 0..5000 {
             let begin = cpu_time_us();
-            self.cycle.tick(Timing::default());
+            self.cycle.tick(CycleTiming::default());
             let took = cpu_time_us() - begin;
             if !is_planned {
                 planned += took;
@@ -157,7 +159,7 @@ impl Desk {
         }
         self.cycle.stop_moving();
         while !self.cycle.is_standing() {
-            self.cycle.tick(Timing::default());
+            self.cycle.tick(CycleTiming::default());
         }
         while self.script.events.next_event().is_some() {}
         Some((planned, waited))
@@ -194,7 +196,7 @@ fn chain() {
         let mut has_ended = false;
         while !has_ended {
             let begin = cpu_time_us();
-            desk.cycle.tick(Timing::default());
+            desk.cycle.tick(CycleTiming::default());
             times.push(cpu_time_us() - begin);
             if leg > 1 && leg < LEGS {
                 let v = desk.script.snapshot.read().target_tcp_speed;
@@ -205,7 +207,7 @@ fn chain() {
                 match event {
                     Event::Ended { .. } => has_ended = true,
                     Event::Warned { .. } => warnings += 1,
-                    Event::Stopped { .. } | Event::Queued { .. } | Event::Due { .. } => {}
+                    Event::Stopped { .. } | Event::ReadyForNext { .. } | Event::Due { .. } => {}
                 }
             }
         }

@@ -12,9 +12,9 @@
 
 use divan::Bencher;
 use kinematics::{JointPositions, RobotModel};
-use motion::plan::{Arm, CartesianPlanner, Wish, plan_movej};
-use motion::{Cycle, CycleConfig, PlantKind, Timing};
-use motion_api::{BorderSizes, CommandKind, Origin, ScriptEnd, border};
+use motion::plan::{CartesianPlanner, MotionRequest, PlanningContext, plan_movej};
+use motion::{ControlLoop, CycleConfig, CycleTiming, PlantKind};
+use motion_api::{CommandKind, Origin, RingCapacities, ScriptEndpoint, motion_channel};
 
 fn main() {
     percentiles();
@@ -31,21 +31,24 @@ fn cpu_time_us() -> f64 {
     now.tv_sec() as f64 * 1e6 + now.tv_nsec() as f64 * 1e-3
 }
 
-fn controller(plant: PlantKind, step_time: f64) -> (Cycle, ScriptEnd) {
+fn controller(plant: PlantKind, step_time: f64) -> (ControlLoop, ScriptEndpoint) {
     let config = CycleConfig {
         plant,
         step_time,
         ..CycleConfig::new(RobotModel::built_in("cs66").expect("a built-in arm"))
     };
-    let sizes = BorderSizes {
+    let sizes = RingCapacities {
         records: None,
-        ..BorderSizes::default()
+        ..RingCapacities::default()
     };
-    let (motion, script) = border(sizes, &config.first_state());
-    (Cycle::new(config, motion).expect("a controller"), script)
+    let (motion, script) = motion_channel(sizes, &config.first_state());
+    (
+        ControlLoop::new(config, motion).expect("a controller"),
+        script,
+    )
 }
 
-fn go(script: &ScriptEnd, way: f64) {
+fn go(script: &ScriptEndpoint, way: f64) {
     let mut target = [0.0, -1.5708, 1.5708, -1.5708, -1.5708, 0.0];
     // Not the joints that would fold the arm.
     [0, 3, 4, 5]
@@ -69,11 +72,11 @@ fn force_percentiles() {
         let [x, y, z] = config.first_state().actual_tcp_pose.xyz;
         if is_pushed {
             config.loads = (0..200_u16)
-                .map(|k| motion::external::Load {
+                .map(|k| motion::external::TimedWrench {
                     at: 0.1 * f64::from(k),
                     duration: 0.05,
                     wrench: kinematics::Wrench::from_array([40.0, -50.0, 60.0, 3.0, -2.0, 1.0]),
-                    frame: motion::external::LoadFrame::Tool,
+                    frame: motion::external::WrenchFrame::Tool,
                 })
                 .collect();
         } else {
@@ -82,7 +85,7 @@ fn force_percentiles() {
                 .obstacles
                 .push(motion::contact::Obstacle {
                     name: "plate".to_owned(),
-                    solid: motion::contact::Solid {
+                    solid: motion::contact::PlacedShape {
                         pose: kinematics::Pose::from_translation(x, y, z - 1e-3),
                         shape: motion::contact::Shape::Plane,
                     },
@@ -91,12 +94,12 @@ fn force_percentiles() {
                     friction: 0.0,
                 });
         }
-        let sizes = BorderSizes {
+        let sizes = RingCapacities {
             records: None,
-            ..BorderSizes::default()
+            ..RingCapacities::default()
         };
-        let (motion, mut script) = border(sizes, &config.first_state());
-        let mut cycle = Cycle::new(config, motion).expect("a controller");
+        let (motion, mut script) = motion_channel(sizes, &config.first_state());
+        let mut cycle = ControlLoop::new(config, motion).expect("a controller");
         for kind in [
             CommandKind::SetCollisionDetection(false),
             CommandKind::ForceMode {
@@ -112,7 +115,7 @@ fn force_percentiles() {
         let mut times: Vec<f64> = (0..5000)
             .map(|_| {
                 let before = cpu_time_us();
-                cycle.tick(Timing::default());
+                cycle.tick(CycleTiming::default());
                 let time = cpu_time_us() - before;
                 while script.events.next_event().is_some() {}
                 time
@@ -147,14 +150,14 @@ fn other_percentiles() {
                 pair: 2,
                 is_active_low: false,
             });
-            let sizes = BorderSizes {
+            let sizes = RingCapacities {
                 records: None,
-                ..BorderSizes::default()
+                ..RingCapacities::default()
             };
             let home = config.home;
             let start = config.model.flange_pose(&home).to_rpy();
-            let (motion, mut script) = border(sizes, &config.first_state());
-            let mut cycle = Cycle::new(config, motion).expect("a controller");
+            let (motion, mut script) = motion_channel(sizes, &config.first_state());
+            let mut cycle = ControlLoop::new(config, motion).expect("a controller");
             if name == "reduced mode" {
                 let level = true;
                 let input = CommandKind::SetDigitalInput { index: 20, level };
@@ -173,11 +176,11 @@ fn other_percentiles() {
                     send_next(name, corner, &home, &start, &script);
                 }
                 let begin = cpu_time_us();
-                cycle.tick(Timing::default());
+                cycle.tick(CycleTiming::default());
                 times.push(cpu_time_us() - begin);
                 while let Some(event) = script.events.next_event() {
                     use motion_api::Event;
-                    is_free |= matches!(event, Event::Queued { .. } | Event::Ended { .. });
+                    is_free |= matches!(event, Event::ReadyForNext { .. } | Event::Ended { .. });
                 }
             }
             times.sort_by(f64::total_cmp);
@@ -197,7 +200,7 @@ fn send_next(
     corner: u32,
     home: &JointPositions,
     start: &kinematics::RpyPose,
-    script: &ScriptEnd,
+    script: &ScriptEndpoint,
 ) {
     let origin = Origin::default();
     if name == "moveml" {
@@ -209,7 +212,7 @@ fn send_next(
             q
         };
         let points: Vec<JointPositions> = (0..=2000).map(point).collect();
-        let list = motion_api::PointList::of_joints(&points).expect("good points");
+        let list = motion_api::PointList::from_joint_positions(&points).expect("good points");
         let sent = script
             .commands
             .send_points(origin, &list.into(), 0.004, |_, _| ());
@@ -235,7 +238,7 @@ fn ball(k: u16) -> motion::contact::Obstacle {
     let radius = 0.9 + 0.002 * f64::from(k);
     motion::contact::Obstacle {
         name: format!("ball {k}"),
-        solid: motion::contact::Solid {
+        solid: motion::contact::PlacedShape {
             pose: kinematics::Pose::from_translation(
                 radius * turn.cos(),
                 radius * turn.sin(),
@@ -266,7 +269,7 @@ fn percentiles() {
                 go(&script, way);
             }
             let begin = cpu_time_us();
-            cycle.tick(Timing::default());
+            cycle.tick(CycleTiming::default());
             times.push(cpu_time_us() - begin);
             while script.events.next_event().is_some() {}
         }
@@ -346,7 +349,7 @@ fn modes_percentiles(plant: PlantKind) {
         let mut times = Vec::with_capacity(3000);
         while times.len() < 3000 {
             let begin = cpu_time_us();
-            cycle.tick(Timing::default());
+            cycle.tick(CycleTiming::default());
             times.push(cpu_time_us() - begin);
             while script.events.next_event().is_some() {}
         }
@@ -364,7 +367,7 @@ fn modes_percentiles(plant: PlantKind) {
 #[divan::bench(args = [PlantKind::Ideal, PlantKind::Rigid])]
 fn tick_standing(bencher: Bencher, plant: PlantKind) {
     let (mut cycle, _script) = controller(plant, 0.004);
-    bencher.bench_local(|| cycle.tick(Timing::default()));
+    bencher.bench_local(|| cycle.tick(CycleTiming::default()));
 }
 
 #[divan::bench(args = [PlantKind::Ideal, PlantKind::Rigid])]
@@ -376,7 +379,7 @@ fn tick_moving(bencher: Bencher, plant: PlantKind) {
             way = if way == 0.0 { 1.5 } else { 0.0 };
             go(&script, way);
         }
-        cycle.tick(Timing::default());
+        cycle.tick(CycleTiming::default());
         while script.events.next_event().is_some() {}
     });
 }
@@ -385,22 +388,22 @@ fn tick_moving(bencher: Bencher, plant: PlantKind) {
 fn movej_planning(bencher: Bencher) {
     let config = CycleConfig::new(RobotModel::built_in("cs66").expect("a built-in arm"));
     let limits = config.resolve().expect("good limits");
-    let arm = Arm {
+    let arm = PlanningContext {
         model: &config.model,
         flange_from_tcp: &kinematics::Pose::IDENTITY,
         limits: &limits,
         dynamics: &config.model.dynamics(&config.payload, config.gravity),
         planes: None,
     };
-    let wish = Wish {
+    let wish = MotionRequest {
         speed: 1.0,
         acceleration: 1.4,
         duration: 0.0,
         radius: 0.0,
-        is_process: false,
+        is_process_move: false,
     };
     let target = JointPositions([0.5, -1.0, 1.0, -1.0, -1.0, 0.3]);
-    let mut cells = motion::plan::Cells::new();
+    let mut cells = motion::plan::SegmentLimits::new();
     bencher.bench_local(|| {
         let target = divan::black_box(&target);
         plan_movej(&config.home, target, &wish, &arm, &mut cells).map(|(leg, _)| leg)
@@ -411,30 +414,30 @@ fn movej_planning(bencher: Bencher) {
 fn movel_planning(bencher: Bencher) {
     let config = CycleConfig::new(RobotModel::built_in("cs66").expect("a built-in arm"));
     let limits = config.resolve().expect("good limits");
-    let arm = Arm {
+    let arm = PlanningContext {
         model: &config.model,
         flange_from_tcp: &kinematics::Pose::IDENTITY,
         limits: &limits,
         dynamics: &config.model.dynamics(&config.payload, config.gravity),
         planes: None,
     };
-    let wish = Wish {
+    let wish = MotionRequest {
         speed: 0.25,
         acceleration: 1.2,
         duration: 0.0,
         radius: 0.0,
-        is_process: false,
+        is_process_move: false,
     };
     let mut target = config.model.flange_pose(&config.home).to_rpy();
     target.xyz[1] += 0.3;
     target.rpy[2] += 0.3;
-    let mut cells = motion::plan::Cells::new();
+    let mut cells = motion::plan::SegmentLimits::new();
     bencher.bench_local(|| {
         cells.clear();
         let mut planner =
             CartesianPlanner::line(&config.home, divan::black_box(&target), &wish, &arm)
                 .expect("a line that can be followed");
-        planner.work(&arm, &mut cells).is_ok()
+        planner.advance(&arm, &mut cells).is_ok()
     });
 }
 
@@ -461,7 +464,7 @@ fn tick_on_a_line(bencher: Bencher) {
             };
             script.commands.send(Origin::default(), kind).expect("room");
         }
-        cycle.tick(Timing::default());
+        cycle.tick(CycleTiming::default());
         while script.events.next_event().is_some() {}
     });
 }

@@ -11,8 +11,8 @@
 )]
 
 use kinematics::RobotModel;
-use motion::{Cycle, CycleConfig, PlantKind, Timing};
-use motion_api::{BorderSizes, CommandKind, Origin, border};
+use motion::{ControlLoop, CycleConfig, CycleTiming, PlantKind};
+use motion_api::{CommandKind, Origin, RingCapacities, motion_channel};
 
 const STEP: f64 = 0.004;
 const SPEED: f64 = 0.5;
@@ -25,14 +25,14 @@ fn stream(gain: f64, lookahead: f64, point: impl Fn(f64) -> f64, seconds: f64) -
         ..CycleConfig::new(RobotModel::built_in("cs66").expect("a built-in arm"))
     };
     let home = config.home;
-    let (motion, mut script) = border(
-        BorderSizes {
+    let (motion, mut script) = motion_channel(
+        RingCapacities {
             records: None,
-            ..BorderSizes::default()
+            ..RingCapacities::default()
         },
         &config.first_state(),
     );
-    let mut cycle = Cycle::new(config, motion).expect("a controller");
+    let mut cycle = ControlLoop::new(config, motion).expect("a controller");
     (0..(seconds / STEP) as u32)
         .map(|k| {
             let mut target = home;
@@ -44,7 +44,7 @@ fn stream(gain: f64, lookahead: f64, point: impl Fn(f64) -> f64, seconds: f64) -
                 gain,
             };
             script.commands.send(Origin::default(), kind).expect("room");
-            cycle.tick(Timing::default());
+            cycle.tick(CycleTiming::default());
             while script.events.next_event().is_some() {}
             script.snapshot.read().target_q[0] - home[0]
         })

@@ -9,12 +9,15 @@
 )]
 
 use kinematics::{JointSpeeds, RobotModel, RpyPose};
-use motion::brake::JointBrake;
+use motion::brake::JointStopMotion;
 use motion::modes::encoder::Belt;
 use motion::setpoint::Setpoint;
-use motion::{Cycle, CycleConfig, InputPair, MotionLimits, PlantKind, SafetyInputs, Timing};
+use motion::{
+    ControlLoop, CycleConfig, CycleTiming, InputPair, MotionLimits, PlantKind, SafetyInputs,
+};
 use motion_api::{
-    BorderSizes, CommandId, CommandKind, Event, OffsetAxes, Origin, RobotState, ScriptEnd, border,
+    CommandId, CommandKind, Event, OffsetAxes, Origin, RingCapacities, RobotState, ScriptEndpoint,
+    motion_channel,
 };
 
 const STEP: f64 = 0.004;
@@ -55,8 +58,8 @@ const STOPS: [(&str, CommandKind); 6] = [
 ];
 
 struct Arm {
-    cycle: Cycle,
-    script: ScriptEnd,
+    cycle: ControlLoop,
+    script: ScriptEndpoint,
     limits: MotionLimits,
     next: Option<CommandKind>,
 }
@@ -83,12 +86,12 @@ impl Arm {
             ..CycleConfig::new(RobotModel::built_in("cs66").expect("a built-in arm"))
         };
         let limits = config.resolve().expect("the limits of the arm");
-        let sizes = BorderSizes {
+        let sizes = RingCapacities {
             records: None,
-            ..BorderSizes::default()
+            ..RingCapacities::default()
         };
-        let (motion, script) = border(sizes, &config.first_state());
-        let cycle = Cycle::new(config, motion).expect("a controller");
+        let (motion, script) = motion_channel(sizes, &config.first_state());
+        let cycle = ControlLoop::new(config, motion).expect("a controller");
         let mut arm = Self {
             cycle,
             script,
@@ -111,9 +114,9 @@ impl Arm {
     }
 
     fn tick(&mut self) {
-        self.cycle.tick(Timing::default());
+        self.cycle.tick(CycleTiming::default());
         while let Some(event) = self.script.events.next_event() {
-            if let Event::Queued { .. } = event
+            if let Event::ReadyForNext { .. } = event
                 && let Some(next) = self.next.take()
             {
                 self.send(next);
@@ -249,7 +252,7 @@ fn main() {
                     ..
                 } = arm.now();
                 let (q, qd, qdd) = (target_q, target_qd, target_qdd);
-                return JointBrake::new(&Setpoint { q, qd, qdd }, &arm.limits).longest();
+                return JointStopMotion::new(&Setpoint { q, qd, qdd }, &arm.limits).longest();
             };
             arm.send(kind);
             arm.time_to_rest()

@@ -5,54 +5,54 @@
 
 use motion_api::{Command, CommandId, CommandKind, Origin, Refusal};
 
-use crate::cycle::{Cycle, Generator};
-use crate::modes::conveyor::Tracking;
-use crate::modes::stands;
-use crate::waiting::WaitingFor;
+use crate::cycle::{ControlLoop, Generator};
+use crate::modes::conveyor::ConveyorTracking;
+use crate::modes::is_setpoint_at_rest;
+use crate::waiting::RestCommand;
 
 /// What happens to a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Rule {
+pub(crate) enum Admission {
     /// It is carried out now; what moves the arm is replaced, joined or changed by it, as it says.
-    Act,
+    Accept,
     /// It waits until the arm has come to rest, which it is made to.
-    Queue,
+    WaitForRest,
     /// It is not carried out.
-    Refuse(Why),
+    Refuse(RefusalCause),
 }
 
 /// Why it is not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Why {
+pub(crate) enum RefusalCause {
     /// Power, brakes or a stop of the safety system.
     NotReady,
     /// Something else moves the arm, or is about to.
     Busy,
     /// The arm is led by hand.
-    Led,
+    HandGuided,
     /// A conveyor is tracked.
-    Tracking,
+    ConveyorTracking,
     /// Force mode is on.
     InForceMode,
     /// Offsets of the path count.
     PathOffset,
     /// A turntable is tracked that carries the TCP but does not turn it.
-    TurnsAboutTheTcp,
+    NonRotatingTurntable,
 }
 
 /// Commands that the same rules are for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Family {
+enum CommandFamily {
     /// Planned motions and their points.
     Move,
     /// servoj, speedj, speedl.
-    Steer,
+    Online,
     /// freedrive.
-    Hand,
+    Freedrive,
     /// Force mode.
-    Press,
+    ForceMode,
     /// Belts and turntables.
-    Follow,
+    Conveyor,
     /// Offsets of the path.
     Offset,
     /// The TCP.
@@ -61,98 +61,98 @@ enum Family {
 
 /// What moves the arm. Exactly one applies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Doing {
+enum ArmActivity {
     /// It cannot move.
-    Nothing,
+    Unavailable,
     /// Nothing does: it stands.
-    Standing,
+    Idle,
     /// A planned motion whose call has not returned, or one that is planned.
-    Moving,
+    PathActive,
     /// A planned motion whose sender, which is this one, was told that the next may follow.
-    Told,
+    PathReadyForNext,
     /// The end of a planned motion whose call has returned.
-    Leaving,
+    PathFinishing,
     /// A planned motion that was stopped.
-    Halting,
+    PathStopping,
     /// servoj, speedj or speedl of another thread whose call has not returned.
-    Steered,
+    OnlineOfOtherThread,
     /// The same of this thread.
-    Steering,
+    OnlineOfSender,
     /// The same of anybody, its call returned.
-    Coasting,
+    OnlineCallReturned,
     /// The same at rest.
-    SteeredToRest,
+    OnlineAtRest,
     /// The end of one of those, or of leading by hand.
-    ComingToRest,
+    OnlineStopping,
     /// A belt that is being left.
-    LeavingTheBelt,
+    ConveyorStopping,
     /// A hand, because a program said so.
-    Led,
+    HandGuided,
     /// A hand, because an input is high.
-    LedByInput,
+    FreedriveByInput,
 }
 
 /// What is laid over that. Any of them may apply.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Over {
-    Belt,
-    TableThatDoesNotTurn,
-    Force,
+enum Overlay {
+    Conveyor,
+    NonRotatingTurntable,
+    ForceMode,
     Offset,
 }
 
-use Rule::{Act, Queue, Refuse};
+use Admission::{Accept, Refuse, WaitForRest};
 
-const NOT_READY: Rule = Refuse(Why::NotReady);
-const BUSY: Rule = Refuse(Why::Busy);
-const LED: Rule = Refuse(Why::Led);
-const TRACKING: Rule = Refuse(Why::Tracking);
-const FORCE: Rule = Refuse(Why::InForceMode);
-const OFFSET: Rule = Refuse(Why::PathOffset);
-const TURNS: Rule = Refuse(Why::TurnsAboutTheTcp);
+const NOT_READY: Admission = Refuse(RefusalCause::NotReady);
+const BUSY: Admission = Refuse(RefusalCause::Busy);
+const LED: Admission = Refuse(RefusalCause::HandGuided);
+const TRACKING: Admission = Refuse(RefusalCause::ConveyorTracking);
+const FORCE: Admission = Refuse(RefusalCause::InForceMode);
+const OFFSET: Admission = Refuse(RefusalCause::PathOffset);
+const NON_ROTATING_TURNTABLE: Admission = Refuse(RefusalCause::NonRotatingTurntable);
 
 /// Families.
-const ROWS: [Family; 7] = [
-    Family::Move,
-    Family::Steer,
-    Family::Hand,
-    Family::Press,
-    Family::Follow,
-    Family::Offset,
-    Family::Tool,
+const FAMILIES: [CommandFamily; 7] = [
+    CommandFamily::Move,
+    CommandFamily::Online,
+    CommandFamily::Freedrive,
+    CommandFamily::ForceMode,
+    CommandFamily::Conveyor,
+    CommandFamily::Offset,
+    CommandFamily::Tool,
 ];
 
 /// What applies to each family, in their order, while the arm does something.
 #[rustfmt::skip]
-const DOING: [(Doing, [Rule; 7]); 14] = [
+const ACTIVITY_RULES: [(ArmActivity, [Admission; 7]); 14] = [
     //                       Move       Steer      Hand       Press      Follow     Offset     Tool
-    (Doing::Nothing,       [NOT_READY, NOT_READY, NOT_READY, NOT_READY, NOT_READY, NOT_READY, Act]),
-    (Doing::Standing,      [Act,       Act,       Act,       Act,       Act,       Act,       Act]),
-    (Doing::Moving,        [BUSY,      BUSY,      BUSY,      Act,       Act,       Act,       Act]),
-    (Doing::Told,          [Act,       BUSY,      BUSY,      Act,       Act,       Act,       Act]),
-    (Doing::Leaving,       [Act,       Queue,     Queue,     Act,       Act,       Act,       Act]),
-    (Doing::Halting,       [Queue,     Queue,     Queue,     Act,       Act,       Act,       Act]),
-    (Doing::Steered,       [BUSY,      BUSY,      BUSY,      Act,       Act,       Act,       Act]),
-    (Doing::Steering,      [BUSY,      Act,       BUSY,      Act,       Act,       Act,       Act]),
-    (Doing::Coasting,      [Queue,     Act,       BUSY,      Act,       Act,       Act,       Act]),
-    (Doing::SteeredToRest, [Queue,     Act,       Act,       Act,       Act,       Act,       Act]),
-    (Doing::ComingToRest,  [Queue,     Act,       Queue,     Act,       Act,       Act,       Act]),
-    (Doing::LeavingTheBelt,[Queue,     Queue,     Queue,     Act,       Act,       Act,       Act]),
-    (Doing::Led,           [BUSY,      BUSY,      Act,       BUSY,      LED,       LED,       Act]),
-    (Doing::LedByInput,    [LED,       LED,       Act,       LED,       LED,       LED,       Act]),
+    (ArmActivity::Unavailable,       [NOT_READY, NOT_READY, NOT_READY, NOT_READY, NOT_READY, NOT_READY, Accept]),
+    (ArmActivity::Idle,      [Accept,       Accept,       Accept,       Accept,       Accept,       Accept,       Accept]),
+    (ArmActivity::PathActive,        [BUSY,      BUSY,      BUSY,      Accept,       Accept,       Accept,       Accept]),
+    (ArmActivity::PathReadyForNext,          [Accept,       BUSY,      BUSY,      Accept,       Accept,       Accept,       Accept]),
+    (ArmActivity::PathFinishing,       [Accept,       WaitForRest,     WaitForRest,     Accept,       Accept,       Accept,       Accept]),
+    (ArmActivity::PathStopping,       [WaitForRest,     WaitForRest,     WaitForRest,     Accept,       Accept,       Accept,       Accept]),
+    (ArmActivity::OnlineOfOtherThread,       [BUSY,      BUSY,      BUSY,      Accept,       Accept,       Accept,       Accept]),
+    (ArmActivity::OnlineOfSender,      [BUSY,      Accept,       BUSY,      Accept,       Accept,       Accept,       Accept]),
+    (ArmActivity::OnlineCallReturned,      [WaitForRest,     Accept,       BUSY,      Accept,       Accept,       Accept,       Accept]),
+    (ArmActivity::OnlineAtRest, [WaitForRest,     Accept,       Accept,       Accept,       Accept,       Accept,       Accept]),
+    (ArmActivity::OnlineStopping,  [WaitForRest,     Accept,       WaitForRest,     Accept,       Accept,       Accept,       Accept]),
+    (ArmActivity::ConveyorStopping,[WaitForRest,     WaitForRest,     WaitForRest,     Accept,       Accept,       Accept,       Accept]),
+    (ArmActivity::HandGuided,           [BUSY,      BUSY,      Accept,       BUSY,      LED,       LED,       Accept]),
+    (ArmActivity::FreedriveByInput,    [LED,       LED,       Accept,       LED,       LED,       LED,       Accept]),
 ];
 
 /// The same while something is laid over what the arm does.
 #[rustfmt::skip]
-const OVER: [(Over, [Rule; 7]); 4] = [
+const OVERLAY_RULES: [(Overlay, [Admission; 7]); 4] = [
     //                              Move Steer Hand     Press     Follow    Offset    Tool
-    (Over::Belt,                 [Act, Act, TRACKING, TRACKING, TRACKING, TRACKING, Act]),
-    (Over::TableThatDoesNotTurn, [Act, Act, TRACKING, TRACKING, TRACKING, TRACKING, TURNS]),
-    (Over::Force,                [Act, Act, FORCE,    Act,      FORCE,    FORCE,    Act]),
-    (Over::Offset,               [Act, Act, OFFSET,   OFFSET,   OFFSET,   Act,      OFFSET]),
+    (Overlay::Conveyor,                 [Accept, Accept, TRACKING, TRACKING, TRACKING, TRACKING, Accept]),
+    (Overlay::NonRotatingTurntable, [Accept, Accept, TRACKING, TRACKING, TRACKING, TRACKING, NON_ROTATING_TURNTABLE]),
+    (Overlay::ForceMode,                [Accept, Accept, FORCE,    Accept,      FORCE,    FORCE,    Accept]),
+    (Overlay::Offset,               [Accept, Accept, OFFSET,   OFFSET,   OFFSET,   Accept,      OFFSET]),
 ];
 
-impl Family {
+impl CommandFamily {
     const fn of(kind: &CommandKind) -> Option<Self> {
         Some(match kind {
             CommandKind::MoveJ { .. }
@@ -162,11 +162,11 @@ impl Family {
             | CommandKind::MoveMl { .. } => Self::Move,
             CommandKind::ServoJ { .. }
             | CommandKind::SpeedJ { .. }
-            | CommandKind::SpeedL { .. } => Self::Steer,
-            CommandKind::Freedrive { .. } => Self::Hand,
-            CommandKind::ForceMode { .. } => Self::Press,
+            | CommandKind::SpeedL { .. } => Self::Online,
+            CommandKind::Freedrive { .. } => Self::Freedrive,
+            CommandKind::ForceMode { .. } => Self::ForceMode,
             CommandKind::TrackConveyorLinear { .. } | CommandKind::TrackConveyorCircular { .. } => {
-                Self::Follow
+                Self::Conveyor
             }
             CommandKind::PathOffsetEnable => Self::Offset,
             CommandKind::SetTcp(_) => Self::Tool,
@@ -174,102 +174,115 @@ impl Family {
         })
     }
 
-    fn rule(self, row: &[Rule; 7]) -> Rule {
-        let mut rules = ROWS.iter().zip(row);
+    fn admission_in(self, row: &[Admission; 7]) -> Admission {
+        let mut rules = FAMILIES.iter().zip(row);
         let found = rules.find(|(family, _)| **family == self);
-        found.map_or(Act, |(_, rule)| *rule)
+        found.map_or(Accept, |(_, rule)| *rule)
     }
 }
 
-impl Cycle {
+impl ControlLoop {
     /// What happens to a command now.
-    pub(crate) fn rule(&self, command: &Command) -> Rule {
-        let Some(family) = Family::of(&command.kind) else {
-            return Act;
+    pub(crate) fn admission(&self, command: &Command) -> Admission {
+        let Some(family) = CommandFamily::of(&command.kind) else {
+            return Accept;
         };
-        let over = OVER.iter().filter(|(over, _)| self.is_under(*over));
+        let over = OVERLAY_RULES
+            .iter()
+            .filter(|(over, _)| self.is_overlay_active(*over));
         for (_, row) in over {
-            if let rule @ Refuse(_) = family.rule(row) {
+            if let rule @ Refuse(_) = family.admission_in(row) {
                 return rule;
             }
         }
-        let doing = self.doing(command.origin);
-        let mut columns = DOING.iter();
+        let doing = self.activity(command.origin);
+        let mut columns = ACTIVITY_RULES.iter();
         let found = columns.find(|(column, _)| *column == doing);
-        let rule = found.map_or(Act, |(_, row)| family.rule(row));
+        let rule = found.map_or(Accept, |(_, row)| family.admission_in(row));
         match rule {
             // Only one waits.
-            Queue if self.deferred.is_some() => BUSY,
+            WaitForRest if self.deferred.is_some() => BUSY,
             rule => rule,
         }
     }
 
-    fn is_under(&self, over: Over) -> bool {
-        let table = |t: &Tracking| t.carries_without_turning();
+    fn is_overlay_active(&self, over: Overlay) -> bool {
+        let table = |t: &ConveyorTracking| t.carries_without_turning();
         match over {
-            Over::Belt => self.tracking.as_ref().is_some_and(|t| !table(t)),
-            Over::TableThatDoesNotTurn => self.tracking.as_ref().is_some_and(table),
-            Over::Force => self.force.is_at_work(),
-            Over::Offset => self.path_offset.is_on(),
+            Overlay::Conveyor => self.tracking.as_ref().is_some_and(|t| !table(t)),
+            Overlay::NonRotatingTurntable => self.tracking.as_ref().is_some_and(table),
+            Overlay::ForceMode => self.force.is_active(),
+            Overlay::Offset => self.path_offset.is_on(),
         }
     }
 
-    fn doing(&self, sender: Origin) -> Doing {
+    fn activity(&self, sender: Origin) -> ArmActivity {
         let caller = |origin: Origin| (origin.program, origin.thread);
         let is_senders = |origin| caller(origin) == caller(sender);
-        if self.machine.check_ready().is_err() || self.waiting.includes(WaitingFor::PowerOff) {
-            return Doing::Nothing;
+        if self.machine.check_ready().is_err() || self.rest_commands.contains(RestCommand::PowerOff)
+        {
+            return ArmActivity::Unavailable;
         }
         match &self.generator {
-            _ if self.upcoming.is_some() || self.deferred.is_some() => Doing::Moving,
-            Generator::Hold if self.tracking.as_ref().is_some_and(Tracking::is_stopping) => {
-                Doing::LeavingTheBelt
+            _ if self.pending_motion.is_some() || self.deferred.is_some() => {
+                ArmActivity::PathActive
             }
-            Generator::Hold => Doing::Standing,
-            Generator::Brake(_) => Doing::Nothing,
+            Generator::Hold
+                if self
+                    .tracking
+                    .as_ref()
+                    .is_some_and(ConveyorTracking::is_stopping) =>
+            {
+                ArmActivity::ConveyorStopping
+            }
+            Generator::Hold => ArmActivity::Idle,
+            Generator::Stop(_) => ArmActivity::Unavailable,
             Generator::Path(motion) => {
                 let is_told = self.queue.last();
-                let is_told = is_told.is_some_and(|leg| leg.is_told && is_senders(leg.origin));
-                match (motion.is_stopping, self.queue.open_count()) {
-                    (true, _) => Doing::Halting,
-                    (false, 0) => Doing::Leaving,
-                    (false, _) if is_told => Doing::Told,
-                    (false, _) => Doing::Moving,
+                let is_told =
+                    is_told.is_some_and(|leg| leg.is_ready_for_next_sent && is_senders(leg.origin));
+                match (motion.is_stopping, self.queue.unfinished_count()) {
+                    (true, _) => ArmActivity::PathStopping,
+                    (false, 0) => ArmActivity::PathFinishing,
+                    (false, _) if is_told => ArmActivity::PathReadyForNext,
+                    (false, _) => ArmActivity::PathActive,
                 }
             }
-            Generator::Online(online) if online.is_stopping => Doing::ComingToRest,
+            Generator::Online(online) if online.is_stopping => ArmActivity::OnlineStopping,
             Generator::Online(online) if online.is_led_by_hand() => match online.id {
-                CommandId::NONE => Doing::LedByInput,
-                _ => Doing::Led,
+                CommandId::NONE => ArmActivity::FreedriveByInput,
+                _ => ArmActivity::HandGuided,
             },
-            Generator::Online(online) if online.has_ended() && stands(&self.target) => {
-                Doing::SteeredToRest
+            Generator::Online(online)
+                if online.has_ended() && is_setpoint_at_rest(&self.target) =>
+            {
+                ArmActivity::OnlineAtRest
             }
-            Generator::Online(online) if online.has_ended() => Doing::Coasting,
-            Generator::Online(online) if is_senders(online.origin) => Doing::Steering,
-            Generator::Online(_) => Doing::Steered,
+            Generator::Online(online) if online.has_ended() => ArmActivity::OnlineCallReturned,
+            Generator::Online(online) if is_senders(online.origin) => ArmActivity::OnlineOfSender,
+            Generator::Online(_) => ArmActivity::OnlineOfOtherThread,
         }
     }
 
     /// The refusal of a command, with what there is to say about it.
-    pub(crate) fn refusal(&self, why: Why) -> Refusal {
+    pub(crate) fn refusal(&self, why: RefusalCause) -> Refusal {
         match why {
-            Why::NotReady => match self.machine.check_ready() {
+            RefusalCause::NotReady => match self.machine.check_ready() {
                 Err(refusal) => refusal,
                 // It is about to lose its power.
                 Ok(()) => Refusal::StillMoving,
             },
-            Why::Busy => Refusal::Busy {
+            RefusalCause::Busy => Refusal::Busy {
                 running: match self.deferred {
                     Some(deferred) => deferred.id,
-                    None => self.running(),
+                    None => self.running_command(),
                 },
             },
-            Why::Led => Refusal::LedByHand,
-            Why::Tracking => Refusal::Tracking,
-            Why::InForceMode => Refusal::InForceMode,
-            Why::PathOffset => Refusal::PathOffset,
-            Why::TurnsAboutTheTcp => Refusal::TurnsAboutTheTcp,
+            RefusalCause::HandGuided => Refusal::HandGuided,
+            RefusalCause::ConveyorTracking => Refusal::ConveyorTracking,
+            RefusalCause::InForceMode => Refusal::InForceMode,
+            RefusalCause::PathOffset => Refusal::PathOffset,
+            RefusalCause::NonRotatingTurntable => Refusal::NonRotatingTurntable,
         }
     }
 }
@@ -280,27 +293,31 @@ mod tests {
 
     #[test]
     fn the_table_has_each_column_once_and_nothing_moves_an_arm_that_cannot_move() {
-        for (k, (column, row)) in DOING.iter().enumerate() {
-            assert!(!DOING[..k].iter().any(|(before, _)| before == column));
-            if *column == Doing::Nothing {
+        for (k, (column, row)) in ACTIVITY_RULES.iter().enumerate() {
+            assert!(
+                !ACTIVITY_RULES[..k]
+                    .iter()
+                    .any(|(before, _)| before == column)
+            );
+            if *column == ArmActivity::Unavailable {
                 assert!(row[..6].iter().all(|rule| *rule == NOT_READY));
             }
         }
-        for (k, family) in ROWS.iter().enumerate() {
-            assert!(!ROWS[..k].contains(family));
+        for (k, family) in FAMILIES.iter().enumerate() {
+            assert!(!FAMILIES[..k].contains(family));
         }
     }
 
     #[test]
     fn what_is_laid_over_a_motion_excludes_everything_else_of_its_kind() {
-        for (over, row) in OVER {
+        for (over, row) in OVERLAY_RULES {
             for (family, own) in [
-                (Family::Follow, Over::Belt),
-                (Family::Offset, Over::Offset),
-                (Family::Press, Over::Force),
+                (CommandFamily::Conveyor, Overlay::Conveyor),
+                (CommandFamily::Offset, Overlay::Offset),
+                (CommandFamily::ForceMode, Overlay::ForceMode),
             ] {
-                let is_free = family.rule(&row) == Act;
-                let is_its_own = over == own && family != Family::Follow;
+                let is_free = family.admission_in(&row) == Accept;
+                let is_its_own = over == own && family != CommandFamily::Conveyor;
                 assert_eq!(is_free, is_its_own, "{family:?} {over:?}");
             }
         }

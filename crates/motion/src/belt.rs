@@ -8,30 +8,30 @@ use motion_api::form::check_tick_count;
 use motion_api::{CommandId, EncoderRange, PulseDecoding, Refusal, StopReason};
 use nalgebra::{Unit, Vector3};
 
-use crate::constants::{LIMIT_SLACK, SHARE_OF_BELT, SHARE_ON_BELT, SLOWEST};
-use crate::cycle::{Cycle, Generator};
-use crate::intake::{Answer, Ending, bad_value};
-use crate::modes::conveyor::{Route, Tracking};
+use crate::constants::{LIMIT_SLACK, MIN_REQUESTED_RATE, SHARE_OF_BELT, SHARE_ON_BELT};
+use crate::cycle::{ControlLoop, Generator};
+use crate::intake::{CommandResult, Completion, bad_value};
+use crate::modes::conveyor::{ConveyorPath, ConveyorTracking};
 use crate::modes::encoder::Encoder;
-use crate::modes::points::Points;
-use crate::modes::{online_axes, stands, states};
+use crate::modes::points::PointSpeedLimits;
+use crate::modes::{is_setpoint_at_rest, online_axes, states};
 use crate::setpoint::{Setpoint, elbow_speed};
-use crate::waiting::WaitingFor;
+use crate::waiting::RestCommand;
 
-impl Cycle {
+impl ControlLoop {
     pub(crate) fn track_linear(
         &mut self,
         direction: [f64; 3],
         ticks_per_meter: f64,
         encoder: u8,
-    ) -> Answer {
+    ) -> CommandResult {
         let along = Unit::try_new(Vector3::from(direction), 1e-9);
         let Some(along) = along.filter(|unit| unit.iter().all(|x| x.is_finite())) else {
             let length = Vector3::from(direction).norm();
             return Err(bad_value("the length of direction", length, "more than 0"));
         };
         self.track(
-            Route::Linear(along),
+            ConveyorPath::Linear(along),
             encoder,
             "ticks_per_meter",
             ticks_per_meter,
@@ -45,12 +45,12 @@ impl Cycle {
         ticks_per_revolution: f64,
         rotate_tool: bool,
         encoder: u8,
-    ) -> Answer {
+    ) -> CommandResult {
         if !center.is_finite() {
             return Err(bad_value("center", f64::NAN, "a pose of finite numbers"));
         }
         let center = Pose::from_rpy(center);
-        let route = Route::Circular {
+        let route = ConveyorPath::Circular {
             center: center.translation,
             axis: Unit::new_normalize(center.rotation * Vector3::z()),
             rotate_tool,
@@ -67,43 +67,44 @@ impl Cycle {
 
     fn track(
         &mut self,
-        route: Route,
+        route: ConveyorPath,
         encoder: u8,
         name: &'static str,
         ticks: f64,
         unit: f64,
-    ) -> Answer {
-        if !(ticks.is_finite() && ticks.abs() >= SLOWEST) {
+    ) -> CommandResult {
+        if !(ticks.is_finite() && ticks.abs() >= MIN_REQUESTED_RATE) {
             return Err(bad_value(name, ticks, "a finite number other than 0"));
         }
         let (start, _) = self.encoder(encoder)?.position();
         let tcp = (self.target_frames.base_from_flange * self.flange_from_tcp).translation;
         let encoder = usize::from(encoder);
-        let mut tracking = Tracking::new(route, encoder, unit / ticks, start, tcp, self.step);
-        self.limits_on_belt = self.limits.shared(SHARE_ON_BELT);
+        let mut tracking =
+            ConveyorTracking::new(route, encoder, unit / ticks, start, tcp, self.step);
+        self.overlay_limits = self.limits.scaled(SHARE_ON_BELT);
         if !matches!(self.generator, Generator::Hold) {
             tracking.wait();
         }
         self.tracking = Some(tracking);
         if matches!(self.generator, Generator::Path(_)) {
-            self.queue.forget_caps();
+            self.queue.clear_speed_caps();
             self.keep_way();
         }
-        Ok(Ending::Now)
+        Ok(Completion::Immediate)
     }
 
-    pub(crate) fn stop_tracking(&mut self, id: CommandId) -> Ending {
+    pub(crate) fn stop_tracking(&mut self, id: CommandId) -> Completion {
         let Some(tracking) = &mut self.tracking else {
-            return Ending::Now;
+            return Completion::Immediate;
         };
         tracking.stop();
         self.stop_motion_underneath();
-        self.waiting.add(id, WaitingFor::Stop);
-        Ending::Later
+        self.rest_commands.add(id, RestCommand::Stop);
+        Completion::Deferred
     }
 
     /// The generator's setpoint carried along with the conveyor.
-    pub(crate) fn carried(&mut self, nominal: &Setpoint) -> Result<Setpoint, StopReason> {
+    pub(crate) fn apply_conveyor(&mut self, nominal: &Setpoint) -> Result<Setpoint, StopReason> {
         let Some(tracking) = &self.tracking else {
             return Ok(*nominal);
         };
@@ -117,14 +118,14 @@ impl Cycle {
         };
         tracking.advance(belt, self.step);
         tracking
-            .carry(nominal, &self.commanded, &self.model, &self.flange_from_tcp)
+            .superimpose(nominal, &self.commanded, &self.model, &self.flange_from_tcp)
             .ok_or(StopReason::ConveyorLost)
     }
 
     /// What the arm's way along the belt may be where the arm is, and what it leaves; `None` in a singular position.
     fn belt_budget(
         &self,
-        tracking: &Tracking,
+        tracking: &ConveyorTracking,
         belt: (f64, f64),
     ) -> Result<Option<Budget>, StopReason> {
         let frames = &self.target_frames;
@@ -160,7 +161,7 @@ impl Cycle {
         }
         // Faster than the belt only as far as the joints bear it, where they are and in the bends that they are led through.
         let bias = frames.jacobian_rate_times_speeds(&unit, tcp);
-        let bend = tracking.unit_bend(tcp).to_vector() - bias.to_vector();
+        let bend = tracking.unit_curvature(tcp).to_vector() - bias.to_vector();
         let bend = jacobian.solve(&bend).unwrap_or_default();
         let mut fastest = f64::INFINITY;
         for joint in 0..6 {
@@ -202,8 +203,8 @@ impl Cycle {
             tracking.limit(budget.acceleration, budget.speed);
         }
         [
-            self.limits_on_belt.tcp_speed,
-            self.limits_on_belt.elbow_speed,
+            self.overlay_limits.tcp_speed,
+            self.overlay_limits.elbow_speed,
         ] = budget.left;
         let kept = self.keeps_way.get_or_insert(budget.left);
         if !matches!(self.generator, Generator::Path(_)) {
@@ -217,7 +218,7 @@ impl Cycle {
         let is_due = self.out.cycle.is_multiple_of(CYCLES_APART);
         if is_due && budget.left.iter().zip(kept.iter()).any(is_other) {
             *kept = budget.left;
-            self.queue.forget_caps();
+            self.queue.clear_speed_caps();
         }
     }
 
@@ -235,7 +236,7 @@ impl Cycle {
                 let pace = self.queue.kept_pace();
                 pace.is_some_and(|pace| tracking.pace() <= pace + LIMIT_SLACK)
             }
-            Generator::Hold | Generator::Online(_) | Generator::Brake(_) => true,
+            Generator::Hold | Generator::Online(_) | Generator::Stop(_) => true,
         };
         let limits = &self.limits;
         let leaves = |joint: usize| {
@@ -248,43 +249,44 @@ impl Cycle {
     }
 
     /// The share of its speed at which a motion on a belt goes on.
-    pub(crate) fn pace(&self) -> f64 {
-        self.tracking.as_ref().map_or(1.0, Tracking::pace)
+    pub(crate) fn stretch_to_duration(&self) -> f64 {
+        self.tracking.as_ref().map_or(1.0, ConveyorTracking::pace)
     }
 
     /// The setpoint of the belt within the speed limits of TCP and elbow, also while the joints come to rest; a motion on
     /// the belt is slowed down when it comes near to what joints, TCP and elbow can do.
     pub(crate) fn slow_for_belt(&mut self, carried: &Setpoint) -> Result<(), StopReason> {
         let able = self.limit_sets.able();
-        let soon = states(carried).map(|state| state.after(AHEAD, 0.0));
+        let soon = states(carried).map(|state| state.after(LOOK_AHEAD_TIME, 0.0));
         let mut used = (0..6).fold(0.0_f64, |most, joint| {
             let speed = carried.qd[joint].abs().max(soon[joint].speed.abs());
             most.max(speed / self.limits.speed[joint])
                 .max(carried.qdd[joint].abs() / able.acceleration[joint])
         });
         let arm = (&self.model, &self.flange_from_tcp);
-        if let Some(points) = Points::new(arm.0, arm.1, &self.limits, &carried.q) {
+        if let Some(points) = PointSpeedLimits::new(arm.0, arm.1, &self.limits, &carried.q) {
             let axes = online_axes(able, self.step);
-            let braking = points.while_braking(&states(carried), &axes, self.step);
-            let checked = Points::new(arm.0, arm.1, self.limit_sets.checked(), &carried.q);
+            let braking = points.max_speeds_while_braking(&states(carried), &axes, self.step);
+            let checked =
+                PointSpeedLimits::new(arm.0, arm.1, self.limit_sets.enforced(), &carried.q);
             if let Some(reason) = checked.and_then(|points| points.exceeded(braking)) {
                 return Err(reason);
             }
             // Online modes keep what the belt leaves of these speeds by themselves.
             let is_online = matches!(self.generator, Generator::Online(_));
             // Joints that brake each for itself may lead the TCP on faster than together.
-            let soon_braking = points.while_braking(&soon, &axes, self.step);
+            let soon_braking = points.max_speeds_while_braking(&soon, &axes, self.step);
             let soon = JointSpeeds(soon.map(|state| state.speed));
             let of_points = points
-                .used(&carried.qd)
-                .max(points.used(&soon))
-                .max(points.share(braking))
-                .max(points.share(soon_braking));
+                .utilization_at(&carried.qd)
+                .max(points.utilization_at(&soon))
+                .max(points.utilization(braking))
+                .max(points.utilization(soon_braking));
             used = used.max(if is_online { 0.0 } else { of_points });
         }
         // Who is still too fast for new limits comes down to them by those of the way ahead and of online modes; from then on
         // the joints must be able to brake as well.
-        let used = if self.limit_sets.is_slowing() && self.used() > 1.0 {
+        let used = if self.limit_sets.is_slowing() && self.limit_utilization() > 1.0 {
             0.0
         } else {
             used
@@ -300,11 +302,15 @@ impl Cycle {
     /// Ends tracking once it has come to rest, and the joints have made good what they lagged behind: from then on the generator starts
     /// where the arm is.
     pub(crate) fn settle_tracking(&mut self) {
-        let is_braked = (self.holding.is_none() && self.lag.is_none()) || stands(&self.commanded);
-        let has_stopped = self.tracking.as_ref().is_some_and(Tracking::has_stopped);
+        let is_braked = (self.joint_hold.is_none() && self.lag.is_none())
+            || is_setpoint_at_rest(&self.commanded);
+        let has_stopped = self
+            .tracking
+            .as_ref()
+            .is_some_and(ConveyorTracking::has_stopped);
         if has_stopped && is_braked && matches!(self.generator, Generator::Hold) {
             self.tracking = None;
-            self.limits_on_belt = self.limits.shared(SHARE_ON_BELT);
+            self.overlay_limits = self.limits.scaled(SHARE_ON_BELT);
             self.lag = None;
             self.commanded = Setpoint::standing(self.commanded.q);
             self.target = self.commanded;
@@ -317,26 +323,26 @@ impl Cycle {
             .ok_or_else(|| bad_value("encoder_index", f64::from(number), "0 or 1"))
     }
 
-    pub(crate) fn set_tick_count(&mut self, number: u8, count: f64) -> Answer {
+    pub(crate) fn set_tick_count(&mut self, number: u8, count: f64) -> CommandResult {
         let encoder = self.encoder(number)?;
         check_tick_count(encoder.is_from_program(), encoder.range(), count)?;
-        self.recount(usize::from(number), |encoder| encoder.set(count));
-        Ok(Ending::Now)
+        self.update_encoder(usize::from(number), |encoder| encoder.set_count(count));
+        Ok(Completion::Immediate)
     }
 
-    pub(crate) fn count_by_program(&mut self, number: u8, range: EncoderRange) -> Answer {
+    pub(crate) fn count_by_program(&mut self, number: u8, range: EncoderRange) -> CommandResult {
         self.encoder(number)?;
         let take = |encoder: &mut Encoder| {
             encoder.take_from_program(range);
             true
         };
-        self.recount(usize::from(number), take);
-        Ok(Ending::Now)
+        self.update_encoder(usize::from(number), take);
+        Ok(Completion::Immediate)
     }
 
     /// Changes what an encoder counts. Where that says where the counter is, not that the belt moved, a belt that is followed
     /// stays where it is.
-    fn recount(&mut self, number: usize, change: impl FnOnce(&mut Encoder) -> bool) {
+    fn update_encoder(&mut self, number: usize, change: impl FnOnce(&mut Encoder) -> bool) {
         let Some(encoder) = self.encoders.get_mut(number) else {
             return;
         };
@@ -357,7 +363,7 @@ impl Cycle {
         decoding: PulseDecoding,
         channel_a: u8,
         channel_b: u8,
-    ) -> Answer {
+    ) -> CommandResult {
         let inputs = self.io.image.digital_in.into();
         let is_fast = |channel: u8| (16..=17).contains(&channel);
         if !is_fast(channel_a) {
@@ -369,11 +375,11 @@ impl Cycle {
             return Err(bad_value("B", f64::from(channel_b), needed));
         }
         self.encoder(encoder)?;
-        self.recount(usize::from(encoder), |encoder| {
+        self.update_encoder(usize::from(encoder), |encoder| {
             encoder.take_pulses(decoding, channel_a, channel_b, inputs);
             true
         });
-        Ok(Ending::Now)
+        Ok(Completion::Immediate)
     }
 }
 
@@ -391,7 +397,7 @@ const SHARE_OF_JOINT_SPEED: f64 = 0.8;
 /// Share of them that a belt and the motion on it use while the belt is caught up with.
 const SHARE_OF_POINTS: f64 = 0.95;
 /// So far ahead the speeds of a motion on a belt are looked at, s.
-const AHEAD: f64 = 0.08;
+const LOOK_AHEAD_TIME: f64 = 0.08;
 /// The way ahead is looked at again when limits have changed by this part, and once in so many cycles.
 const OTHER_LIMITS: f64 = 0.05;
 /// See [`OTHER_LIMITS`].

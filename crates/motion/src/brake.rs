@@ -7,10 +7,10 @@ use kinematics::{JointAccelerations, JointPositions, JointSpeeds};
 
 use crate::config::MotionLimits;
 use crate::constants::SETTLING_TIME;
-use crate::path::Ground;
-use crate::queue::{Motion, Queue};
+use crate::path::PathContext;
+use crate::queue::{MotionQueue, PathMotion};
 use crate::scalar::ramp::natural_speed;
-use crate::scalar::{Drive, Profile, ScalarState};
+use crate::scalar::{Profile, ProgressGoal, ScalarState};
 use crate::setpoint::Setpoint;
 
 /// Share of a joint's jerk that braking uses: within the cycle before, a path may have moved a little otherwise than its setpoints say.
@@ -22,43 +22,43 @@ const JERK_SHARE: f64 = 0.95;
     clippy::large_enum_variant,
     reason = "lives in place for the life of the controller; the cycle must not allocate"
 )]
-pub(crate) enum Brake {
+pub(crate) enum StopMotion {
     /// The joints brake one by one.
-    Joints(JointBrake),
+    JointWise(JointStopMotion),
     /// A motion halts on its path; how long its target has stood, s.
-    OnPath(Motion, f64),
+    OnPath(PathMotion, f64),
 }
 
-impl Brake {
+impl StopMotion {
     /// Halts `motion` on its path.
-    pub(crate) fn on_path(mut motion: Motion) -> Self {
+    pub(crate) fn on_path(mut motion: PathMotion) -> Self {
         motion.is_stopping = true;
         Self::OnPath(motion, 0.0)
     }
 
     /// The setpoint `step` seconds later; `None` when the path is lost.
-    pub(crate) fn next(
+    pub(crate) fn next_setpoint(
         &mut self,
         step: f64,
-        queue: &Queue,
-        ground: &Ground,
+        queue: &MotionQueue,
+        ground: &PathContext,
         near: &JointPositions,
     ) -> Option<Setpoint> {
         match self {
-            Self::Joints(brake) => Some(brake.next(step)),
+            Self::JointWise(brake) => Some(brake.next(step)),
             Self::OnPath(motion, stood) => {
                 if queue.is_standing(motion) {
                     *stood += step;
                 }
-                queue.next(motion, step, Drive::HaltHard, ground, near)
+                queue.next_setpoint(motion, step, ProgressGoal::StopHard, ground, near)
             }
         }
     }
 
     /// True when the target stands and the arm has come to rest as well, or has had its time to.
-    pub(crate) fn has_settled(&self, queue: &Queue, arm_rests: bool) -> bool {
+    pub(crate) fn has_settled(&self, queue: &MotionQueue, arm_rests: bool) -> bool {
         match self {
-            Self::Joints(brake) => brake.has_settled(arm_rests),
+            Self::JointWise(brake) => brake.has_settled(arm_rests),
             Self::OnPath(motion, stood) => {
                 queue.is_standing(motion) && (arm_rests || *stood >= SETTLING_TIME)
             }
@@ -68,15 +68,15 @@ impl Brake {
 
 /// Six joints on their way to rest.
 #[derive(Clone, Copy, Debug)]
-pub struct JointBrake {
+pub struct JointStopMotion {
     profiles: [Profile; 6],
     time: f64,
 }
 
-impl JointBrake {
+impl JointStopMotion {
     /// From the motion at `from`.
     pub fn new(from: &Setpoint, limits: &MotionLimits) -> Self {
-        Self::to_share(from, 0.0, limits)
+        Self::to_speed_share(from, 0.0, limits)
     }
 
     /// At rest where the joints of `at` are.
@@ -91,7 +91,7 @@ impl JointBrake {
     }
 
     /// From the motion at `from` to this share of its speeds.
-    pub fn to_share(from: &Setpoint, share: f64, limits: &MotionLimits) -> Self {
+    pub fn to_speed_share(from: &Setpoint, share: f64, limits: &MotionLimits) -> Self {
         let profiles = core::array::from_fn(|joint| {
             let start = ScalarState {
                 position: from.q[joint],

@@ -27,45 +27,45 @@ pub const SENSITIVITY_RANGE: (u8, u8) = (10, 100);
 
 /// The observer and its switch.
 #[derive(Clone, Copy, Debug)]
-pub struct CollisionDetection {
+pub struct CollisionDetector {
     /// Whether a collision stops the arm.
     pub is_enabled: bool,
     sensitivity: u8,
     residual: Vector6<f64>,
     integral: Vector6<f64>,
     /// The part of the residual that the sensor at the tool explains.
-    explained: Vector6<f64>,
-    before: Option<Before>,
+    sensed_residual: Vector6<f64>,
+    previous: Option<PreviousSample>,
     /// Time since the servos took over from the brakes, s, up to [`TAKEOVER`].
     since_takeover: f64,
     /// What pressed already when they did, Nm; never grows. An arm that was stopped by an obstacle stands against it, and
     /// must be able to leave.
-    accepted: Vector6<f64>,
+    baseline: Vector6<f64>,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Before {
+struct PreviousSample {
     mass: Matrix6<f64>,
     bias: Vector6<f64>,
     qd: Vector6<f64>,
 }
 
-impl Default for CollisionDetection {
+impl Default for CollisionDetector {
     fn default() -> Self {
         Self {
             is_enabled: true,
             sensitivity: DEFAULT_SENSITIVITY,
             residual: Vector6::zeros(),
             integral: Vector6::zeros(),
-            explained: Vector6::zeros(),
-            before: None,
+            sensed_residual: Vector6::zeros(),
+            previous: None,
             since_takeover: TAKEOVER,
-            accepted: Vector6::zeros(),
+            baseline: Vector6::zeros(),
         }
     }
 }
 
-impl CollisionDetection {
+impl CollisionDetector {
     /// Sensitivity, %.
     pub fn sensitivity(&self) -> u8 {
         self.sensitivity
@@ -81,17 +81,17 @@ impl CollisionDetection {
     }
 
     /// Forgets the past: the masses have changed.
-    pub fn restart(&mut self) {
-        self.before = None;
+    pub fn reset(&mut self) {
+        self.previous = None;
         self.residual = Vector6::zeros();
-        self.explained = Vector6::zeros();
+        self.sensed_residual = Vector6::zeros();
     }
 
     /// The brakes hold the arm, whatever presses.
-    pub fn stand(&mut self) {
-        self.restart();
+    pub fn reset_for_takeover(&mut self) {
+        self.reset();
         self.since_takeover = 0.0;
-        self.accepted = Vector6::zeros();
+        self.baseline = Vector6::zeros();
     }
 
     /// The end of a cycle of `step` seconds; `at_tool` are the joint torques of what acts on the tool. Mass matrix and bias torques
@@ -105,33 +105,34 @@ impl CollisionDetection {
     ) {
         let bias = bias.to_vector();
         let qd = arm.qd.to_vector();
-        if let Some(before) = self.before {
-            let turned = times(&(mass - before.mass), &(qd + before.qd)) / (2.0 * step);
+        if let Some(before) = self.previous {
+            let turned = mat_vec(&(mass - before.mass), &(qd + before.qd)) / (2.0 * step);
             let own = arm.mean_torque.to_vector() + turned - (bias + before.bias) / 2.0;
             // r after the step appears on both sides: solved for it.
             let k = 1.0 / TIME_CONSTANT;
-            let left = times(&mass, &qd) - self.integral - step * own;
+            let left = mat_vec(&mass, &qd) - self.integral - step * own;
             self.residual = left * k / (1.0 + k * step);
             self.integral += step * (own + self.residual);
             // It is late by the same time constant.
-            self.explained = (self.explained + k * step * at_tool.to_vector()) / (1.0 + k * step);
+            self.sensed_residual =
+                (self.sensed_residual + k * step * at_tool.to_vector()) / (1.0 + k * step);
         } else {
-            self.integral = times(&mass, &qd);
+            self.integral = mat_vec(&mass, &qd);
         }
-        self.before = Some(Before { mass, bias, qd });
+        self.previous = Some(PreviousSample { mass, bias, qd });
         if self.since_takeover < TAKEOVER {
             self.since_takeover += step;
-            self.accepted = self.residual;
+            self.baseline = self.residual;
         } else {
-            self.accepted = self.accepted.zip_map(&self.residual, |accepted, now| {
+            self.baseline = self.baseline.zip_map(&self.residual, |accepted, now| {
                 within(accepted, now.min(0.0), now.max(0.0))
             });
         }
     }
 
     /// The arm presses on purpose: when it ends, what the tool presses with then is no collision.
-    pub fn press_on_purpose(&mut self) {
-        self.accepted = self.explained;
+    pub fn accept_sensed_contact(&mut self) {
+        self.baseline = self.sensed_residual;
     }
 
     /// Torques from outside, Nm.
@@ -142,7 +143,7 @@ impl CollisionDetection {
     /// The joint that carries most over its threshold, as the reason of a stop. `frames` and `flange_from_tcp` say where the
     /// TCP is, `effort` the nominal torques. While the arm presses on purpose, what the sensor at the tool feels is no
     /// collision.
-    pub fn collision(
+    pub fn detected_stop(
         &self,
         effort: &JointTorques,
         is_pressing: bool,
@@ -155,9 +156,9 @@ impl CollisionDetection {
         let share = f64::from(self.sensitivity - least) / f64::from(highest - least);
         let threshold = THRESHOLDS.0 + (THRESHOLDS.1 - THRESHOLDS.0) * share;
         let expected = if is_pressing {
-            self.explained
+            self.sensed_residual
         } else {
-            self.accepted
+            self.baseline
         };
         let residual = self.residual - expected;
         let over: [f64; 6] =
@@ -170,7 +171,7 @@ impl CollisionDetection {
             joint: hit as u8,
             torque: residual[hit],
             limit: effort[hit] * threshold,
-            force: force_of(
+            force: equivalent_tcp_force(
                 &residual,
                 frames,
                 &(frames.base_from_flange * *flange_from_tcp),
@@ -180,7 +181,7 @@ impl CollisionDetection {
 }
 
 /// `m * v`, column by column as nalgebra does, written out: its general product takes several times as long at this size.
-fn times(m: &Matrix6<f64>, v: &Vector6<f64>) -> Vector6<f64> {
+fn mat_vec(m: &Matrix6<f64>, v: &Vector6<f64>) -> Vector6<f64> {
     let [a, b, c, d, e, f]: &[[f64; 6]; 6] = m.as_ref();
     let [p, q, r, s, t, u] = (*v).into();
     let row = |k: usize| a[k] * p + b[k] * q + c[k] * r + d[k] * s + e[k] * t + f[k] * u;
@@ -188,7 +189,7 @@ fn times(m: &Matrix6<f64>, v: &Vector6<f64>) -> Vector6<f64> {
 }
 
 /// Size of the force at the TCP that explains the torques best: least squares of tau = J^T F.
-fn force_of(torques: &Vector6<f64>, frames: &Frames, base_from_tcp: &Pose) -> f64 {
+fn equivalent_tcp_force(torques: &Vector6<f64>, frames: &Frames, base_from_tcp: &Pose) -> f64 {
     let jacobian = frames.jacobian(base_from_tcp.translation);
     let rows = jacobian.fixed_rows::<3>(0);
     let square = rows * rows.transpose();
@@ -199,7 +200,7 @@ fn force_of(torques: &Vector6<f64>, frames: &Frames, base_from_tcp: &Pose) -> f6
 }
 
 /// Joint torques of a wrench on the tool (base axes, about the TCP): J^T F.
-pub fn torques_of(
+pub fn wrench_to_torques(
     wrench: &kinematics::Wrench,
     frames: &Frames,
     base_from_tcp: &Pose,

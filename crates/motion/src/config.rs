@@ -9,12 +9,12 @@ use motion_api::{RobotMode, RobotState};
 use nalgebra::Vector3;
 
 pub use crate::config_error::ConfigError;
-use crate::constants::{FASTEST_RISE, LEAST_LIMITS, LINK_OVERLAP, REDUCED_TCP_SPEED, STEP_RANGE};
-use crate::contact::Surroundings;
-use crate::external::Load;
+use crate::constants::{FASTEST_RISE, LINK_OVERLAP, MIN_LIMITS, REDUCED_TCP_SPEED, STEP_RANGE};
+use crate::contact::Environment;
+use crate::external::TimedWrench;
 use crate::io::IoSetup;
 use crate::modes::encoder::Belt;
-use crate::plant::Truth;
+use crate::plant::PlantParameters;
 use crate::safety_inputs::SafetyInputs;
 use crate::sensor::SensorNoise;
 
@@ -85,13 +85,13 @@ pub struct CycleConfig {
     /// Belts that turn the two encoders.
     pub belts: [Option<Belt>; 2],
     /// Loads on the tool by time.
-    pub loads: Vec<Load>,
+    pub loads: Vec<TimedWrench>,
     /// Obstacles, and the tool that touches them.
-    pub surroundings: Surroundings,
+    pub surroundings: Environment,
     /// Noise of the force sensor.
     pub sensor_noise: SensorNoise,
     /// What is true of the arm though the controller does not know it.
-    pub truth: Truth,
+    pub truth: PlantParameters,
 }
 
 /// The limits a motion is planned and checked with.
@@ -119,7 +119,7 @@ pub struct MotionLimits {
 
 impl MotionLimits {
     /// The same ranges with a share of the joint speeds, accelerations and jerks.
-    pub(crate) fn shared(&self, share: f64) -> Self {
+    pub(crate) fn scaled(&self, share: f64) -> Self {
         Self {
             speed: self.speed.map(|x| x * share),
             acceleration: self.acceleration.map(|x| x * share),
@@ -129,7 +129,7 @@ impl MotionLimits {
     }
 
     /// The arm's limits with these in place of its own.
-    pub(crate) fn narrowed(&self, own: &JointLimits) -> JointLimits {
+    pub(crate) fn to_joint_limits(&self, own: &JointLimits) -> JointLimits {
         JointLimits {
             position_min: self.position_min,
             position_max: self.position_max,
@@ -160,9 +160,9 @@ impl CycleConfig {
             safety: SafetyBounds::default(),
             belts: [None; 2],
             loads: Vec::new(),
-            surroundings: Surroundings::default(),
+            surroundings: Environment::default(),
             sensor_noise: SensorNoise::default(),
-            truth: Truth::default(),
+            truth: PlantParameters::default(),
         }
     }
 
@@ -198,7 +198,7 @@ impl CycleConfig {
     /// # Errors
     /// As [`resolve`](Self::resolve).
     pub fn limited_model(&self) -> Result<RobotModel, ConfigError> {
-        let limits = self.resolve()?.narrowed(self.model.limits());
+        let limits = self.resolve()?.to_joint_limits(self.model.limits());
         Ok(self.model.clone().with_limits(limits))
     }
 
@@ -240,7 +240,7 @@ impl CycleConfig {
     ///
     /// # Errors
     /// [`ConfigError`] for limits that cannot be used.
-    pub fn safety_of_targets(&self) -> Result<SafetyBounds, ConfigError> {
+    pub fn target_safety_bounds(&self) -> Result<SafetyBounds, ConfigError> {
         let (limits, reduced) = (self.resolve()?, self.resolve_reduced()?);
         let bounds = self.safety.with_link_overlap(limits.link_overlap);
         Ok(bounds.with_reduced_range(reduced.position_min, reduced.position_max))
@@ -254,7 +254,7 @@ impl CycleConfig {
         let own = self.model.limits();
         let normal = self.limits.resolve(own, &NAMES)?;
         let asked = &self.reduced_limits;
-        let mut reduced = asked.resolve(&normal.narrowed(own), &REDUCED_NAMES)?;
+        let mut reduced = asked.resolve(&normal.to_joint_limits(own), &REDUCED_NAMES)?;
         if asked.joint_jerk.is_none() {
             reduced.jerk = normal.jerk;
         }
@@ -304,7 +304,7 @@ impl CycleConfig {
 }
 
 /// The keys of a table of limits.
-struct Names {
+struct LimitKeys {
     joint_speed: &'static str,
     joint_acceleration: &'static str,
     joint_jerk: &'static str,
@@ -313,7 +313,7 @@ struct Names {
     tcp_force: &'static str,
 }
 
-const NAMES: Names = Names {
+const NAMES: LimitKeys = LimitKeys {
     joint_speed: "joint_speed",
     joint_acceleration: "joint_acceleration",
     joint_jerk: "joint_jerk",
@@ -322,7 +322,7 @@ const NAMES: Names = Names {
     tcp_force: "tcp_force",
 };
 
-const REDUCED_NAMES: Names = Names {
+const REDUCED_NAMES: LimitKeys = LimitKeys {
     joint_speed: "reduced.joint_speed",
     joint_acceleration: "reduced.joint_acceleration",
     joint_jerk: "reduced.joint_jerk",
@@ -332,22 +332,22 @@ const REDUCED_NAMES: Names = Names {
 };
 
 impl LimitOverrides {
-    fn resolve(&self, own: &JointLimits, names: &Names) -> Result<MotionLimits, ConfigError> {
-        let speed = JointSpeeds(below(
+    fn resolve(&self, own: &JointLimits, names: &LimitKeys) -> Result<MotionLimits, ConfigError> {
+        let speed = JointSpeeds(joint_limits_within_model(
             names.joint_speed,
             self.joint_speed.map(|x| x.0),
-            (LEAST_LIMITS.joint_speed, own.speed.0),
+            (MIN_LIMITS.joint_speed, own.speed.0),
         )?);
-        let acceleration = JointAccelerations(below(
+        let acceleration = JointAccelerations(joint_limits_within_model(
             names.joint_acceleration,
             self.joint_acceleration.map(|x| x.0),
-            (LEAST_LIMITS.joint_acceleration, own.acceleration.0),
+            (MIN_LIMITS.joint_acceleration, own.acceleration.0),
         )?);
         let own_jerk = acceleration.0.map(|a| a / FASTEST_RISE);
-        let jerk = JointJerks(below(
+        let jerk = JointJerks(joint_limits_within_model(
             names.joint_jerk,
             self.joint_jerk.map(|x| x.0),
-            (LEAST_LIMITS.joint_jerk, own_jerk),
+            (MIN_LIMITS.joint_jerk, own_jerk),
         )?);
         let position_min = self.joint_position_min.unwrap_or(own.position_min);
         let position_max = self.joint_position_max.unwrap_or(own.position_max);
@@ -370,19 +370,19 @@ impl LimitOverrides {
             speed,
             acceleration,
             jerk,
-            tcp_speed: at_least(
-                LEAST_LIMITS.point_speed,
+            tcp_speed: optional_limit(
+                MIN_LIMITS.point_speed,
                 names.tcp_speed,
                 self.tcp_speed,
                 "m/s",
             )?,
-            elbow_speed: at_least(
-                LEAST_LIMITS.point_speed,
+            elbow_speed: optional_limit(
+                MIN_LIMITS.point_speed,
                 names.elbow_speed,
                 self.elbow_speed,
                 "m/s",
             )?,
-            tcp_force: at_least(LEAST_LIMITS.tcp_force, names.tcp_force, self.tcp_force, "N")?,
+            tcp_force: optional_limit(MIN_LIMITS.tcp_force, names.tcp_force, self.tcp_force, "N")?,
             link_overlap: match self.self_collision {
                 Some(false) => f64::INFINITY,
                 _ => LINK_OVERLAP,
@@ -391,7 +391,7 @@ impl LimitOverrides {
     }
 }
 
-fn at_least(
+fn optional_limit(
     least: f64,
     name: &'static str,
     given: Option<f64>,
@@ -409,7 +409,7 @@ fn at_least(
     }
 }
 
-fn below(
+fn joint_limits_within_model(
     name: &'static str,
     given: Option<[f64; 6]>,
     (least, own): (f64, [f64; 6]),

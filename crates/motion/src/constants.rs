@@ -14,7 +14,7 @@ pub const FASTEST_RISE: f64 = 0.020;
 /// cycle, so what only sets something counts once.
 pub const COMMANDS_PER_CYCLE: usize = 512;
 /// For how many of those a command counts that plans or begins a motion.
-pub const SHARE_OF_MOTION: usize = 8;
+pub const MOTION_COMMAND_WEIGHT: usize = 8;
 /// Records that one cycle may put out: its commands, the registers and the cycle itself.
 pub const RECORDS_PER_CYCLE: usize = COMMANDS_PER_CYCLE + 2;
 
@@ -66,11 +66,11 @@ pub const BRAKE_RELEASE_TIME: f64 = 0.3;
 /// Share of what pushes the arm on besides the drives that the servo holds against. The rest pushes the arm off its target:
 /// it stands against obstacles and hands twenty times stiffer than the servo alone, some 400 N/mm at the tool of a CS66, and
 /// what is hard does not drive the force up without end. Our choice.
-pub const FELT_SHARE: f64 = 0.95;
+pub const DISTURBANCE_COMPENSATION: f64 = 0.95;
 /// Time constant of it, s. What is fed forward lags behind what pushes, so the arm stays passive against any stiffness.
-pub const FELT_FILTER: f64 = 0.002;
+pub const DISTURBANCE_TIME_CONSTANT: f64 = 0.002;
 /// Accelerations that differ less from what was asked for are as asked: rounding, rad/s².
-pub const NOT_FELT: f64 = 1e-6;
+pub const DISTURBANCE_DEAD_BAND: f64 = 1e-6;
 
 /// Difference of actual and target position at which the arm counts as not following, rad. Free motion stays below
 /// 1 mrad; a joint pressing against something reaches this within a few cycles.
@@ -85,7 +85,7 @@ pub const LINK_PLACES: u32 = 256;
 pub const LIMIT_SLACK: f64 = 1e-6;
 
 /// Smallest limits that a configuration may ask for: far below what moves anything, far above where arithmetic ends.
-pub const LEAST_LIMITS: LeastLimits = LeastLimits {
+pub const MIN_LIMITS: MinLimits = MinLimits {
     joint_speed: 1e-4,
     joint_acceleration: 1e-3,
     joint_jerk: 1e-2,
@@ -93,9 +93,9 @@ pub const LEAST_LIMITS: LeastLimits = LeastLimits {
     tcp_force: 0.1,
 };
 
-/// See [`LEAST_LIMITS`].
+/// See [`MIN_LIMITS`].
 #[derive(Clone, Copy, Debug)]
-pub struct LeastLimits {
+pub struct MinLimits {
     /// rad/s.
     pub joint_speed: f64,
     /// rad/s².
@@ -110,63 +110,63 @@ pub struct LeastLimits {
 
 /// Slowest motion that is planned: speeds and accelerations below (in units of s) are refused, and longest duration, s.
 /// Far outside of use; keeps the arithmetic away from the ends of the number range.
-pub const SLOWEST: f64 = 1e-6;
-/// See [`SLOWEST`].
-pub const LONGEST: f64 = 1e6;
+pub const MIN_REQUESTED_RATE: f64 = 1e-6;
+/// See [`MIN_REQUESTED_RATE`].
+pub const MAX_DURATION: f64 = 1e6;
 
 /// Speed fractions below hold the motion, as 0 does.
 pub const SLOWEST_FRACTION: f64 = 1e-3;
 
 /// A change of position below this (rad, m) is no motion.
-pub const NO_MOTION: f64 = 1e-12;
+pub const MIN_DISTANCE: f64 = 1e-12;
 
 /// Where the rotation is the larger part of a Cartesian line, a radian counts as this much way, m/rad: a rotation on the
 /// spot at the default 0.25 m/s turns at 1 rad/s, about the default speed of a movej. Our choice; the manual is silent.
 pub const ROTATION_LENGTH: f64 = 0.25;
 
 /// A Cartesian line is looked at in intervals of this length, m, between 4 and [`LINE_INTERVALS`], each halved up to
-/// [`LINE_REFINEMENTS`] times where the joints turn fast, with at most [`LINE_PLACES_MAX`] places in all and
-/// [`LINE_PLACES_PER_CYCLE`] in one cycle.
+/// [`MAX_BISECTIONS`] times where the joints turn fast, with at most [`MAX_PATH_SAMPLES`] places in all and
+/// [`PATH_SAMPLES_PER_CYCLE`] in one cycle.
 pub const INTERVAL_LENGTH: f64 = 0.002;
 /// See [`INTERVAL_LENGTH`].
 pub const LINE_INTERVALS: usize = 64;
 /// See [`INTERVAL_LENGTH`].
-pub const LINE_REFINEMENTS: usize = 10;
+pub const MAX_BISECTIONS: usize = 10;
 /// See [`INTERVAL_LENGTH`].
-pub const LINE_PLACES_MAX: u32 = 2100;
+pub const MAX_PATH_SAMPLES: u32 = 2100;
 /// See [`INTERVAL_LENGTH`]; of ways through many points at most so many for each interval.
-pub const PLACES_PER_INTERVAL: u32 = 4;
+pub const SAMPLES_PER_INTERVAL: u32 = 4;
 /// See [`INTERVAL_LENGTH`]. Twice the places of a line without refinements.
-pub const LINE_PLACES_PER_CYCLE: usize = 128;
+pub const PATH_SAMPLES_PER_CYCLE: usize = 128;
 
 /// Between two places that are looked at the bend of a joint's way changes by no more than this share of it, as far as an
 /// interval may be halved for that; a bend counts where it takes more than a share of the acceleration at the wanted speed.
-pub const EVEN_BENDS: EvenBends = EvenBends {
+pub const CURVATURE_REFINEMENT: CurvatureRefinement = CurvatureRefinement {
     change: 0.05,
     halvings: 4,
-    last: LastHalving {
+    last: FinalBisection {
         length: 0.4e-3,
         change: 0.1,
     },
     least: 0.9,
 };
 
-/// See [`EVEN_BENDS`].
+/// See [`CURVATURE_REFINEMENT`].
 #[derive(Clone, Copy, Debug)]
-pub struct EvenBends {
+pub struct CurvatureRefinement {
     /// Share of the bend.
     pub change: f64,
     /// How often an interval is halved for it.
     pub halvings: usize,
     /// When it is halved for the last time.
-    pub last: LastHalving,
+    pub last: FinalBisection,
     /// Share of the acceleration.
     pub least: f64,
 }
 
-/// See [`EVEN_BENDS`].
+/// See [`CURVATURE_REFINEMENT`].
 #[derive(Clone, Copy, Debug)]
-pub struct LastHalving {
+pub struct FinalBisection {
     /// It is longer than this, m.
     pub length: f64,
     /// The bend changes by more than this share of it.
@@ -174,19 +174,19 @@ pub struct LastHalving {
 }
 
 /// Cells of a joint-space line.
-pub const JOINT_CELLS: usize = 48;
+pub const JOINT_LINE_INTERVALS: usize = 48;
 /// Most cells of one leg, and of the way of a whole queue.
-pub const CELLS_OF_LEG: usize = LINE_PLACES_MAX as usize;
-/// See [`CELLS_OF_LEG`].
-pub const CELLS_OF_ROUTE: usize = 6000;
+pub const MAX_INTERVALS_PER_SEGMENT: usize = MAX_PATH_SAMPLES as usize;
+/// See [`MAX_INTERVALS_PER_SEGMENT`].
+pub const MAX_QUEUED_INTERVALS: usize = 6000;
 /// Cells of a leg that are divided about its blend zone, at most.
 pub const CELLS_ABOUT_ZONE: usize = 64;
 /// A motion with a duration begins so much later than the one before was to end, at most, to make that good, s.
 pub const MADE_GOOD: f64 = 0.012;
 /// Most legs of a queue.
-pub const LEGS_AHEAD: usize = 64;
+pub const MAX_QUEUED_SEGMENTS: usize = 64;
 /// A sender is told that the next motion may follow so long before the arm would have to slow down without it, s.
-pub const AHEAD_TIME: f64 = 0.15;
+pub const READY_FOR_NEXT_LEAD: f64 = 0.15;
 
 /// From when its sender hears that a motion is due until it is planned, s: three cycles of the usual length.
 pub const LATE_TIME: f64 = 0.012;
@@ -213,15 +213,15 @@ pub const EARLY: f64 = 1.1;
 pub const WINDOW_RANGE: (f64, f64) = (0.004, 0.5);
 
 /// Shares of the joints' limits that the bends of a path may take up, so that changes of speed have the rest.
-pub const BEND_SHARES: BendShares = BendShares {
+pub const CURVATURE_SHARES: CurvatureShares = CurvatureShares {
     acceleration: 0.99,
     jerk: 0.45,
     jerk_of_acceleration: 0.3,
 };
 
-/// See [`BEND_SHARES`].
+/// See [`CURVATURE_SHARES`].
 #[derive(Clone, Copy, Debug)]
-pub struct BendShares {
+pub struct CurvatureShares {
     /// Of the acceleration, for |q''| V².
     pub acceleration: f64,
     /// Of the jerk, for |q'''| V³.
@@ -231,7 +231,7 @@ pub struct BendShares {
 }
 
 /// Share of what the joints can do that the hardest stop on a path uses.
-pub const HARDEST_SHARE: f64 = 0.9;
+pub const HARD_STOP_SHARE: f64 = 0.9;
 /// Share of what the joints can do that a pause and the slider slow down with at least.
 pub const PAUSE_SHARE: f64 = 0.1;
 /// A stop keeps the path where that takes no longer than this times what the joints take one by one, and this, s: the motion
@@ -251,11 +251,11 @@ pub struct StopOnPath {
 }
 
 /// In a blend between two legs of joints no joint accelerates more than this times the larger acceleration of the two.
-pub const HARDER_IN_BLENDS: f64 = 2.0;
+pub const BLEND_ACCELERATION_FACTOR: f64 = 2.0;
 
 /// How often the pace of a timed leg is tried; a motion may begin, or end, so much beside its time, s or share of it.
-pub const DUE_ATTEMPTS: usize = 12;
-/// See [`DUE_ATTEMPTS`].
+pub const DURATION_SEARCH_STEPS: usize = 12;
+/// See [`DURATION_SEARCH_STEPS`].
 pub const START_OF_MOTION: f64 = 1e-6;
 
 /// Intervals between the points of a moveml that are looked at in one cycle, each at so many places after its first.
@@ -288,13 +288,13 @@ pub const PROCESS_ZONE: f64 = 1.5;
 
 /// Where a blend begins: at these shares of the zone before the waypoint, tried one after the other until one can be done at
 /// the speed that the arm has. The path is left at 0.6 of the radius at the latest wherever that is possible.
-pub const BLEND_ENTRIES: [f64; 7] = [1.0, 0.86, 0.74, 0.63, 0.5, 0.37, 0.25];
-/// See [`BLEND_ENTRIES`]: so many in one cycle.
+pub const BLEND_ENTRY_SHARES: [f64; 7] = [1.0, 0.86, 0.74, 0.63, 0.5, 0.37, 0.25];
+/// See [`BLEND_ENTRY_SHARES`]: so many in one cycle.
 pub const BLEND_ENTRIES_PER_CYCLE: usize = 2;
-/// See [`BLEND_ENTRIES`]: at most this share of the way that is left, so that the entry lies ahead of the arm.
-pub const LATEST_ENTRY: f64 = 0.97;
-/// See [`BLEND_ENTRIES`]: a place that would have to be moved on to less than this share is passed.
-pub const PASSED_ENTRY: f64 = 0.75;
+/// See [`BLEND_ENTRY_SHARES`]: at most this share of the way that is left, so that the entry lies ahead of the arm.
+pub const MAX_ENTRY_SHARE: f64 = 0.97;
+/// See [`BLEND_ENTRY_SHARES`]: a place that would have to be moved on to less than this share is passed.
+pub const MIN_ENTRY_SHARE: f64 = 0.75;
 
 /// A joint that would turn by more than this on a metre of the line counts as singular, rad/m: at the joint's full speed
 /// the TCP would crawl at 3 mm/s.
@@ -343,10 +343,11 @@ const _: () = assert!(ACCELERATION_RISE > 0.02 && ACCELERATION_RISE < 0.04);
 const _: () = assert!(SERVO_STEP * SERVO_BANDWIDTH <= 0.25);
 const _: () = assert!(SERVO_STEP <= STEP_RANGE.0);
 const _: () = assert!(BLEND_CELLS.is_multiple_of(3));
-const _: () = assert!(LINE_PLACES_PER_CYCLE >= 2 * LINE_INTERVALS);
-const _: () = assert!(CELLS_OF_ROUTE >= 2 * CELLS_OF_LEG);
-const _: () = assert!(EVEN_BENDS.halvings <= LINE_REFINEMENTS);
-const _: () = assert!(LINE_INTERVALS << (EVEN_BENDS.halvings + 1) <= LINE_PLACES_MAX as usize);
+const _: () = assert!(PATH_SAMPLES_PER_CYCLE >= 2 * LINE_INTERVALS);
+const _: () = assert!(MAX_QUEUED_INTERVALS >= 2 * MAX_INTERVALS_PER_SEGMENT);
+const _: () = assert!(CURVATURE_REFINEMENT.halvings <= MAX_BISECTIONS);
+const _: () =
+    assert!(LINE_INTERVALS << (CURVATURE_REFINEMENT.halvings + 1) <= MAX_PATH_SAMPLES as usize);
 const _: () = assert!(SHARE_ON_BELT + SHARE_OF_BELT < 1.0);
 // A command's own end must fit beside everything it may cause.
 const _: () = assert!(EVENTS_PER_COMMAND > EVENT_RESERVE);

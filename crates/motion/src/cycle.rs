@@ -1,52 +1,54 @@
 //! One control period of the arm: commands in, one setpoint, one state and one cycle record out.
 //!
 //! Owns the order of the steps and the state they share. Knows no script, no socket and no clock: whoever calls
-//! [`Cycle::tick`] decides what time is. Allocates nothing, locks nothing, waits for nothing, logs nothing.
+//! [`ControlLoop::tick`] decides what time is. Allocates nothing, locks nothing, waits for nothing, logs nothing.
 
 use kinematics::chain::Frames;
 use kinematics::safety::SafetyBounds;
 use kinematics::{Dynamics, JointPositions, Payload, Pose, RobotModel, RpyPose, Wrench};
-use motion_api::{Command, CommandId, MotionEnd, RobotMode, StopReason};
+use motion_api::{Command, CommandId, MotionEndpoint, RobotMode, StopReason};
 use nalgebra::Vector3;
 use rtrb::Consumer;
 
-use crate::brake::Brake;
-use crate::collision::CollisionDetection;
+use crate::brake::StopMotion;
+use crate::collision::CollisionDetector;
 use crate::config::{ConfigError, CycleConfig, MotionLimits};
 use crate::constants::{SHARE_ON_BELT, fault};
-use crate::contact::Contacts;
-use crate::external::External;
+use crate::contact::ContactModel;
+use crate::external::ExternalWrenches;
 use crate::force_mode::ForceMode;
-use crate::hold::{Holding, Permit};
-use crate::io::Io;
+use crate::hold::{JointHold, MotionPermission};
+use crate::io::IoSystem;
 use crate::laid_over::Yields;
 use crate::limits_in_force::LimitSets;
-use crate::machine::Machine;
+use crate::machine::RobotStateMachine;
 use crate::micro_points::MicroPoints;
-use crate::modes::Online;
-use crate::modes::conveyor::Tracking;
+use crate::modes::ActiveOnlineMode;
+use crate::modes::conveyor::ConveyorTracking;
 use crate::modes::encoder::Encoder;
-use crate::modes::lag::Lag;
+use crate::modes::lag::JointLag;
 use crate::modes::path_offset::PathOffset;
 use crate::outbox::Outbox;
-use crate::path::Ground;
-use crate::plan::Cells;
-use crate::plant::{ArmState, Plant, Push};
-use crate::queue::{Motion, Queue};
-use crate::report::{Waypoint, report};
+use crate::path::PathContext;
+use crate::plan::SegmentLimits;
+use crate::plant::{ArmState, Plant, ToolWrench};
+use crate::queue::{MotionQueue, PathMotion};
+use crate::report::{Waypoint, robot_state};
 use crate::safety_inputs::SafetyInputs;
-use crate::scalar::Drive;
-use crate::self_collision::LinkWatch;
-use crate::sensor::Sensor;
-use crate::setpoint::{Expected, LimitedSetpoint, Placed, Setpoint, limit};
+use crate::scalar::ProgressGoal;
+use crate::self_collision::SelfCollisionMonitor;
+use crate::sensor::ForceTorqueSensor;
+use crate::setpoint::{
+    KinematicsCache, LimitedSetpoint, Setpoint, SetpointDynamics, check_setpoint,
+};
 use crate::thermal::Thermal;
-use crate::upcoming::Upcoming;
-use crate::waiting::Waiting;
+use crate::upcoming::PendingMotion;
+use crate::waiting::RestCommands;
 use crate::zone_changes::ZoneChanges;
 
 /// What the caller measured about the cycles; zeros under the virtual clock.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Timing {
+pub struct CycleTiming {
     /// How long the previous tick took, µs.
     pub step_duration_us: f64,
     /// How late this tick began, µs.
@@ -62,21 +64,21 @@ pub(crate) enum Generator {
     /// The arm stands at the target.
     Hold,
     /// A motion is under way, or held on its path.
-    Path(Motion),
+    Path(PathMotion),
     /// An online mode makes each setpoint from the one before.
-    Online(Online),
+    Online(ActiveOnlineMode),
     /// A protective stop brakes the joints.
-    Brake(Brake),
+    Stop(StopMotion),
 }
 
 /// The controller of one arm.
-pub struct Cycle {
+pub struct ControlLoop {
     pub(crate) model: RobotModel,
     /// The limits in force.
     pub(crate) limits: MotionLimits,
     pub(crate) limit_sets: LimitSets,
     /// What planned motions may use while a belt uses the rest.
-    pub(crate) limits_on_belt: MotionLimits,
+    pub(crate) overlay_limits: MotionLimits,
     /// The speeds of TCP and elbow, m/s, that the way ahead is kept within because it was planned with others.
     pub(crate) keeps_way: Option<[f64; 2]>,
     pub(crate) yields: Yields,
@@ -86,24 +88,24 @@ pub struct Cycle {
     pub(crate) commands: Consumer<Command>,
     pub(crate) out: Outbox,
 
-    pub(crate) machine: Machine,
+    pub(crate) machine: RobotStateMachine,
     pub(crate) generator: Generator,
     pub(crate) safety_inputs: SafetyInputs,
     /// The way of the motions that the arm has taken.
-    pub(crate) queue: Queue,
+    pub(crate) queue: MotionQueue,
     /// The next motion, until it begins.
-    pub(crate) upcoming: Option<Upcoming>,
+    pub(crate) pending_motion: Option<PendingMotion>,
     /// What the leg of the next motion bears.
-    pub(crate) cells: Cells,
-    pub(crate) waiting: Waiting,
+    pub(crate) pending_limits: SegmentLimits,
+    pub(crate) rest_commands: RestCommands,
     pub(crate) zone_changes: ZoneChanges,
     pub(crate) is_paused: bool,
     /// The joints are braked, or stand after that, whatever modes want.
-    pub(crate) holding: Option<Holding>,
+    pub(crate) joint_hold: Option<JointHold>,
     /// What the joints have to make good afterwards.
-    pub(crate) lag: Option<Lag>,
+    pub(crate) lag: Option<JointLag>,
     pub(crate) speed_fraction: f64,
-    pub(crate) io: Io,
+    pub(crate) io: IoSystem,
 
     pub(crate) tcp: RpyPose,
     pub(crate) flange_from_tcp: Pose,
@@ -117,48 +119,48 @@ pub struct Cycle {
     pub(crate) commanded: Setpoint,
     pub(crate) target_frames: Frames,
     pub(crate) plant: Plant,
-    pub(crate) contacts: Contacts,
+    pub(crate) contacts: ContactModel,
     pub(crate) actual: ArmState,
     /// What the latest setpoint takes.
-    pub(crate) expected: Expected,
-    pub(crate) placed: Placed,
+    pub(crate) setpoint_dynamics: SetpointDynamics,
+    pub(crate) kinematics_cache: KinematicsCache,
     pub(crate) waypoint: Option<Waypoint>,
-    /// Where the joints are at `actual`; changed with it by [`Cycle::arm_is`].
+    /// Where the joints are at `actual`; changed with it by [`ControlLoop::set_actual`].
     pub(crate) actual_frames: Frames,
 
     /// The points of the next moveml, or of the one under way.
     pub(crate) micro_points: MicroPoints,
     /// A planned motion that waits for an online mode to come to rest.
     pub(crate) deferred: Option<Command>,
-    pub(crate) tracking: Option<Tracking>,
+    pub(crate) tracking: Option<ConveyorTracking>,
     pub(crate) encoders: [Encoder; 2],
     pub(crate) path_offset: PathOffset,
-    pub(crate) external: External,
+    pub(crate) external: ExternalWrenches,
     /// What acts on the tool in this cycle: base axes, about the TCP.
-    pub(crate) hand: Wrench,
+    pub(crate) external_wrench: Wrench,
     pub(crate) force: ForceMode,
-    pub(crate) sensor: Sensor,
-    pub(crate) collision: CollisionDetection,
+    pub(crate) sensor: ForceTorqueSensor,
+    pub(crate) collision: CollisionDetector,
     pub(crate) safety: SafetyBounds,
-    pub(crate) links: LinkWatch,
+    pub(crate) links: SelfCollisionMonitor,
     pub(crate) thermal: Thermal,
 }
 
-impl Cycle {
+impl ControlLoop {
     /// A controller whose arm stands at home, and its snapshot published as cycle 0.
     ///
     /// # Errors
     /// [`ConfigError`] names what is wrong with the configuration or the border.
-    pub fn new(config: CycleConfig, border: MotionEnd) -> Result<Self, ConfigError> {
+    pub fn new(config: CycleConfig, border: MotionEndpoint) -> Result<Self, ConfigError> {
         let limits = config.resolve()?;
         let limit_sets = LimitSets::new(limits, config.resolve_reduced()?);
-        let io = Io::new(&config.io, config.step_time, border.registers.clone());
+        let io = IoSystem::new(&config.io, config.step_time, border.registers.clone());
         let ((commands, points), out) = Outbox::new(border)?;
-        let machine = Machine::new(config.robot_mode());
+        let machine = RobotStateMachine::new(config.robot_mode());
         let model = config
             .model
             .clone()
-            .with_limits(limits.narrowed(config.model.limits()));
+            .with_limits(limits.to_joint_limits(config.model.limits()));
         let dynamics = model.dynamics(&config.payload, config.gravity);
         let mut plant = Plant::new(
             config.plant,
@@ -167,18 +169,18 @@ impl Cycle {
             &config.gravity,
             &config.home,
         )?;
-        let mut contacts = Contacts::new(config.surroundings, &model, &config.home);
+        let mut contacts = ContactModel::new(config.surroundings, &model, &config.home);
         let flange_from_tcp = Pose::from_rpy(&config.tcp);
-        plant.push(&Push {
+        plant.set_tool_wrench(&ToolWrench {
             flange_from_tcp,
-            ..Push::default()
+            ..ToolWrench::default()
         });
-        let actual = plant.stand(&dynamics, &mut contacts);
+        let actual = plant.step_with_brakes(&dynamics, &mut contacts);
         let actual_frames = model.forward(&actual.q);
         let expected = dynamics.gravity_torques(&config.home);
         let is_powered = machine.robot_mode() != RobotMode::PowerOff;
         let mut cycle = Self {
-            limits_on_belt: limits.shared(SHARE_ON_BELT),
+            overlay_limits: limits.scaled(SHARE_ON_BELT),
             keeps_way: None,
             yields: Yields::default(),
             micro_points: MicroPoints::new(points),
@@ -186,13 +188,13 @@ impl Cycle {
             tracking: None,
             encoders: config.belts.map(Encoder::new),
             path_offset: PathOffset::new(config.step_time),
-            external: External::new(config.loads),
-            hand: Wrench::default(),
+            external: ExternalWrenches::new(config.loads),
+            external_wrench: Wrench::default(),
             force: ForceMode::new()?,
-            sensor: Sensor::new(config.sensor_noise, config.truth.payload),
-            collision: CollisionDetection::default(),
+            sensor: ForceTorqueSensor::new(config.sensor_noise, config.truth.payload),
+            collision: CollisionDetector::default(),
             safety: config.safety,
-            links: LinkWatch::new(&model, limits.link_overlap),
+            links: SelfCollisionMonitor::new(&model, limits.link_overlap),
             thermal: Thermal::new(is_powered),
             commanded: Setpoint::standing(config.home),
             limits,
@@ -204,13 +206,13 @@ impl Cycle {
             machine,
             generator: Generator::Hold,
             safety_inputs: config.safety_inputs,
-            queue: Queue::new(),
-            upcoming: None,
-            cells: Cells::new(),
-            waiting: Waiting::default(),
+            queue: MotionQueue::new(),
+            pending_motion: None,
+            pending_limits: SegmentLimits::new(),
+            rest_commands: RestCommands::default(),
             zone_changes: ZoneChanges::new(),
             is_paused: false,
-            holding: None,
+            joint_hold: None,
             lag: None,
             speed_fraction: 1.0,
             io,
@@ -224,42 +226,42 @@ impl Cycle {
             contacts,
             actual,
             actual_frames,
-            expected: Expected {
+            setpoint_dynamics: SetpointDynamics {
                 of: Setpoint::standing(config.home),
                 torques: expected,
                 bias: None,
             },
-            placed: Placed::new(&model, &config.home),
+            kinematics_cache: KinematicsCache::new(&model, &config.home),
             waypoint: None,
             model,
         };
         cycle.measure_force();
-        let first = report(&mut cycle, Timing::default());
+        let first = robot_state(&mut cycle, CycleTiming::default());
         cycle.out.publish_first(&first);
         Ok(cycle)
     }
 
     /// One control period. Takes what waits in the command ring, moves the arm by one step, and puts out exactly one
     /// cycle record, one snapshot and the events.
-    pub fn tick(&mut self, timing: Timing) {
+    pub fn tick(&mut self, timing: CycleTiming) {
         self.out.cycle += 1;
         self.take_commands();
         // After the commands: a register written before a command was sent is seen no later than the command.
-        self.out.registers(self.io.sample_registers());
+        self.out.record_registers(self.io.sample_registers());
         self.io.advance(self.out.cycle as f64 * self.step);
         self.follow_input_actions();
         self.advance_machine();
-        self.follow_reduced_mode();
+        self.update_reduced_mode();
         self.yields.advance(self.step);
-        self.feel_hand();
+        self.update_external_wrench();
         let wanted = self.generate();
-        let limited = self.limit(wanted);
+        let limited = self.check_or_brake(wanted);
         self.move_arm(&limited);
-        self.measure();
-        self.check_arm();
-        self.settle();
+        self.update_sensors();
+        self.check_tracking();
+        self.complete_finished_commands();
         self.make_zone_changes();
-        let state = report(self, timing);
+        let state = robot_state(self, timing);
         self.out.publish(&state, &mut self.io);
     }
 
@@ -271,55 +273,57 @@ impl Cycle {
 
     /// The generator's setpoint, or why there is none.
     fn generate(&mut self) -> Result<Setpoint, StopReason> {
-        self.hold_or_let_go()?;
+        self.update_hold()?;
         if matches!(self.generator, Generator::Online(_)) {
-            return match self.holding {
+            return match self.joint_hold {
                 Some(_) => Ok(Setpoint::standing(self.target.q)),
                 None => Ok(self.generate_online()),
             };
         }
-        self.plan_on();
+        self.continue_planning();
         if matches!(self.generator, Generator::Hold) {
             self.queue.pass(self.step);
         }
-        self.slow_the_way_down();
-        let is_hard = self.slows_hard();
-        let ground = Ground {
+        self.cap_path_speed();
+        let is_hard = self.needs_hard_transition();
+        let ground = PathContext {
             model: &self.model,
             points: self.micro_points.points(),
         };
         let near = &self.target.q;
         let is_free = self.has_no_planes();
-        let holding = self.holding.as_ref();
-        let drive = match self.permit() {
-            _ if let Some(holding) = holding => Drive::HaltBeside(holding.deceleration_on_path()),
-            Permit::RestHard => Drive::HaltHard,
-            Permit::Go(fraction) if fraction > 0.0 => Drive::Go(fraction),
-            Permit::Go(_) | Permit::Rest => Drive::Halt,
+        let holding = self.joint_hold.as_ref();
+        let drive = match self.motion_permission() {
+            _ if let Some(holding) = holding => {
+                ProgressGoal::HaltBeside(holding.deceleration_on_path())
+            }
+            MotionPermission::StopHard => ProgressGoal::StopHard,
+            MotionPermission::Run(fraction) if fraction > 0.0 => ProgressGoal::Run(fraction),
+            MotionPermission::Run(_) | MotionPermission::Stop => ProgressGoal::Stop,
         };
         let lost = StopReason::Internal {
             code: fault::PATH_LOST,
         };
         let queue = &self.queue;
-        let pace = self.tracking.as_ref().map_or(1.0, Tracking::pace);
+        let pace = self.tracking.as_ref().map_or(1.0, ConveyorTracking::pace);
         if let Generator::Path(motion) = &mut self.generator {
-            motion.brake_hard(is_hard);
+            motion.set_hard_braking(is_hard);
             motion.slow_to(pace);
         }
         match &mut self.generator {
             Generator::Hold | Generator::Online(_) => Ok(Setpoint::standing(self.target.q)),
-            Generator::Brake(brake) => {
-                let next = brake.next(self.step, queue, &ground, near);
+            Generator::Stop(brake) => {
+                let next = brake.next_setpoint(self.step, queue, &ground, near);
                 next.ok_or(lost)
             }
-            Generator::Path(motion) if is_free || self.holding.is_some() => {
-                let next = queue.next(motion, self.step, drive, &ground, near);
+            Generator::Path(motion) if is_free || self.joint_hold.is_some() => {
+                let next = queue.next_setpoint(motion, self.step, drive, &ground, near);
                 next.ok_or(lost)
             }
             Generator::Path(motion) => {
                 // Where it must stop for a safety plane it stays in the state before.
                 let mut moved = *motion;
-                let next = queue.next(&mut moved, self.step, drive, &ground, near);
+                let next = queue.next_setpoint(&mut moved, self.step, drive, &ground, near);
                 let wanted = next.ok_or(lost)?;
                 self.check_planes_on_path(&moved, &wanted)?;
                 if let Generator::Path(motion) = &mut self.generator {
@@ -331,46 +335,49 @@ impl Cycle {
     }
 
     /// What paths are followed with.
-    pub(crate) fn ground(&self) -> Ground<'_> {
-        Ground {
+    pub(crate) fn path_context(&self) -> PathContext<'_> {
+        PathContext {
             model: &self.model,
             points: self.micro_points.points(),
         }
     }
 
     /// The setpoint that the arm gets: the wanted one, or the first of a protective stop.
-    fn limit(&mut self, wanted: Result<Setpoint, StopReason>) -> LimitedSetpoint {
+    fn check_or_brake(&mut self, wanted: Result<Setpoint, StopReason>) -> LimitedSetpoint {
         let checked = wanted.and_then(|wanted| {
-            if matches!(self.generator, Generator::Brake(_)) {
+            if matches!(self.generator, Generator::Stop(_)) {
                 let braking =
                     LimitedSetpoint::while_braking(wanted, &self.commanded, self.limit_sets.able());
-                self.target_frames = self.placed.at(&self.model, &braking.get().q).frames;
+                self.target_frames = self
+                    .kinematics_cache
+                    .at(&self.model, &braking.as_setpoint().q)
+                    .frames;
                 return Ok(braking);
             }
             let nominal = wanted;
-            if let Some(held) = self.held() {
+            if let Some(held) = self.next_hold_setpoint() {
                 self.target = nominal;
                 return Ok(held);
             }
             if self.brakes_joint_by_joint() {
                 return Ok(self.braked_joints(nominal));
             }
-            let wanted = self.carried(&nominal)?;
-            let wanted = self.offset(&wanted)?;
-            let wanted = self.pressed(&wanted)?;
-            let wanted = self.with_lag(&wanted);
-            if let Err(reason) = self.check_laid_over(&wanted) {
+            let wanted = self.apply_conveyor(&nominal)?;
+            let wanted = self.apply_path_offset(&wanted)?;
+            let wanted = self.apply_force_mode(&wanted)?;
+            let wanted = self.apply_lag(&wanted);
+            if let Err(reason) = self.check_overlays(&wanted) {
                 return self.yield_to_limits(&nominal, reason);
             }
             let frames = if wanted.q.has_bits_of(&self.commanded.q) {
                 self.target_frames
             } else {
-                self.placed.at(&self.model, &wanted.q).frames
+                self.kinematics_cache.at(&self.model, &wanted.q).frames
             };
             let tcp = (frames.base_from_flange * self.flange_from_tcp).translation;
             let before = &self.commanded;
-            let checked = self.limit_sets.checked();
-            let passed = limit(wanted, before, &frames, tcp, self.step, checked)?;
+            let checked = self.limit_sets.enforced();
+            let passed = check_setpoint(wanted, before, &frames, tcp, self.step, checked)?;
             self.check_planes(&wanted)?;
             self.check_links(&wanted)?;
             self.target_frames = frames;
@@ -380,13 +387,16 @@ impl Cycle {
         checked.unwrap_or_else(|reason| {
             let mut brake = self.protective_stop(reason);
             let at = self.commanded.q;
-            let first = brake.next(self.step, &self.queue, &self.ground(), &at);
-            self.generator = Generator::Brake(brake);
+            let first = brake.next_setpoint(self.step, &self.queue, &self.path_context(), &at);
+            self.generator = Generator::Stop(brake);
             // A path that is lost is left where it is.
             let first = first.unwrap_or(Setpoint::standing(at));
             let braking =
                 LimitedSetpoint::while_braking(first, &self.commanded, self.limit_sets.able());
-            self.target_frames = self.placed.at(&self.model, &braking.get().q).frames;
+            self.target_frames = self
+                .kinematics_cache
+                .at(&self.model, &braking.as_setpoint().q)
+                .frames;
             braking
         })
     }
@@ -394,37 +404,39 @@ impl Cycle {
     /// Moves the plant by one step.
     fn move_arm(&mut self, limited: &LimitedSetpoint) {
         if self.is_under_servo() {
-            self.expect(limited.get());
-            let believed = (&self.dynamics, &self.expected.torques);
-            let actual = self
-                .plant
-                .follow(limited, believed, &mut self.contacts, self.step);
-            self.commanded = *limited.get();
+            self.update_setpoint_dynamics(limited.as_setpoint());
+            let believed = (&self.dynamics, &self.setpoint_dynamics.torques);
+            let actual =
+                self.plant
+                    .step_to_target(limited, believed, &mut self.contacts, self.step);
+            self.commanded = *limited.as_setpoint();
             if actual.q.has_bits_of(&self.commanded.q) {
                 // The limiter has looked where that is.
                 (self.actual, self.actual_frames) = (actual, self.target_frames);
             } else {
-                self.arm_is(actual);
+                self.set_actual(actual);
             }
             // Joints that are braked beside a path come back to it afterwards.
             let is_beside_path =
-                self.holding.is_some() && matches!(self.generator, Generator::Path(_));
-            if self.is_path_all() && !is_beside_path {
+                self.joint_hold.is_some() && matches!(self.generator, Generator::Path(_));
+            if self.has_no_overlay() && !is_beside_path {
                 self.target = self.commanded;
             }
         } else {
-            let actual = self.plant.stand(&self.dynamics, &mut self.contacts);
-            self.arm_is(actual);
-            self.stand_at_actual();
+            let actual = self
+                .plant
+                .step_with_brakes(&self.dynamics, &mut self.contacts);
+            self.set_actual(actual);
+            self.reset_target_to_actual();
             let standing = self.commanded;
-            self.expect(&standing);
+            self.update_setpoint_dynamics(&standing);
         }
     }
 
     /// Works out what a setpoint takes.
-    fn expect(&mut self, setpoint: &Setpoint) {
+    fn update_setpoint_dynamics(&mut self, setpoint: &Setpoint) {
         let Setpoint { q, qd, qdd } = setpoint;
-        let posture = &self.placed.at(&self.model, q).posture;
+        let posture = &self.kinematics_cache.at(&self.model, q).posture;
         // The ideal arm will be just there, and the collision observer asks.
         let (torques, bias) = if self.plant.is_ideal() {
             let [torques, bias] = self.dynamics.inverse_dynamics_and_bias(posture, qd, qdd);
@@ -432,7 +444,7 @@ impl Cycle {
         } else {
             (self.dynamics.inverse_dynamics_at(posture, qd, qdd), None)
         };
-        self.expected = Expected {
+        self.setpoint_dynamics = SetpointDynamics {
             of: *setpoint,
             torques,
             bias,
@@ -440,9 +452,9 @@ impl Cycle {
     }
 
     /// Takes over where the arm is.
-    pub(crate) fn arm_is(&mut self, actual: ArmState) {
+    pub(crate) fn set_actual(&mut self, actual: ArmState) {
         if !actual.q.has_bits_of(&self.actual.q) {
-            self.actual_frames = self.placed.at(&self.model, &actual.q).frames;
+            self.actual_frames = self.kinematics_cache.at(&self.model, &actual.q).frames;
         }
         self.actual = actual;
     }
@@ -450,40 +462,43 @@ impl Cycle {
     /// The limits that motions are planned with now.
     pub(crate) fn planning_limits(&self) -> &MotionLimits {
         if self.tracking.is_some() || self.path_offset.is_on() {
-            &self.limits_on_belt
+            &self.overlay_limits
         } else {
             &self.limits
         }
     }
 
     /// The speed fraction in effect: 0 while held.
-    pub(crate) fn fraction(&self) -> f64 {
-        self.permit().fraction()
+    pub(crate) fn speed_fraction_in_effect(&self) -> f64 {
+        self.motion_permission().fraction()
     }
 
     /// The servos hold the arm, not the brakes: those do without power, and at the end of a protective stop.
     pub(crate) fn is_under_servo(&self) -> bool {
         self.machine.is_under_servo()
             && (self.machine.stop_reason().is_none()
-                || matches!(self.generator, Generator::Brake(_)))
+                || matches!(self.generator, Generator::Stop(_)))
     }
 
     /// The target becomes the place where the arm is.
-    pub(crate) fn stand_at_actual(&mut self) {
+    pub(crate) fn reset_target_to_actual(&mut self) {
         self.target = Setpoint::standing(self.actual.q);
         self.commanded = self.target;
         self.tracking = None;
-        self.holding = None;
+        self.joint_hold = None;
         self.lag = None;
         self.path_offset.end();
-        self.force.pressing = None;
+        self.force.active = None;
         self.plant.retarget(&self.target.q);
         self.target_frames = self.actual_frames;
     }
 
     /// The motion command under way, or the next one. One that ended by entering its blend zone is none, though the arm moves.
-    pub(crate) fn running(&self) -> CommandId {
-        let upcoming = self.upcoming.as_ref().map_or(CommandId::NONE, |u| u.id);
+    pub(crate) fn running_command(&self) -> CommandId {
+        let upcoming = self
+            .pending_motion
+            .as_ref()
+            .map_or(CommandId::NONE, |u| u.id);
         match &self.generator {
             Generator::Path(_) => match self.queue.current() {
                 Some(leg) if !leg.has_ended => leg.id,

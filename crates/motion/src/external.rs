@@ -10,7 +10,7 @@ pub(crate) const PUSHES_MAX: usize = 32;
 
 /// In which axes a load is given. Its point is the TCP.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum LoadFrame {
+pub enum WrenchFrame {
     /// The base's.
     #[default]
     Base,
@@ -20,7 +20,7 @@ pub enum LoadFrame {
 
 /// A load for some time, `[[wrench]]` of the cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Load {
+pub struct TimedWrench {
     /// When it begins, s.
     pub at: f64,
     /// How long it acts, s.
@@ -28,10 +28,10 @@ pub struct Load {
     /// N and Nm.
     pub wrench: Wrench,
     /// Its axes.
-    pub frame: LoadFrame,
+    pub frame: WrenchFrame,
 }
 
-impl Load {
+impl TimedWrench {
     /// It acts no more.
     fn is_over(&self, now: f64) -> bool {
         now >= self.at + self.duration
@@ -51,21 +51,21 @@ pub(crate) struct PortSensor {
 
 /// Everything that acts on the tool.
 #[derive(Clone, Debug)]
-pub(crate) struct External {
-    loads: Vec<Load>,
+pub(crate) struct ExternalWrenches {
+    loads: Vec<TimedWrench>,
     /// Loads that commands have set on.
-    pushes: [Option<Load>; PUSHES_MAX],
+    commanded: [Option<TimedWrench>; PUSHES_MAX],
     /// When all of them are over, s.
-    pushed_until: f64,
+    commanded_until: f64,
     /// The latest reading from a port: base axes.
-    pub(crate) set: Wrench,
+    pub(crate) port_wrench: Wrench,
     /// Readings from ports count.
     pub(crate) port_sensor: Option<PortSensor>,
 }
 
 impl PortSensor {
     /// What acts on the tool when the sensor reads `read`: base axes, about the TCP.
-    fn without_itself(
+    fn compensate_own_weight(
         &self,
         read: &Wrench,
         base_from_flange: &Pose,
@@ -87,29 +87,29 @@ impl PortSensor {
     }
 }
 
-impl External {
-    pub(crate) fn new(loads: Vec<Load>) -> Self {
+impl ExternalWrenches {
+    pub(crate) fn new(loads: Vec<TimedWrench>) -> Self {
         Self {
             loads,
-            pushes: [None; PUSHES_MAX],
-            pushed_until: 0.0,
-            set: Wrench::default(),
+            commanded: [None; PUSHES_MAX],
+            commanded_until: 0.0,
+            port_wrench: Wrench::default(),
             port_sensor: None,
         }
     }
 
     /// Takes a load from now on; false when too many act already.
-    pub(crate) fn push(&mut self, load: Load, now: f64, replaces: bool) -> bool {
-        for place in &mut self.pushes {
+    pub(crate) fn push(&mut self, load: TimedWrench, now: f64, replaces: bool) -> bool {
+        for place in &mut self.commanded {
             *place = place.filter(|load| !replaces && !load.is_over(now));
         }
-        let free = self.pushes.iter_mut().find(|place| place.is_none());
+        let free = self.commanded.iter_mut().find(|place| place.is_none());
         free.is_some_and(|place| {
             *place = Some(load);
             let end = load.at + load.duration;
-            self.pushed_until = match replaces {
+            self.commanded_until = match replaces {
                 true => end,
-                false => self.pushed_until.max(end),
+                false => self.commanded_until.max(end),
             };
             true
         })
@@ -123,22 +123,22 @@ impl External {
         flange_from_tcp: &Pose,
         gravity: &Vector3<f64>,
     ) -> Wrench {
-        let is_pushed = time < self.pushed_until;
+        let is_pushed = time < self.commanded_until;
         if self.port_sensor.is_none() && self.loads.is_empty() && !is_pushed {
             return Wrench::default();
         }
         let base_from_tcp = *base_from_flange * *flange_from_tcp;
         let tcp = base_from_tcp.translation;
         let mut sum = self.port_sensor.map_or_else(Wrench::default, |sensor| {
-            sensor.without_itself(&self.set, base_from_flange, tcp, gravity)
+            sensor.compensate_own_weight(&self.port_wrench, base_from_flange, tcp, gravity)
         });
-        for load in self.loads.iter().chain(self.pushes.iter().flatten()) {
+        for load in self.loads.iter().chain(self.commanded.iter().flatten()) {
             if !(load.at..load.at + load.duration).contains(&time) {
                 continue;
             }
             let (force, moment) = match load.frame {
-                LoadFrame::Base => (load.wrench.force, load.wrench.moment),
-                LoadFrame::Tool => (
+                WrenchFrame::Base => (load.wrench.force, load.wrench.moment),
+                WrenchFrame::Tool => (
                     base_from_tcp.rotate(load.wrench.force),
                     base_from_tcp.rotate(load.wrench.moment),
                 ),
@@ -154,24 +154,24 @@ impl External {
 mod tests {
     use super::*;
 
-    fn push(external: &mut External, newtons: f64, now: f64, replaces: bool) -> bool {
-        let load = Load {
+    fn push(external: &mut ExternalWrenches, newtons: f64, now: f64, replaces: bool) -> bool {
+        let load = TimedWrench {
             at: now,
             duration: 1.0,
             wrench: Wrench::from_array([newtons, 0.0, 0.0, 0.0, 0.0, 0.0]),
-            frame: LoadFrame::Base,
+            frame: WrenchFrame::Base,
         };
         external.push(load, now, replaces)
     }
 
-    fn force(external: &External, time: f64) -> f64 {
+    fn force(external: &ExternalWrenches, time: f64) -> f64 {
         let (pose, gravity) = (Pose::IDENTITY, Vector3::zeros());
         external.at(time, &pose, &pose, &gravity).force.x
     }
 
     #[test]
     fn pushes_add_up_until_each_is_over_and_give_their_place_back() {
-        let mut external = External::new(Vec::new());
+        let mut external = ExternalWrenches::new(Vec::new());
         assert!(push(&mut external, 1.0, 0.0, false) && push(&mut external, 2.0, 0.5, false));
         let at = [0.4, 0.9, 1.2, 1.6].map(|time| force(&external, time));
         assert_eq!(at, [1.0, 3.0, 2.0, 0.0]);

@@ -11,18 +11,20 @@ use motion_api::{CommandId, MotionMode, Origin, StopReason};
 
 use crate::config::ConfigError;
 use crate::constants::{STOP_ACCELERATION, fault};
-use crate::cycle::{Cycle, Generator};
-use crate::intake::{Answer, Ending, bad_value};
-use crate::modes::force::{ForceGoal, Pressing, Stage, View};
-use crate::modes::joint_speed::JointSpeed;
-use crate::modes::lag::Lag;
-use crate::modes::{CallEnd, Kind, Online, OnlineArm, stands, states};
+use crate::cycle::{ControlLoop, Generator};
+use crate::intake::{CommandResult, Completion, bad_value};
+use crate::modes::force::{ActiveForceMode, ForceGoal, ForceModeInput, ForceModePhase};
+use crate::modes::joint_speed::JointSpeedMode;
+use crate::modes::lag::JointLag;
+use crate::modes::{
+    ActiveOnlineMode, CallCompletion, OnlineContext, OnlineMode, is_setpoint_at_rest, states,
+};
 use crate::setpoint::Setpoint;
-use crate::waiting::WaitingFor;
+use crate::waiting::RestCommand;
 
 /// Force mode of a controller.
 pub(crate) struct ForceMode {
-    pub(crate) pressing: Option<Pressing>,
+    pub(crate) active: Option<ActiveForceMode>,
     tuning: Tuning,
     limiter: TwistLimiter,
 }
@@ -31,7 +33,7 @@ impl ForceMode {
     /// Off, with the gain and the damping of the manual.
     pub(crate) fn new() -> Result<Self, ConfigError> {
         Ok(Self {
-            pressing: None,
+            active: None,
             tuning: Tuning::default(),
             limiter: TwistLimiter::new()?,
         })
@@ -39,16 +41,16 @@ impl ForceMode {
 
     /// On, and not being left.
     pub(crate) fn is_on(&self) -> bool {
-        matches!(&self.pressing, Some(pressing) if pressing.stage == Stage::On)
+        matches!(&self.active, Some(pressing) if pressing.stage == ForceModePhase::On)
     }
 
     /// It changes setpoints: on, or being left.
-    pub(crate) const fn is_at_work(&self) -> bool {
-        self.pressing.is_some()
+    pub(crate) const fn is_active(&self) -> bool {
+        self.active.is_some()
     }
 }
 
-impl Cycle {
+impl ControlLoop {
     pub(crate) fn force_mode(
         &mut self,
         frame: &RpyPose,
@@ -56,7 +58,7 @@ impl Cycle {
         wrench: [f64; 6],
         mode: u8,
         speed_limits: [f64; 6],
-    ) -> Answer {
+    ) -> CommandResult {
         let Some(mode_kind) = FrameMode::from_number(mode.into()) else {
             return Err(bad_value("mode", f64::from(mode), "0 to 3"));
         };
@@ -67,66 +69,66 @@ impl Cycle {
             speed_limits,
         };
         self.lag = None;
-        match &mut self.force.pressing {
+        match &mut self.force.active {
             Some(pressing) => pressing.retarget(goal),
-            none => *none = Some(Pressing::new(goal)),
+            none => *none = Some(ActiveForceMode::new(goal)),
         }
-        Ok(Ending::Now)
+        Ok(Completion::Immediate)
     }
 
-    pub(crate) fn set_force_gain(&mut self, gain: f64) -> Answer {
+    pub(crate) fn set_force_gain(&mut self, gain: f64) -> CommandResult {
         if !(GAIN_RANGE.0..=GAIN_RANGE.1).contains(&gain) {
             return Err(bad_value("scaling", gain, "0 to 2"));
         }
         self.force.tuning.gain = gain;
-        Ok(Ending::Now)
+        Ok(Completion::Immediate)
     }
 
-    pub(crate) fn set_force_damping(&mut self, damping: f64) -> Answer {
+    pub(crate) fn set_force_damping(&mut self, damping: f64) -> CommandResult {
         if !(DAMPING_RANGE.0..=DAMPING_RANGE.1).contains(&damping) {
             return Err(bad_value("damping", damping, "0 to 1"));
         }
         self.force.tuning.damping = damping;
-        Ok(Ending::Now)
+        Ok(Completion::Immediate)
     }
 
     /// Ends force mode. At rest the arm stops where it is; under a motion that goes on, the tool goes back to it.
-    pub(crate) fn end_force_mode(&mut self, id: CommandId) -> Ending {
-        if self.force.pressing.is_none() {
-            return Ending::Now;
+    pub(crate) fn end_force_mode(&mut self, id: CommandId) -> Completion {
+        if self.force.active.is_none() {
+            return Completion::Immediate;
         }
         if self.is_holding() {
             self.finish_force_mode();
             if self.is_standing() {
-                return Ending::Now;
+                return Completion::Immediate;
             }
-            self.waiting.add(id, WaitingFor::Stop);
-            return Ending::Later;
+            self.rest_commands.add(id, RestCommand::Stop);
+            return Completion::Deferred;
         }
         let nominal = self.model.tcp_pose(&self.target.q, &self.flange_from_tcp);
         let commanded = self.target_frames.base_from_flange * self.flange_from_tcp;
-        if let Some(pressing) = &mut self.force.pressing {
-            pressing.give_back(&nominal, &commanded);
+        if let Some(pressing) = &mut self.force.active {
+            pressing.begin_return(&nominal, &commanded);
         }
-        Ending::Now
+        Completion::Immediate
     }
 
     /// From here on the joints come to rest from what they do now.
     fn finish_force_mode(&mut self) {
-        self.force.pressing = None;
+        self.force.active = None;
         self.lag = None;
         self.target = self.commanded;
-        if stands(&self.target) {
+        if is_setpoint_at_rest(&self.target) {
             return;
         }
         let now = states(&self.target);
-        let brake = JointSpeed::new(&now, &JointSpeeds::ZERO, STOP_ACCELERATION);
-        self.generator = Generator::Online(Online {
+        let brake = JointSpeedMode::new(&now, &JointSpeeds::ZERO, STOP_ACCELERATION);
+        self.generator = Generator::Online(ActiveOnlineMode {
             id: CommandId::NONE,
             origin: Origin::default(),
             mode: MotionMode::Stopping,
-            call: CallEnd::Over,
-            kind: Kind::JointSpeed(brake),
+            call_completion: CallCompletion::Returned,
+            kind: OnlineMode::JointSpeed(brake),
             is_stopping: true,
             is_warned: true,
         });
@@ -135,42 +137,42 @@ impl Cycle {
     /// Nothing moves underneath, and nothing is about to.
     pub(crate) fn is_holding(&self) -> bool {
         matches!(self.generator, Generator::Hold)
-            && self.upcoming.is_none()
+            && self.pending_motion.is_none()
             && self.deferred.is_none()
     }
 
     /// The setpoint of the motion underneath with the corrections of force mode.
-    pub(crate) fn pressed(&mut self, nominal: &Setpoint) -> Result<Setpoint, StopReason> {
-        let Some(mut pressing) = self.force.pressing else {
+    pub(crate) fn apply_force_mode(&mut self, nominal: &Setpoint) -> Result<Setpoint, StopReason> {
+        let Some(mut pressing) = self.force.active else {
             return Ok(*nominal);
         };
-        let felt = self.felt();
+        let felt = self.sensed_wrench();
         let is_holding = matches!(self.generator, Generator::Hold);
-        let arm = OnlineArm::new(
+        let arm = OnlineContext::new(
             &self.model,
             &self.flange_from_tcp,
-            [self.limit_sets.checked(); 2],
+            [self.limit_sets.enforced(); 2],
             &self.dynamics,
             &self.commanded,
             felt,
             self.step,
-            (self.fraction(), self.is_held()),
+            (self.speed_fraction_in_effect(), self.is_held()),
         );
-        let view = View {
+        let view = ForceModeInput {
             arm: &arm,
             commanded: &self.commanded,
             commanded_frames: &self.target_frames,
             nominal_before: &self.target,
             nominal,
             actual: &self.actual.q,
-            felt,
+            sensed_wrench: felt,
             tuning: self.force.tuning,
             tcp_speed: self.limits.tcp_speed,
-            is_frozen: self.fraction() == 0.0,
+            is_frozen: self.speed_fraction_in_effect() == 0.0,
             is_holding,
         };
         let next = pressing.next(&view, &mut self.force.limiter);
-        self.force.pressing = Some(pressing);
+        self.force.active = Some(pressing);
         next.map_err(|_| StopReason::Internal {
             code: fault::NOT_FINITE,
         })
@@ -178,17 +180,17 @@ impl Cycle {
 
     /// Ends force mode once the tool is back or the motion is over. At rest the motion underneath begins at the arm.
     pub(crate) fn settle_force_mode(&mut self) {
-        if self.holding.is_some() && !stands(&self.commanded) {
+        if self.joint_hold.is_some() && !is_setpoint_at_rest(&self.commanded) {
             return;
         }
-        let Some(pressing) = &self.force.pressing else {
+        let Some(pressing) = &self.force.active else {
             return;
         };
-        if pressing.is_back() {
-            self.force.pressing = None;
-            self.lag = Lag::between(&self.commanded, &self.target, self.step, false);
+        if pressing.has_returned() {
+            self.force.active = None;
+            self.lag = JointLag::between(&self.commanded, &self.target, self.step, false);
         } else if self.is_holding() {
-            if pressing.stage == Stage::On {
+            if pressing.stage == ForceModePhase::On {
                 self.target = Setpoint::standing(self.commanded.q);
             } else {
                 self.finish_force_mode();

@@ -18,7 +18,7 @@ pub struct Histogram {
 
 /// The counters at one moment.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct HistogramReading {
+pub struct HistogramSnapshot {
     /// How often, by bucket; the last one is beyond [`BUCKETS_US`].
     pub counts: [u64; BUCKETS_US.len() + 1],
     /// Sum of all times, ns.
@@ -27,7 +27,7 @@ pub struct HistogramReading {
 
 impl Histogram {
     /// Counts one time.
-    pub fn add(&self, time: core::time::Duration) {
+    pub fn record(&self, time: core::time::Duration) {
         let ns = u64::try_from(time.as_nanos()).unwrap_or(u64::MAX);
         // Up to and with the end of a bucket, as Prometheus has it.
         let bucket = BUCKETS_US.partition_point(|end| end * 1000 < ns);
@@ -36,8 +36,8 @@ impl Histogram {
     }
 
     /// The counters now.
-    pub fn read(&self) -> HistogramReading {
-        HistogramReading {
+    pub fn snapshot(&self) -> HistogramSnapshot {
+        HistogramSnapshot {
             counts: core::array::from_fn(|i| self.counts[i].load(Ordering::Relaxed)),
             sum_ns: self.sum_ns.load(Ordering::Relaxed),
         }
@@ -53,9 +53,9 @@ mod tests {
     fn a_time_is_counted_in_the_bucket_that_it_does_not_exceed() {
         let histogram = Histogram::default();
         for micros in [0, 10, 11, 100_000, 100_001] {
-            histogram.add(Duration::from_micros(micros));
+            histogram.record(Duration::from_micros(micros));
         }
-        let read = histogram.read();
+        let read = histogram.snapshot();
         assert_eq!((read.counts[0], read.counts[1]), (2, 1));
         assert_eq!(
             (

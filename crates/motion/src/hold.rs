@@ -13,59 +13,59 @@
 //!
 //! Braked joints come to rest one by one as fast as their accelerations and jerks allow; nothing that a mode, a belt or force
 //! mode would have the arm do counts until they stand and the stop is over. Then modes go on from rest. What lies between
-//! where they want the joints and where these stand is the [`Lag`], which is made good before anything else moves.
+//! where they want the joints and where these stand is the [`JointLag`], which is made good before anything else moves.
 //!
 //! Owns when the arm is held and how it is let go; protective and emergency stops, which end what they stop, are in `stopping`.
 
 use kinematics::{JointPositions, Pose};
 use motion_api::StopReason;
 
-use crate::brake::JointBrake;
+use crate::brake::JointStopMotion;
 use crate::config::MotionLimits;
 use crate::constants::SLOWEST_FRACTION;
-use crate::cycle::{Cycle, Generator};
-use crate::modes::conveyor::Tracking;
-use crate::modes::lag::Lag;
-use crate::modes::{online_axes, stands};
+use crate::cycle::{ControlLoop, Generator};
+use crate::modes::conveyor::ConveyorTracking;
+use crate::modes::lag::JointLag;
+use crate::modes::{is_setpoint_at_rest, online_axes};
 use crate::queue::HardStop;
 use crate::setpoint::{LimitedSetpoint, Setpoint};
 
 /// What the arm may do in a cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Permit {
+pub(crate) enum MotionPermission {
     /// Motions go on at this fraction of their speed; at 0 they hold, and what is laid over them goes on.
-    Go(f64),
+    Run(f64),
     /// Everything comes to rest, as a motion does by itself.
-    Rest,
+    Stop,
     /// Everything comes to rest as fast as the joints can.
-    RestHard,
+    StopHard,
 }
 
-impl Permit {
+impl MotionPermission {
     /// The speed fraction of motions.
     pub(crate) const fn fraction(self) -> f64 {
         match self {
-            Self::Go(fraction) => fraction,
-            Self::Rest | Self::RestHard => 0.0,
+            Self::Run(fraction) => fraction,
+            Self::Stop | Self::StopHard => 0.0,
         }
     }
 }
 
 /// Joints that are braked, or stand after that.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Holding {
-    brake: JointBrake,
+pub(crate) struct JointHold {
+    brake: JointStopMotion,
     /// They need not stand, only be slow enough for reduced mode.
-    slows_only: bool,
+    is_slowdown: bool,
     /// They brake for a pause, more gently than they can.
     is_gentle: bool,
     /// How hard a planned motion underneath brakes beside them, unit of its way over s².
     deceleration_on_path: f64,
     /// Where the motion underneath and the arm were when it began, rad.
-    began: [JointPositions; 2],
+    start_positions: [JointPositions; 2],
 }
 
-impl Holding {
+impl JointHold {
     /// How hard a planned motion underneath brakes, so that it comes to rest when the joints do.
     pub(crate) const fn deceleration_on_path(&self) -> f64 {
         self.deceleration_on_path
@@ -76,86 +76,90 @@ impl Holding {
 const PAUSE_OF_STREAMS: f64 = 0.3;
 
 /// A lag larger than this is not made good, rad: the arm stands in another of its configurations.
-const LAG_MOST: f64 = 1.5;
+const MAX_LAG: f64 = 1.5;
 
-impl Cycle {
+impl ControlLoop {
     /// What the arm may do now.
-    pub(crate) fn permit(&self) -> Permit {
+    pub(crate) fn motion_permission(&self) -> MotionPermission {
         if self.machine.is_safeguarded() {
-            Permit::RestHard
+            MotionPermission::StopHard
         } else if self.is_paused {
-            Permit::Rest
-        } else if self.is_behind() || self.speed_fraction < SLOWEST_FRACTION {
-            Permit::Go(0.0)
+            MotionPermission::Stop
+        } else if self.has_lag_to_recover() || self.speed_fraction < SLOWEST_FRACTION {
+            MotionPermission::Run(0.0)
         } else {
-            Permit::Go(self.speed_fraction)
+            MotionPermission::Run(self.speed_fraction)
         }
     }
 
     /// The arm was held beside its way, or while a belt went on: it makes that good before motions go on.
-    pub(crate) fn is_behind(&self) -> bool {
+    pub(crate) fn has_lag_to_recover(&self) -> bool {
         self.lag.is_some_and(|lag| lag.comes_first())
-            || self.tracking.as_ref().is_some_and(Tracking::is_behind)
+            || self
+                .tracking
+                .as_ref()
+                .is_some_and(ConveyorTracking::is_behind)
     }
 
     /// A pause or a safeguard stop holds the arm.
     pub(crate) fn is_held(&self) -> bool {
-        !matches!(self.permit(), Permit::Go(_))
+        !matches!(self.motion_permission(), MotionPermission::Run(_))
     }
 
     /// Begins to brake the joints where that has to be, and lets the arm go once it may move again and stands.
-    pub(crate) fn hold_or_let_go(&mut self) -> Result<(), StopReason> {
-        let is_braking = matches!(self.generator, Generator::Brake(_));
+    pub(crate) fn update_hold(&mut self) -> Result<(), StopReason> {
+        let is_braking = matches!(self.generator, Generator::Stop(_));
         if is_braking || !self.is_under_servo() {
-            self.holding = None;
+            self.joint_hold = None;
             return Ok(());
         }
-        let permit = self.permit();
-        if permit != Permit::RestHard {
+        let permit = self.motion_permission();
+        if permit != MotionPermission::StopHard {
             self.forget_hard_stop();
         }
         let must_brake = match permit {
-            Permit::Go(_) => {
-                return match &self.holding {
-                    Some(holding) if holding.slows_only => {
+            MotionPermission::Run(_) => {
+                return match &self.joint_hold {
+                    Some(holding) if holding.is_slowdown => {
                         let is_slowing = self.limit_sets.is_slowing();
                         if is_slowing && holding.brake.is_over() && !self.may_be_braked() {
                             self.hold(true);
                         } else if !is_slowing || holding.brake.is_over() {
-                            self.let_go_slowed();
+                            self.end_slowdown();
                         }
                         Ok(())
                     }
-                    Some(_) if self.is_braked() => self.let_go(),
-                    None if self.must_slow_joints() => {
+                    Some(_) if self.is_braked() => self.release_hold(),
+                    None if self.needs_joint_slowdown() => {
                         self.hold(true);
                         Ok(())
                     }
                     _ => Ok(()),
                 };
             }
-            Permit::Rest => {
+            MotionPermission::Stop => {
                 self.tracking.is_some() || self.lag.is_some() || self.follows_from_outside()
             }
-            Permit::RestHard => {
-                !self.is_path_all()
+            MotionPermission::StopHard => {
+                !self.has_no_overlay()
                     || matches!(self.generator, Generator::Online(_))
                     || self.hard_stop() == Some(HardStop::JointByJoint)
             }
         };
-        match &self.holding {
+        match &self.joint_hold {
             None if must_brake => {
                 self.hold(false);
                 Ok(())
             }
             Some(holding)
                 if must_brake
-                    && (holding.slows_only || holding.is_gentle && permit == Permit::RestHard) =>
+                    && (holding.is_slowdown
+                        || holding.is_gentle && permit == MotionPermission::StopHard) =>
             {
                 self.hold(false);
                 Ok(())
             }
-            Some(_) if !must_brake && self.is_braked() => self.let_go(),
+            Some(_) if !must_brake && self.is_braked() => self.release_hold(),
             _ => Ok(()),
         }
     }
@@ -166,7 +170,7 @@ impl Cycle {
             Generator::Path(motion) => self.queue.is_standing(motion),
             _ => true,
         };
-        path_stands && stands(&self.commanded)
+        path_stands && is_setpoint_at_rest(&self.commanded)
     }
 
     /// A stream or a hand leads the arm: these have no acceleration of their own to come to rest with.
@@ -177,37 +181,41 @@ impl Cycle {
     /// Brakes the joints.
     pub(crate) fn hold(&mut self, slows_only: bool) {
         let is_gentle = !slows_only
-            && self.permit() == Permit::Rest
+            && self.motion_permission() == MotionPermission::Stop
             && self.tracking.is_none()
             && self.lag.is_none();
         let able = self.limit_sets.able();
         let brake = if slows_only {
-            JointBrake::to_share(&self.commanded, self.braked_share(), &self.slowing_limits())
+            JointStopMotion::to_speed_share(
+                &self.commanded,
+                self.braked_share(),
+                &self.slowing_limits(),
+            )
         } else if is_gentle {
             let acceleration = able.acceleration.map(|a| PAUSE_OF_STREAMS * a);
             let limits = MotionLimits {
                 acceleration,
                 ..*able
             };
-            let gentle = JointBrake::new(&self.commanded, &limits);
+            let gentle = JointStopMotion::new(&self.commanded, &limits);
             if gentle.stays_within(able) {
                 gentle
             } else {
-                JointBrake::new(&self.commanded, able)
+                JointStopMotion::new(&self.commanded, able)
             }
         } else {
-            JointBrake::new(&self.commanded, able)
+            JointStopMotion::new(&self.commanded, able)
         };
         let speed_on_path = match &self.generator {
             Generator::Path(motion) => motion.committed_speed(),
             _ => 0.0,
         };
-        self.holding = Some(Holding {
+        self.joint_hold = Some(JointHold {
             deceleration_on_path: speed_on_path / brake.longest().max(self.step),
             brake,
-            slows_only,
+            is_slowdown: slows_only,
             is_gentle,
-            began: [self.target.q, self.commanded.q],
+            start_positions: [self.target.q, self.commanded.q],
         });
         if let Some(tracking) = &mut self.tracking {
             tracking.halt();
@@ -220,38 +228,41 @@ impl Cycle {
     }
 
     /// The next setpoint of joints that are being braked; `None` while modes decide.
-    pub(crate) fn held(&mut self) -> Option<LimitedSetpoint> {
-        let mut holding = self.holding?;
+    pub(crate) fn next_hold_setpoint(&mut self) -> Option<LimitedSetpoint> {
+        let mut holding = self.joint_hold?;
         let mut next = holding.brake.next(self.step);
         // Softly is not how to come to a safety plane.
-        if holding.slows_only && !self.has_no_planes() && self.crossed_by_joints(&next).is_some() {
-            holding.brake = JointBrake::new(&self.commanded, self.limit_sets.able());
+        if holding.is_slowdown
+            && !self.has_no_planes()
+            && self.plane_crossed_while_braking(&next).is_some()
+        {
+            holding.brake = JointStopMotion::new(&self.commanded, self.limit_sets.able());
             next = holding.brake.next(self.step);
         }
-        self.holding = Some(holding);
-        if let Some(pressing) = &mut self.force.pressing {
+        self.joint_hold = Some(holding);
+        if let Some(pressing) = &mut self.force.active {
             pressing.stand_aside();
         }
         let able = self.limit_sets.able();
         let passed = LimitedSetpoint::while_braking(next, &self.commanded, able);
-        self.target_frames = self.model.forward(&passed.get().q);
+        self.target_frames = self.model.forward(&passed.as_setpoint().q);
         Some(passed)
     }
 
     /// An online mode goes on from where its joints have become slow enough.
-    fn let_go_slowed(&mut self) {
-        self.holding = None;
-        self.is_slow_enough();
+    fn end_slowdown(&mut self) {
+        self.joint_hold = None;
+        self.finish_transition();
         self.target = self.commanded;
         if let Generator::Online(mut online) = self.generator {
-            online.go_on_from(&self.online_arm(), &self.target);
+            online.resume_from(&self.online_arm(), &self.target);
             self.generator = Generator::Online(online);
         }
     }
 
     /// From here on modes decide again, each from rest.
-    fn let_go(&mut self) -> Result<(), StopReason> {
-        let Some(holding) = self.holding.take() else {
+    fn release_hold(&mut self) -> Result<(), StopReason> {
+        let Some(holding) = self.joint_hold.take() else {
             return Ok(());
         };
         if !matches!(self.generator, Generator::Path(_)) {
@@ -259,15 +270,15 @@ impl Cycle {
         }
         let nominal = Setpoint::standing(self.target.q);
         if let Generator::Online(mut online) = self.generator {
-            online.go_on_from(&self.online_arm(), &nominal);
+            online.resume_from(&self.online_arm(), &nominal);
             self.generator = Generator::Online(online);
         }
-        if let Some(pressing) = &mut self.force.pressing {
+        if let Some(pressing) = &mut self.force.active {
             let poses = |[before, after]: [&JointPositions; 2]| -> [Pose; 2] {
                 [before, after].map(|q| self.model.tcp_pose(q, &self.flange_from_tcp))
             };
-            let [target, arm] = &holding.began;
-            pressing.go_on_from(
+            let [target, arm] = &holding.start_positions;
+            pressing.resume_from(
                 &poses([target, &nominal.q]),
                 &poses([arm, &self.commanded.q]),
             );
@@ -278,9 +289,9 @@ impl Cycle {
         } else {
             StopReason::PathOffsetLost
         };
-        let wanted = self.wanted_at_rest(&nominal).ok_or(lost)?;
-        let lag = Lag::between(&self.commanded, &wanted, self.step, true);
-        if lag.is_some_and(|lag| lag.largest() > LAG_MOST) {
+        let wanted = self.overlay_setpoint_at_rest(&nominal).ok_or(lost)?;
+        let lag = JointLag::between(&self.commanded, &wanted, self.step, true);
+        if lag.is_some_and(|lag| lag.largest() > MAX_LAG) {
             return Err(lost);
         }
         self.lag = lag;
@@ -289,29 +300,29 @@ impl Cycle {
 
     /// Where belt and offset want the arm when the motion underneath stands at `nominal`; the belt is taken up where it
     /// comes nearest to where the arm stands.
-    fn wanted_at_rest(&mut self, nominal: &Setpoint) -> Option<Setpoint> {
+    fn overlay_setpoint_at_rest(&mut self, nominal: &Setpoint) -> Option<Setpoint> {
         let (model, tool) = (&self.model, &self.flange_from_tcp);
         if let Some(tracking) = &mut self.tracking {
             let [from, to] = [nominal, &self.commanded]
                 .map(|setpoint| model.tcp_pose(&setpoint.q, tool).translation);
-            tracking.take_up(&from, &to);
-            return tracking.carry(nominal, &self.commanded, model, tool);
+            tracking.resync(&from, &to);
+            return tracking.superimpose(nominal, &self.commanded, model, tool);
         }
         if self.path_offset.is_on() {
             return self
                 .path_offset
-                .carry(nominal, &self.commanded, model, tool);
+                .superimpose(nominal, &self.commanded, model, tool);
         }
         Some(*nominal)
     }
 
     /// What modes want, plus what the arm lags behind it.
-    pub(crate) fn with_lag(&mut self, wanted: &Setpoint) -> Setpoint {
+    pub(crate) fn apply_lag(&mut self, wanted: &Setpoint) -> Setpoint {
         let Some(mut lag) = self.lag else {
             return *wanted;
         };
         lag.advance(&online_axes(&self.limits, self.step), self.step);
         self.lag = (!lag.is_over()).then_some(lag);
-        lag.laid_over(wanted)
+        lag.added_to(wanted)
     }
 }

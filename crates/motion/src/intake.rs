@@ -10,37 +10,37 @@ use motion_api::{
     StopReason,
 };
 
-use crate::allowed::Rule;
-use crate::constants::{COMMANDS_PER_CYCLE, SHARE_OF_MOTION};
-use crate::cycle::{Cycle, Generator};
+use crate::allowed::Admission;
+use crate::constants::{COMMANDS_PER_CYCLE, MOTION_COMMAND_WEIGHT};
+use crate::cycle::{ControlLoop, Generator};
 use crate::path::ArcOrientation;
-use crate::plan::{Arm, CartesianPlanner, Wish, plan_movej};
+use crate::plan::{CartesianPlanner, MotionRequest, PlanningContext, plan_movej};
 use crate::stopping::StopCause;
-use crate::upcoming::Planned;
-use crate::waiting::WaitingFor;
+use crate::upcoming::PlanState;
+use crate::waiting::RestCommand;
 
 /// Planner error: a command came to a family that does not know it.
-const WRONG_FAMILY: u32 = 3;
+const PLANNER_WRONG_FAMILY: u32 = 3;
 
 /// Whether a command ends at once, and how.
-pub(crate) type Answer = Result<Ending, Refusal>;
+pub(crate) type CommandResult = Result<Completion, Refusal>;
 
-pub(crate) enum Ending {
-    Now,
-    Later,
+pub(crate) enum Completion {
+    Immediate,
+    Deferred,
 }
 
-impl Cycle {
+impl ControlLoop {
     /// Takes commands from the ring.
     pub(crate) fn take_commands(&mut self) {
         let mut left = COMMANDS_PER_CYCLE;
         while left > 0 {
-            let under_way = self.waiting.count()
+            let under_way = self.rest_commands.count()
                 + self.zone_changes.count()
-                + self.queue.open_count()
-                + usize::from(self.running() != CommandId::NONE)
+                + self.queue.unfinished_count()
+                + usize::from(self.running_command() != CommandId::NONE)
                 + usize::from(self.deferred.is_some());
-            if self.waiting.is_full() || !self.out.has_room(under_way) {
+            if self.rest_commands.is_full() || !self.out.has_room(under_way) {
                 return;
             }
             let Some(command) = self.next_command() else {
@@ -48,41 +48,41 @@ impl Cycle {
             };
             let share = match command.kind.is_setting() {
                 true => 1,
-                false => SHARE_OF_MOTION,
+                false => MOTION_COMMAND_WEIGHT,
             };
             left = left.saturating_sub(share);
-            match self.obey(&command) {
-                Ok(Ending::Now) => self.out.ended(command.id, Outcome::Done),
-                Ok(Ending::Later) => {}
-                Err(refusal) => self.out.ended(command.id, Outcome::Refused(refusal)),
+            match self.admit(&command) {
+                Ok(Completion::Immediate) => self.out.report_end(command.id, Outcome::Done),
+                Ok(Completion::Deferred) => {}
+                Err(refusal) => self.out.report_end(command.id, Outcome::Refused(refusal)),
             }
         }
     }
 
-    fn obey(&mut self, command: &Command) -> Answer {
-        command.kind.check_form()?;
-        match self.rule(command) {
-            Rule::Refuse(why) => Err(self.refusal(why)),
+    fn admit(&mut self, command: &Command) -> CommandResult {
+        command.kind.validate()?;
+        match self.admission(command) {
+            Admission::Refuse(why) => Err(self.refusal(why)),
             // What has to wait has waited.
-            Rule::Act | Rule::Queue => self.carry_out(command),
+            Admission::Accept | Admission::WaitForRest => self.dispatch(command),
         }
     }
 
     /// Each command by its family.
-    fn carry_out(&mut self, command: &Command) -> Answer {
+    fn dispatch(&mut self, command: &Command) -> CommandResult {
         match command.kind {
             CommandKind::MoveJ { .. }
             | CommandKind::MoveL { .. }
             | CommandKind::MoveC { .. }
             | CommandKind::MoveP { .. }
-            | CommandKind::MoveMl { .. } => self.begin_motion(command),
+            | CommandKind::MoveMl { .. } => self.execute_move(command),
             CommandKind::ServoJ { .. }
             | CommandKind::SpeedJ { .. }
             | CommandKind::SpeedL { .. }
             | CommandKind::StopJ { .. }
             | CommandKind::StopL { .. }
             | CommandKind::Freedrive { .. }
-            | CommandKind::EndFreedrive => self.steer(command),
+            | CommandKind::EndFreedrive => self.execute_online_command(command),
             CommandKind::ForceMode { .. }
             | CommandKind::EndForceMode
             | CommandKind::TrackConveyorLinear { .. }
@@ -92,7 +92,7 @@ impl Cycle {
             | CommandKind::PathOffsetDisable { .. }
             | CommandKind::PathOffsetSet { .. }
             | CommandKind::PathOffsetFilter(_)
-            | CommandKind::PathOffsetMax { .. } => self.lay_over(command),
+            | CommandKind::PathOffsetMax { .. } => self.execute_overlay_command(command),
             CommandKind::Stop { .. }
             | CommandKind::Pause
             | CommandKind::Resume
@@ -102,7 +102,7 @@ impl Cycle {
             | CommandKind::UnlockProtectiveStop
             | CommandKind::ProtectiveStop
             | CommandKind::RestartSafetyBoard
-            | CommandKind::EmergencyStop { .. } => self.operate(command),
+            | CommandKind::EmergencyStop { .. } => self.execute_machine_command(command),
             CommandKind::SetForceGain(_)
             | CommandKind::SetForceDamping(_)
             | CommandKind::SetExternalWrench(_)
@@ -110,7 +110,7 @@ impl Cycle {
             | CommandKind::FtRtsiInput { .. }
             | CommandKind::ZeroFtSensor
             | CommandKind::SetCollisionDetection(_)
-            | CommandKind::SetCollisionSensitivity(_) => self.set_senses(command),
+            | CommandKind::SetCollisionSensitivity(_) => self.execute_sensing_command(command),
             CommandKind::SetTcp(_)
             | CommandKind::SetPayload(_)
             | CommandKind::SetGravity(_)
@@ -121,18 +121,18 @@ impl Cycle {
             | CommandKind::SetSpeedFraction(_)
             | CommandKind::EncoderEnableSetTickCount { .. }
             | CommandKind::EncoderSetTickCount { .. }
-            | CommandKind::EncoderEnablePulseDecode { .. } => self.set(command),
+            | CommandKind::EncoderEnablePulseDecode { .. } => self.execute_setting(command),
         }
     }
 
     /// Planned motions.
-    fn begin_motion(&mut self, command: &Command) -> Answer {
-        let wish = |speed, acceleration, duration, radius| Wish {
+    fn execute_move(&mut self, command: &Command) -> CommandResult {
+        let wish = |speed, acceleration, duration, radius| MotionRequest {
             speed,
             acceleration,
             duration,
             radius,
-            is_process: matches!(command.kind, CommandKind::MoveP { .. }),
+            is_process_move: matches!(command.kind, CommandKind::MoveP { .. }),
         };
         match command.kind {
             CommandKind::MoveJ {
@@ -182,20 +182,27 @@ impl Cycle {
                 self.arc(command, (&via, &target), orientation, &wish)
             }
             CommandKind::MoveMl { count, interval } => self.moveml(command, count, interval),
-            _ => Err(Refusal::Planner { code: WRONG_FAMILY }),
+            _ => Err(Refusal::Planner {
+                code: PLANNER_WRONG_FAMILY,
+            }),
         }
     }
 
-    fn movej(&mut self, command: &Command, target: &JointPositions, wish: &Wish) -> Answer {
+    fn movej(
+        &mut self,
+        command: &Command,
+        target: &JointPositions,
+        wish: &MotionRequest,
+    ) -> CommandResult {
         self.check_target(target)?;
         let start = self.next_start();
-        let mut cells = core::mem::take(&mut self.cells);
+        let mut cells = core::mem::take(&mut self.pending_limits);
         let planned = plan_movej(&start, target, wish, &self.arm(), &mut cells);
-        self.cells = cells;
+        self.pending_limits = cells;
         let (leg, warnings) = planned?;
         let who = (command.id, command.origin);
-        self.follow_with(who, MotionMode::MoveJ, Planned::Ready(leg, warnings));
-        Ok(Ending::Later)
+        self.enqueue_motion(who, MotionMode::MoveJ, PlanState::Ready(leg, warnings));
+        Ok(Completion::Deferred)
     }
 
     fn line(
@@ -203,13 +210,13 @@ impl Cycle {
         command: &Command,
         mode: MotionMode,
         target: &RpyPose,
-        wish: &Wish,
-    ) -> Answer {
+        wish: &MotionRequest,
+    ) -> CommandResult {
         self.check_target_pose(target)?;
         let start = self.next_start();
         let planner = CartesianPlanner::line(&start, target, wish, &self.arm())?;
         self.begin_to_plan(command, mode, planner);
-        Ok(Ending::Later)
+        Ok(Completion::Deferred)
     }
 
     fn arc(
@@ -217,18 +224,18 @@ impl Cycle {
         command: &Command,
         (via, target): (&RpyPose, &RpyPose),
         orientation: ArcOrientation,
-        wish: &Wish,
-    ) -> Answer {
+        wish: &MotionRequest,
+    ) -> CommandResult {
         self.check_target_pose(via)?;
         self.check_target_pose(target)?;
         let start = self.next_start();
         let planner = CartesianPlanner::arc(&start, (via, target), orientation, wish, &self.arm())?;
         self.begin_to_plan(command, MotionMode::MoveC, planner);
-        Ok(Ending::Later)
+        Ok(Completion::Deferred)
     }
 
     /// Online modes, leading by hand, and coming to rest from them.
-    fn steer(&mut self, command: &Command) -> Answer {
+    fn execute_online_command(&mut self, command: &Command) -> CommandResult {
         match command.kind {
             CommandKind::ServoJ {
                 target,
@@ -258,12 +265,14 @@ impl Cycle {
                 self.freedrive(command, free_axes, frame)
             }
             CommandKind::EndFreedrive => Ok(self.end_freedrive(command.id)),
-            _ => Err(Refusal::Planner { code: WRONG_FAMILY }),
+            _ => Err(Refusal::Planner {
+                code: PLANNER_WRONG_FAMILY,
+            }),
         }
     }
 
     /// What is laid over motions: force mode, belts, offsets of the path.
-    fn lay_over(&mut self, command: &Command) -> Answer {
+    fn execute_overlay_command(&mut self, command: &Command) -> CommandResult {
         match command.kind {
             CommandKind::ForceMode {
                 frame,
@@ -295,68 +304,72 @@ impl Cycle {
                 translation,
                 rotation,
             } => self.path_offset_max(translation, rotation),
-            _ => Err(Refusal::Planner { code: WRONG_FAMILY }),
+            _ => Err(Refusal::Planner {
+                code: PLANNER_WRONG_FAMILY,
+            }),
         }
     }
 
     /// Stops, power and brakes.
-    fn operate(&mut self, command: &Command) -> Answer {
+    fn execute_machine_command(&mut self, command: &Command) -> CommandResult {
         match command.kind {
             CommandKind::Stop { only } => Ok(self.stop(command.id, only)),
             CommandKind::Pause => {
                 self.is_paused = true;
-                self.waiting.add(command.id, WaitingFor::Pause);
-                Ok(Ending::Later)
+                self.rest_commands.add(command.id, RestCommand::Pause);
+                Ok(Completion::Deferred)
             }
             CommandKind::Resume => {
                 self.is_paused = false;
-                while let Some(id) = self.waiting.take(|kind| kind == WaitingFor::Pause) {
-                    self.out.ended(id, Outcome::Done);
+                while let Some(id) = self.rest_commands.take(|kind| kind == RestCommand::Pause) {
+                    self.out.report_end(id, Outcome::Done);
                 }
-                Ok(Ending::Now)
+                Ok(Completion::Immediate)
             }
             CommandKind::PowerOn => {
                 self.machine.power_on()?;
-                Ok(Ending::Now)
+                Ok(Completion::Immediate)
             }
             CommandKind::PowerOff => {
                 self.drop_zone_changes(CommandId::NONE, Outcome::Aborted);
                 self.stop_for(StopCause::PowerOff);
-                self.waiting.add(command.id, WaitingFor::PowerOff);
-                Ok(Ending::Later)
+                self.rest_commands.add(command.id, RestCommand::PowerOff);
+                Ok(Completion::Deferred)
             }
             CommandKind::ReleaseBrakes => {
                 self.machine.release_brakes()?;
-                Ok(Ending::Now)
+                Ok(Completion::Immediate)
             }
             CommandKind::UnlockProtectiveStop => {
                 if !self.is_at_rest() && self.machine.stop_reason().is_some() {
                     return Err(Refusal::StillMoving);
                 }
                 self.machine.unlock();
-                Ok(Ending::Now)
+                Ok(Completion::Immediate)
             }
             CommandKind::ProtectiveStop => {
                 self.stop_on_request();
-                Ok(Ending::Now)
+                Ok(Completion::Immediate)
             }
             CommandKind::RestartSafetyBoard => {
                 if !self.is_at_rest() {
                     return Err(Refusal::StillMoving);
                 }
                 self.machine.restart_safety();
-                Ok(Ending::Now)
+                Ok(Completion::Immediate)
             }
             CommandKind::EmergencyStop { pressed } => {
-                self.look_for_emergency(|machine| machine.press_emergency_stop(pressed));
-                Ok(Ending::Now)
+                self.begin_emergency_stop_if(|machine| machine.press_emergency_stop(pressed));
+                Ok(Completion::Immediate)
             }
-            _ => Err(Refusal::Planner { code: WRONG_FAMILY }),
+            _ => Err(Refusal::Planner {
+                code: PLANNER_WRONG_FAMILY,
+            }),
         }
     }
 
     /// The force sensor, force mode and collision detection.
-    fn set_senses(&mut self, command: &Command) -> Answer {
+    fn execute_sensing_command(&mut self, command: &Command) -> CommandResult {
         match command.kind {
             CommandKind::SetForceGain(gain) => self.set_force_gain(gain),
             CommandKind::SetForceDamping(damping) => self.set_force_damping(damping),
@@ -375,32 +388,34 @@ impl Cycle {
             } => self.ft_rtsi_input(enabled, mass, measuring_offset, cog),
             CommandKind::ZeroFtSensor => {
                 self.sensor.zero();
-                Ok(Ending::Now)
+                Ok(Completion::Immediate)
             }
             CommandKind::SetCollisionDetection(enabled) => {
                 self.collision.is_enabled = enabled;
-                Ok(Ending::Now)
+                Ok(Completion::Immediate)
             }
             CommandKind::SetCollisionSensitivity(ratio) => {
                 if !self.collision.set_sensitivity(ratio) {
                     return Err(bad_value("ratio", f64::from(ratio), "10 to 100"));
                 }
-                Ok(Ending::Now)
+                Ok(Completion::Immediate)
             }
-            _ => Err(Refusal::Planner { code: WRONG_FAMILY }),
+            _ => Err(Refusal::Planner {
+                code: PLANNER_WRONG_FAMILY,
+            }),
         }
     }
 
     /// Tool, payload, inputs and outputs, speed and encoders.
-    fn set(&mut self, command: &Command) -> Answer {
+    fn execute_setting(&mut self, command: &Command) -> CommandResult {
         match command.kind {
             CommandKind::SetTcp(tcp) => {
                 self.set_tcp(tcp);
-                Ok(Ending::Now)
+                Ok(Completion::Immediate)
             }
             CommandKind::SetPayload(payload) => {
                 self.set_payload(payload);
-                Ok(Ending::Now)
+                Ok(Completion::Immediate)
             }
             CommandKind::SetStandardDigitalOut { index, level } => {
                 if index >= 16 {
@@ -409,11 +424,11 @@ impl Cycle {
                 }
                 let bank = DigitalBank::Standard;
                 self.io.apply(&IoChange::digital_out(bank, index, level));
-                Ok(Ending::Now)
+                Ok(Completion::Immediate)
             }
             CommandKind::SetIo(change) => {
                 self.set_io(&change);
-                Ok(Ending::Now)
+                Ok(Completion::Immediate)
             }
             CommandKind::SetIoAtZone { motion, change } => {
                 self.set_io_at_zone(command.id, motion, change)
@@ -425,7 +440,7 @@ impl Cycle {
                     return Err(bad_value("the speed fraction", fraction, "0 to 1"));
                 }
                 self.speed_fraction = fraction;
-                Ok(Ending::Now)
+                Ok(Completion::Immediate)
             }
             CommandKind::EncoderEnableSetTickCount { encoder, range } => {
                 self.count_by_program(encoder, range)
@@ -439,18 +454,20 @@ impl Cycle {
                 channel_a,
                 channel_b,
             } => self.decode_pulses(encoder, decoding, channel_a, channel_b),
-            _ => Err(Refusal::Planner { code: WRONG_FAMILY }),
+            _ => Err(Refusal::Planner {
+                code: PLANNER_WRONG_FAMILY,
+            }),
         }
     }
 
     fn begin_to_plan(&mut self, command: &Command, mode: MotionMode, planner: CartesianPlanner) {
-        self.cells.clear();
+        self.pending_limits.clear();
         let who = (command.id, command.origin);
-        self.follow_with(who, mode, Planned::Partly(planner));
+        self.enqueue_motion(who, mode, PlanState::Cartesian(planner));
     }
 
-    pub(crate) fn arm(&self) -> Arm<'_> {
-        Arm {
+    pub(crate) fn arm(&self) -> PlanningContext<'_> {
+        PlanningContext {
             model: &self.model,
             flange_from_tcp: &self.flange_from_tcp,
             limits: self.planning_limits(),
@@ -459,11 +476,11 @@ impl Cycle {
         }
     }
 
-    fn stop(&mut self, id: CommandId, only: CommandId) -> Ending {
+    fn stop(&mut self, id: CommandId, only: CommandId) -> Completion {
         let is_concerned =
-            only == CommandId::NONE || only == self.running() || self.is_under_way(only);
+            only == CommandId::NONE || only == self.running_command() || self.is_under_way(only);
         if !is_concerned {
-            return Ending::Now;
+            return Completion::Immediate;
         }
         self.is_paused = false;
         self.drop_zone_changes(only, Outcome::Aborted);
@@ -471,8 +488,8 @@ impl Cycle {
             CommandId::NONE => StopCause::Stop,
             _ => StopCause::StopOfOneMotion,
         });
-        self.waiting.add(id, WaitingFor::Stop);
-        Ending::Later
+        self.rest_commands.add(id, RestCommand::Stop);
+        Completion::Deferred
     }
 
     /// What moves the TCP by its velocity goes on with the new one; paths keep the one that they were planned with.
@@ -481,7 +498,7 @@ impl Cycle {
         self.flange_from_tcp = Pose::from_rpy(&tcp);
         self.slow_down_for_tool();
         if let Generator::Online(mut online) = self.generator {
-            online.take_tool(&self.online_arm(), &self.target);
+            online.change_tcp(&self.online_arm(), &self.target);
             self.generator = Generator::Online(online);
         }
     }
@@ -491,15 +508,16 @@ impl Cycle {
         self.io.apply(change);
         if let IoChange::ProgramRunning(_) = change {
             self.path_offset.stop();
-            self.path_offset.forget_settings();
+            self.path_offset.reset_settings();
         }
     }
 
     fn set_payload(&mut self, payload: Payload) {
         self.payload = payload;
         self.dynamics = self.model.dynamics(&self.payload, self.gravity);
-        self.plant.believe(&self.dynamics, &self.gravity);
-        self.collision.restart();
+        self.plant
+            .set_controller_model(&self.dynamics, &self.gravity);
+        self.collision.reset();
     }
 
     /// Number of the stop reason for the snapshot, 0 without one.

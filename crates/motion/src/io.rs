@@ -7,7 +7,7 @@
 use std::sync::Arc;
 
 use motion_api::{
-    InputAction, IoChange, IoImage, IoPoint, RegisterImages, RegisterView, Registers,
+    InputAction, IoChange, IoImage, IoPoint, RegisterCache, RegisterImages, Registers,
     RunStateChoice, io::DIGITAL_POINTS,
 };
 
@@ -43,15 +43,15 @@ pub struct IoSetup {
 }
 
 /// The inputs and outputs of one controller.
-pub(crate) struct Io {
+pub(crate) struct IoSystem {
     pub(crate) image: IoImage,
     registers: Arc<Registers>,
-    view: RegisterView,
+    view: RegisterCache,
     /// What the registers held when this cycle began; older than the view's images where these changed since.
     sampled: RegisterImages,
-    is_older: bool,
+    is_sample_outdated: bool,
     /// The frames show what the view's images hold.
-    is_shown: bool,
+    is_frame_current: bool,
     digital_out: [RunStateChoice; DIGITAL_POINTS as usize],
     analog_out: [RunStateChoice; 3],
     boolean_registers: [RunStateChoice; 128],
@@ -60,14 +60,14 @@ pub(crate) struct Io {
     freedrive_inputs: u32,
     freedrive_registers: [u64; 2],
     /// Freedrive is on because of such an input.
-    pub(crate) leads_by_hand: bool,
+    pub(crate) is_freedrive_by_input: bool,
     program_running: bool,
-    wires: Box<[Wire]>,
+    wires: Box<[DelayLine]>,
     timed: Box<[TimedInput]>,
     timed_done: usize,
 }
 
-struct Wire {
+struct DelayLine {
     from: IoPoint,
     to: IoPoint,
     /// What was sampled, oldest at `next`; empty without delay.
@@ -75,10 +75,10 @@ struct Wire {
     next: usize,
 }
 
-impl Io {
+impl IoSystem {
     /// `step`: length of a cycle, s.
     pub(crate) fn new(setup: &IoSetup, step: f64, registers: Arc<Registers>) -> Self {
-        let wire = |wire: &WireSetup| Wire {
+        let wire = |wire: &WireSetup| DelayLine {
             from: wire.from,
             to: wire.to,
             line: vec![0.0; (wire.delay / step).round().max(0.0) as usize].into(),
@@ -90,17 +90,17 @@ impl Io {
         Self {
             image: IoImage::default(),
             registers,
-            view: RegisterView::default(),
+            view: RegisterCache::default(),
             sampled: RegisterImages::default(),
-            is_older: false,
-            is_shown: false,
+            is_sample_outdated: false,
+            is_frame_current: false,
             has_run_state_outputs: false,
             digital_out: [RunStateChoice::Keep; DIGITAL_POINTS as usize],
             analog_out: [RunStateChoice::Keep; 3],
             boolean_registers: [RunStateChoice::Keep; 128],
             freedrive_inputs: 0,
             freedrive_registers: [0; 2],
-            leads_by_hand: false,
+            is_freedrive_by_input: false,
             program_running: false,
             wires: setup.wires.iter().map(wire).collect(),
             timed: timed.into(),
@@ -110,27 +110,27 @@ impl Io {
 
     /// Reads the registers for this cycle.
     pub(crate) fn sample_registers(&mut self) -> &RegisterImages {
-        self.look_at_registers();
-        if self.is_older {
+        self.refresh_registers();
+        if self.is_sample_outdated {
             self.sampled = *self.view.images();
-            self.is_older = false;
+            self.is_sample_outdated = false;
         }
         &self.sampled
     }
 
     /// Puts the registers as they are now where those lie that it was shown last.
-    pub(crate) fn show_registers(&mut self, shown: &mut RegisterImages) {
-        self.look_at_registers();
-        if !self.is_shown {
+    pub(crate) fn copy_registers_into(&mut self, shown: &mut RegisterImages) {
+        self.refresh_registers();
+        if !self.is_frame_current {
             *shown = *self.view.images();
-            self.is_shown = true;
+            self.is_frame_current = true;
         }
     }
 
-    fn look_at_registers(&mut self) {
-        if self.view.look(&self.registers) {
-            self.is_older = true;
-            self.is_shown = false;
+    fn refresh_registers(&mut self) {
+        if self.view.refresh(&self.registers) {
+            self.is_sample_outdated = true;
+            self.is_frame_current = false;
         }
     }
 
@@ -194,11 +194,11 @@ impl Io {
             && input.at <= now + 5e-7
         {
             let TimedInput { to, value, .. } = *input;
-            self.drive(to, value);
+            self.set_input(to, value);
             self.timed_done += 1;
         }
         for k in 0..self.wires.len() {
-            let sample = self.sample(self.wires[k].from);
+            let sample = self.output_value(self.wires[k].from);
             let wire = &mut self.wires[k];
             let delayed = match wire.line.get_mut(wire.next) {
                 None => sample,
@@ -210,12 +210,12 @@ impl Io {
                 }
             };
             let to = wire.to;
-            self.drive(to, delayed);
+            self.set_input(to, delayed);
         }
     }
 
     /// True while an input or boolean register with the action "freedrive" is high (manual 5.27).
-    pub(crate) fn wants_freedrive(&self) -> bool {
+    pub(crate) fn is_freedrive_requested(&self) -> bool {
         let [low, high] = self.sampled.input.booleans();
         self.image.digital_in & self.freedrive_inputs != 0
             || low & self.freedrive_registers[0] != 0
@@ -250,7 +250,7 @@ impl Io {
     }
 
     /// What an output carries.
-    fn sample(&self, output: IoPoint) -> f64 {
+    fn output_value(&self, output: IoPoint) -> f64 {
         match output {
             IoPoint::Digital(bit) => f64::from(self.image.digital_out >> (bit & 31) & 1),
             IoPoint::Analog(port) => {
@@ -264,7 +264,7 @@ impl Io {
     }
 
     /// Puts a value on an input.
-    fn drive(&mut self, input: IoPoint, value: f64) {
+    fn set_input(&mut self, input: IoPoint, value: f64) {
         let level = value != 0.0;
         match input {
             IoPoint::Digital(bit) => {
@@ -291,12 +291,12 @@ mod tests {
 
     const STEP: f64 = 0.004;
 
-    fn io(setup: &IoSetup) -> Io {
-        Io::new(setup, STEP, Arc::default())
+    fn io(setup: &IoSetup) -> IoSystem {
+        IoSystem::new(setup, STEP, Arc::default())
     }
 
     /// One cycle at `now`.
-    fn advance(io: &mut Io, now: f64) {
+    fn advance(io: &mut IoSystem, now: f64) {
         io.sample_registers();
         io.advance(now);
     }
@@ -382,7 +382,7 @@ mod tests {
         use RunStateChoice::{FollowsRunning, HighWhenNotRunning, Keep, LowWhenNotRunning};
         let choices = [Keep, LowWhenNotRunning, HighWhenNotRunning, FollowsRunning];
         let mut io = io(&IoSetup::default());
-        let set_all = |io: &mut Io, level: bool| {
+        let set_all = |io: &mut IoSystem, level: bool| {
             for n in 0..4 {
                 io.apply(&IoChange::digital_out(DigitalBank::Configurable, n, level));
                 io.registers.output.set_boolean(n, level);
@@ -393,7 +393,7 @@ mod tests {
             io.apply(&IoChange::DigitalOutRunState { bit, choice });
             io.apply(&IoChange::BooleanRegisterRunState { index: n, choice });
         }
-        let levels = |io: &mut Io, running| {
+        let levels = |io: &mut IoSystem, running| {
             io.apply(&IoChange::ProgramRunning(running));
             advance(io, 0.0);
             let digital = io.image.digital_out >> 16 & 0xF;
@@ -420,15 +420,15 @@ mod tests {
         let action = InputAction::Freedrive;
         io.apply(&IoChange::DigitalInAction { bit: 2, action });
         io.apply(&IoChange::BooleanRegisterAction { index: 100, action });
-        assert!(!io.wants_freedrive() && io.image.config.freedrive_by_input);
+        assert!(!io.is_freedrive_requested() && io.image.config.freedrive_by_input);
         io.apply(&IoChange::digital_in(DigitalBank::Standard, 2, true));
-        assert!(io.wants_freedrive());
+        assert!(io.is_freedrive_requested());
         io.apply(&IoChange::digital_in(DigitalBank::Standard, 2, false));
-        assert!(!io.wants_freedrive());
+        assert!(!io.is_freedrive_requested());
         io.registers.input.set_boolean(100, true);
         advance(&mut io, 0.0);
-        assert!(io.wants_freedrive());
+        assert!(io.is_freedrive_requested());
         io.apply(&IoChange::InputActionsToDefault);
-        assert!(!io.wants_freedrive() && !io.image.config.freedrive_by_input);
+        assert!(!io.is_freedrive_requested() && !io.image.config.freedrive_by_input);
     }
 }

@@ -10,10 +10,10 @@ use motion_api::StopReason;
 
 use crate::config::MotionLimits;
 use crate::constants::LIMIT_SLACK;
-use crate::cycle::Cycle;
-use crate::modes::axis::Axis;
-use crate::modes::conveyor::Tracking;
-use crate::modes::{stands, states};
+use crate::cycle::ControlLoop;
+use crate::modes::axis::AxisLimits;
+use crate::modes::conveyor::ConveyorTracking;
+use crate::modes::{is_setpoint_at_rest, states};
 use crate::setpoint::{LimitedSetpoint, Setpoint};
 
 /// The joints are braked at most so often in a row, each so long after the other, s.
@@ -56,22 +56,22 @@ impl Yields {
     }
 }
 
-impl Cycle {
+impl ControlLoop {
     /// What was laid over the motion underneath must not ask more of the joints than they can do: a motion is planned where it
     /// begins, not where it is carried. It is stopped while the joints can still come to rest within their limits.
-    pub(crate) fn check_laid_over(&mut self, wanted: &Setpoint) -> Result<(), StopReason> {
+    pub(crate) fn check_overlays(&mut self, wanted: &Setpoint) -> Result<(), StopReason> {
         if self.tracking.is_none() && !self.path_offset.is_on() {
             return Ok(());
         }
-        let (able, checked) = (self.limit_sets.able(), self.limit_sets.checked());
+        let (able, checked) = (self.limit_sets.able(), self.limit_sets.enforced());
         let is_within = is_within_rates(wanted, &self.commanded, self.step, able);
         if self.tracking.is_some() {
-            if !(is_within && leaves_a_way_to_rest(wanted, checked)) {
+            if !(is_within && can_brake_within_limits(wanted, checked)) {
                 return Err(StopReason::ConveyorLost);
             }
             return self.slow_for_belt(wanted);
         }
-        if is_within && leaves_a_way_to_rest(wanted, checked) {
+        if is_within && can_brake_within_limits(wanted, checked) {
             Ok(())
         } else {
             Err(StopReason::PathOffsetLost)
@@ -87,8 +87,11 @@ impl Cycle {
         nominal: &Setpoint,
         reason: StopReason,
     ) -> Result<LimitedSetpoint, StopReason> {
-        let moves = !stands(nominal) || !self.path_offset.is_standing();
-        let is_leaving = self.tracking.as_ref().is_some_and(Tracking::is_stopping);
+        let moves = !is_setpoint_at_rest(nominal) || !self.path_offset.is_standing();
+        let is_leaving = self
+            .tracking
+            .as_ref()
+            .is_some_and(ConveyorTracking::is_stopping);
         if !moves || is_leaving || !self.yields.add() {
             return Err(reason);
         }
@@ -97,7 +100,7 @@ impl Cycle {
         }
         self.target = *nominal;
         self.hold(false);
-        self.held().ok_or(reason)
+        self.next_hold_setpoint().ok_or(reason)
     }
 }
 
@@ -119,26 +122,26 @@ pub(crate) fn is_within_rates(
         let speed_off = next.qd[joint] - before.qd[joint] - evenly;
         next.qdd[joint].abs() <= limits.acceleration[joint] * (1.0 + RATE_SLACK)
             && jerk.abs() <= most * (1.0 + RATE_SLACK)
-            && off.abs() <= most * cube(step) / 6.0 + OFF_SLACK * step
-            && speed_off.abs() <= most * square(step) / 4.0 + OFF_SLACK
+            && off.abs() <= most * cube(step) / 6.0 + CONTINUITY_TOLERANCE * step
+            && speed_off.abs() <= most * square(step) / 4.0 + CONTINUITY_TOLERANCE
     })
 }
 
 /// No joint exceeds its speed or leaves its range when all of them brake from here.
-fn leaves_a_way_to_rest(from: &Setpoint, limits: &MotionLimits) -> bool {
+fn can_brake_within_limits(from: &Setpoint, limits: &MotionLimits) -> bool {
     states(from).iter().enumerate().all(|(joint, state)| {
-        let axis = Axis {
+        let axis = AxisLimits {
             min: limits.position_min[joint] - LIMIT_SLACK,
             max: limits.position_max[joint] + LIMIT_SLACK,
             speed: limits.speed[joint] + LIMIT_SLACK / 2.0,
             acceleration: limits.acceleration[joint] * (1.0 + RATE_SLACK),
             jerk: limits.jerk[joint],
         };
-        axis.is_safe(state)
+        axis.can_brake_within_limits(state)
     })
 }
 
 /// Positions and speeds may differ by this, rad/s, from what goes on from the ones before.
-const OFF_SLACK: f64 = 1e-6;
+const CONTINUITY_TOLERANCE: f64 = 1e-6;
 /// Accelerations and jerks may exceed their limits by this part through rounding.
 const RATE_SLACK: f64 = 1e-6;

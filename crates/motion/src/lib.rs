@@ -1,6 +1,6 @@
 //! The control cycle: generators, limits, safety and the simulated arm.
 //!
-//! [`Cycle::tick`] is one control period and an ordinary function. Who calls it decides what time is: the motion thread
+//! [`ControlLoop::tick`] is one control period and an ordinary function. Who calls it decides what time is: the motion thread
 //! of [`realtime`] on absolute deadlines, or [`virtual_time`] on the thread of whoever waits for time to pass. Commands
 //! come in and events, records and snapshots go out through `motion-api`; nothing here knows a script or a socket.
 //!
@@ -80,8 +80,8 @@ mod waiting;
 mod zone_changes;
 
 pub use config::{ConfigError, CycleConfig, LimitOverrides, MotionLimits, PlantKind};
-pub use cycle::{Cycle, Timing};
+pub use cycle::{ControlLoop, CycleTiming};
 pub use io::{IoSetup, TimedInput, WireSetup};
-pub use plant::{Drivetrain, Truth};
+pub use plant::{Drivetrain, PlantParameters};
 pub use safety_inputs::{InputPair, SafetyInputs};
 pub use sensor::SensorNoise;

@@ -3,7 +3,7 @@
 //! Reduced mode counts from the cycle in which it is asked for: whatever is planned or made cycle by cycle keeps to it from
 //! then on. What is under way slows down: a planned motion on its path, as hard as the arm can or with its own acceleration
 //! (`set_safety_mode_transition_hardness`), online modes by braking their joints until they are slow enough. Until then setpoints
-//! are checked against the arm's limits, but no longer than [`LONGEST_SLOWING`]: then what is too fast is a protective stop.
+//! are checked against the arm's limits, but no longer than [`MAX_TRANSITION_TIME`]: then what is too fast is a protective stop.
 //! A tool that is set on the way, and whose TCP is too fast for its limit, is slowed down for in the same way.
 //! Braking is what the arm can do in either mode, and a motion under way keeps the accelerations it was planned with.
 
@@ -12,17 +12,17 @@ use motion_api::Refusal;
 
 use crate::config::MotionLimits;
 use crate::constants::{SHARE_ON_BELT, STOP_ACCELERATION};
-use crate::cycle::{Cycle, Generator};
-use crate::modes::points::Points;
+use crate::cycle::{ControlLoop, Generator};
+use crate::modes::points::PointSpeedLimits;
 use crate::modes::{online_axes, states};
-use crate::path::Ground;
+use crate::path::PathContext;
 use crate::setpoint::elbow_speed;
 
 /// The arm is slow enough for reduced mode when it has been for so long, s: what is behind it in a smoothed motion may be
 /// slower than what lies ahead.
-const SLOW_FOR: f64 = 0.1;
+const MIN_TIME_WITHIN_LIMITS: f64 = 0.1;
 /// Longest time in which the arm slows down, hard and soft, s.
-const LONGEST_SLOWING: [f64; 2] = [1.0, 5.0];
+const MAX_TRANSITION_TIME: [f64; 2] = [1.0, 5.0];
 /// Online modes are slowed down to this share of the limits.
 const SLOW_SHARE: f64 = 0.9;
 /// Or so much slower at a time until joints may brake each for itself.
@@ -38,18 +38,18 @@ pub(crate) struct LimitSets {
     normal: MotionLimits,
     reduced: MotionLimits,
     is_reduced: bool,
-    slowing: Option<SlowingDown>,
+    transition: Option<ReducedModeTransition>,
     /// While the arm slows down for another tool: the limits in force without that of the TCP's speed.
     without_tcp: Option<MotionLimits>,
 }
 
 /// An arm that is faster than reduced mode allows.
 #[derive(Clone, Copy, Debug)]
-struct SlowingDown {
+struct ReducedModeTransition {
     /// Time until it must be slow enough, s.
-    left: f64,
+    time_left: f64,
     /// For how long it has been, s.
-    slow_for: f64,
+    time_within_limits: f64,
 }
 
 impl LimitSets {
@@ -59,7 +59,7 @@ impl LimitSets {
             normal,
             reduced,
             is_reduced: false,
-            slowing: None,
+            transition: None,
             without_tcp: None,
         }
     }
@@ -75,12 +75,12 @@ impl LimitSets {
 
     /// The arm is still coming down to the limits in force.
     pub(crate) const fn is_slowing(&self) -> bool {
-        self.slowing.is_some()
+        self.transition.is_some()
     }
 
     /// What setpoints are checked against: the limits in force, unless the arm still slows down to them.
-    pub(crate) const fn checked(&self) -> &MotionLimits {
-        match (&self.without_tcp, &self.slowing) {
+    pub(crate) const fn enforced(&self) -> &MotionLimits {
+        match (&self.without_tcp, &self.transition) {
             (Some(limits), Some(_)) => limits,
             (_, None) if self.is_reduced => &self.reduced,
             _ => &self.normal,
@@ -88,35 +88,39 @@ impl LimitSets {
     }
 }
 
-impl Cycle {
+impl ControlLoop {
     /// Takes reduced mode over, or leaves it, and looks how far the slowing down is.
-    pub(crate) fn follow_reduced_mode(&mut self) {
+    pub(crate) fn update_reduced_mode(&mut self) {
         let is_reduced = self.machine.is_reduced();
         if is_reduced != self.limit_sets.is_reduced {
             self.limit_sets.is_reduced = is_reduced;
-            let left = LONGEST_SLOWING[usize::from(self.slows_softly())];
+            let left = MAX_TRANSITION_TIME[usize::from(self.uses_soft_transition())];
             let slow_for = 0.0;
-            self.limit_sets.slowing = is_reduced.then_some(SlowingDown { left, slow_for });
+            self.limit_sets.transition = is_reduced.then_some(ReducedModeTransition {
+                time_left: left,
+                time_within_limits: slow_for,
+            });
             self.limit_sets.without_tcp = None;
             self.limits = if is_reduced {
                 self.limit_sets.reduced
             } else {
                 self.limit_sets.normal
             };
-            self.limits_on_belt = self.limits.shared(SHARE_ON_BELT);
+            self.overlay_limits = self.limits.scaled(SHARE_ON_BELT);
             self.keep_way_anew();
         }
-        let is_slow =
-            self.limit_sets.slowing.is_some() && self.used() <= 1.0 && self.may_be_braked();
-        if let Some(slowing) = &mut self.limit_sets.slowing {
-            slowing.left -= self.step;
-            slowing.slow_for = if is_slow {
-                slowing.slow_for + self.step
+        let is_slow = self.limit_sets.transition.is_some()
+            && self.limit_utilization() <= 1.0
+            && self.may_be_braked();
+        if let Some(slowing) = &mut self.limit_sets.transition {
+            slowing.time_left -= self.step;
+            slowing.time_within_limits = if is_slow {
+                slowing.time_within_limits + self.step
             } else {
                 0.0
             };
-            if slowing.left <= 0.0 || slowing.slow_for >= SLOW_FOR {
-                self.is_slow_enough();
+            if slowing.time_left <= 0.0 || slowing.time_within_limits >= MIN_TIME_WITHIN_LIMITS {
+                self.finish_transition();
             }
         }
     }
@@ -128,32 +132,32 @@ impl Cycle {
             return true;
         }
         let at = &self.commanded;
-        let points = Points::new(&self.model, &self.flange_from_tcp, &self.limits, &at.q);
+        let points = PointSpeedLimits::new(&self.model, &self.flange_from_tcp, &self.limits, &at.q);
         let axes = online_axes(self.limit_sets.able(), self.step);
         points.is_none_or(|points| points.is_safe(&states(at), &axes, self.step))
     }
 
-    fn slows_softly(&self) -> bool {
+    fn uses_soft_transition(&self) -> bool {
         self.io.image.config.safety_hardness == 1 && self.limit_sets.without_tcp.is_none()
     }
 
     /// The motion under way has to come down to the limits of reduced mode as hard as the arm can.
-    pub(crate) fn slows_hard(&self) -> bool {
-        self.limit_sets.slowing.is_some() && !self.slows_softly()
+    pub(crate) fn needs_hard_transition(&self) -> bool {
+        self.limit_sets.transition.is_some() && !self.uses_soft_transition()
     }
 
     /// The limits that online modes keep: what is laid over them has the rest.
     pub(crate) fn online_limits(&self) -> &MotionLimits {
         if self.tracking.is_some() || self.path_offset.is_on() {
-            &self.limits_on_belt
+            &self.overlay_limits
         } else {
-            self.limit_sets.checked()
+            self.limit_sets.enforced()
         }
     }
 
     /// The way ahead is as fast as it was planned, until it has been looked at with the limits in force.
     pub(crate) fn keep_way_anew(&mut self) {
-        self.queue.forget_caps();
+        self.queue.clear_speed_caps();
         if self.keeps_way.is_some() {
             self.keep_way();
         }
@@ -166,9 +170,9 @@ impl Cycle {
     }
 
     /// Keeps the way ahead of a planned motion within the limits in force, where it was planned with others.
-    pub(crate) fn slow_the_way_down(&mut self) {
+    pub(crate) fn cap_path_speed(&mut self) {
         let Generator::Path(motion) = self.generator else {
-            if self.upcoming.is_none() {
+            if self.pending_motion.is_none() {
                 self.keeps_way = None;
             }
             return;
@@ -176,7 +180,7 @@ impl Cycle {
         if !self.limit_sets.is_reduced && self.keeps_way.is_none() {
             return;
         }
-        let ground = Ground {
+        let ground = PathContext {
             model: &self.model,
             points: self.micro_points.points(),
         };
@@ -193,21 +197,21 @@ impl Cycle {
             ..*limits
         };
         self.queue
-            .keep_within(&motion, &limits, tool, &ground, near);
+            .cap_speeds_ahead(&motion, &limits, tool, &ground, near);
     }
 
     /// An online mode by itself is too fast for reduced mode.
-    pub(crate) fn must_slow_joints(&self) -> bool {
-        self.limit_sets.slowing.is_some()
+    pub(crate) fn needs_joint_slowdown(&self) -> bool {
+        self.limit_sets.transition.is_some()
             && matches!(self.generator, Generator::Online(_))
-            && self.is_path_all()
+            && self.has_no_overlay()
             && (self.slow_share() < 1.0 || !self.may_be_braked())
     }
 
     /// With what joints brake that need not stand.
     pub(crate) fn slowing_limits(&self) -> MotionLimits {
         let able = *self.limit_sets.able();
-        if !self.slows_softly() {
+        if !self.uses_soft_transition() {
             return able;
         }
         MotionLimits {
@@ -219,8 +223,8 @@ impl Cycle {
     }
 
     /// The arm has come down to the limits in force.
-    pub(crate) fn is_slow_enough(&mut self) {
-        self.limit_sets.slowing = None;
+    pub(crate) fn finish_transition(&mut self) {
+        self.limit_sets.transition = None;
         self.limit_sets.without_tcp = None;
     }
 
@@ -231,25 +235,25 @@ impl Cycle {
             return;
         }
         // One that still comes down to reduced limits goes on doing so.
-        if self.limit_sets.slowing.is_none() || self.limit_sets.without_tcp.is_some() {
-            self.limit_sets.slowing = Some(SlowingDown {
-                left: LONGEST_SLOWING[0],
-                slow_for: 0.0,
+        if self.limit_sets.transition.is_none() || self.limit_sets.without_tcp.is_some() {
+            self.limit_sets.transition = Some(ReducedModeTransition {
+                time_left: MAX_TRANSITION_TIME[0],
+                time_within_limits: 0.0,
             });
             self.limit_sets.without_tcp = Some(MotionLimits {
                 tcp_speed: f64::INFINITY,
                 ..self.limits
             });
         }
-        if matches!(self.generator, Generator::Path(_)) || self.upcoming.is_some() {
-            self.queue.forget_caps();
+        if matches!(self.generator, Generator::Path(_)) || self.pending_motion.is_some() {
+            self.queue.clear_speed_caps();
             self.keep_way();
         }
     }
 
     /// Share of the joints' speeds at which the arm is as slow as online modes are to be.
     pub(crate) fn slow_share(&self) -> f64 {
-        (SLOW_SHARE / self.used()).min(1.0)
+        (SLOW_SHARE / self.limit_utilization()).min(1.0)
     }
 
     /// Share of the joints' speeds to which an arm is braked that is too fast: less where joints that brake each for itself
@@ -260,7 +264,7 @@ impl Cycle {
     }
 
     /// The largest share of the limits in force that a joint, TCP or elbow use.
-    pub(crate) fn used(&self) -> f64 {
+    pub(crate) fn limit_utilization(&self) -> f64 {
         let (qd, limits) = (&self.commanded.qd, &self.limits);
         let tcp = (self.target_frames.base_from_flange * self.flange_from_tcp).translation;
         let tcp_speed = self.target_frames.twist(qd, tcp).linear.norm();

@@ -18,7 +18,7 @@ use crate::constants::{BRAKE_RELEASE_TIME, POWER_ON_TIME};
 
 /// Levels of the safety functions that inputs are assigned to; true means that the function asks for something.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct SafetyLines {
+pub struct SafetyRequests {
     /// Emergency stop of the cell.
     pub emergency_stop: bool,
     /// Safeguard stop.
@@ -31,36 +31,36 @@ pub struct SafetyLines {
 
 /// Modes of the machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Machine {
+pub struct RobotStateMachine {
     robot_mode: RobotMode,
     /// Seconds until the power is on or the brakes are released; `None` when neither is under way.
-    changing: Option<f64>,
+    transition_time_left: Option<f64>,
     /// Brake release was asked for while the power was still being applied.
-    releases_next: bool,
-    protective_stop: Option<StopReason>,
+    release_brakes_after_power_on: bool,
+    protective_stop_reason: Option<StopReason>,
     /// The emergency stop button of the pendant is pressed.
-    button: bool,
-    lines: SafetyLines,
+    is_emergency_button_pressed: bool,
+    safety_requests: SafetyRequests,
     /// A safeguard stop holds until its reset.
-    safeguarded: bool,
+    is_safeguard_latched: bool,
 }
 
-impl Machine {
+impl RobotStateMachine {
     /// In `robot_mode`, nothing wrong.
     pub const fn new(robot_mode: RobotMode) -> Self {
         Self {
             robot_mode,
-            changing: None,
-            releases_next: false,
-            protective_stop: None,
-            button: false,
-            lines: SafetyLines {
+            transition_time_left: None,
+            release_brakes_after_power_on: false,
+            protective_stop_reason: None,
+            is_emergency_button_pressed: false,
+            safety_requests: SafetyRequests {
                 emergency_stop: false,
                 safeguard_stop: false,
                 safeguard_reset: None,
                 reduced_mode: false,
             },
-            safeguarded: false,
+            is_safeguard_latched: false,
         }
     }
 
@@ -71,15 +71,15 @@ impl Machine {
 
     /// Safety mode: the most serious of what applies.
     pub const fn safety_mode(&self) -> SafetyMode {
-        if self.button {
+        if self.is_emergency_button_pressed {
             SafetyMode::RobotEmergencyStop
-        } else if self.lines.emergency_stop {
+        } else if self.safety_requests.emergency_stop {
             SafetyMode::SystemEmergencyStop
-        } else if self.protective_stop.is_some() {
+        } else if self.protective_stop_reason.is_some() {
             SafetyMode::ProtectiveStop
-        } else if self.safeguarded {
+        } else if self.is_safeguard_latched {
             SafetyMode::SafeguardStop
-        } else if self.lines.reduced_mode {
+        } else if self.safety_requests.reduced_mode {
             SafetyMode::Reduced
         } else {
             SafetyMode::Normal
@@ -91,22 +91,22 @@ impl Machine {
         if self.is_emergency() {
             return Some(StopReason::EmergencyStop);
         }
-        self.protective_stop
+        self.protective_stop_reason
     }
 
     /// True while an emergency stop asks for the power to be off.
     pub const fn is_emergency(&self) -> bool {
-        self.button || self.lines.emergency_stop
+        self.is_emergency_button_pressed || self.safety_requests.emergency_stop
     }
 
     /// True while reduced limits are asked for, whatever else applies.
     pub const fn is_reduced(&self) -> bool {
-        self.lines.reduced_mode
+        self.safety_requests.reduced_mode
     }
 
     /// True while a safeguard stop holds the arm on its path.
     pub const fn is_safeguarded(&self) -> bool {
-        self.safeguarded
+        self.is_safeguard_latched
     }
 
     /// True when the servos hold the arm, false when the brakes do.
@@ -136,7 +136,7 @@ impl Machine {
 
     /// Lets `step` seconds pass. True when the brakes have been released right now.
     pub fn advance(&mut self, step: f64) -> bool {
-        let Some(left) = &mut self.changing else {
+        let Some(left) = &mut self.transition_time_left else {
             return false;
         };
         *left -= step;
@@ -144,11 +144,11 @@ impl Machine {
         if *left > step / 2.0 {
             return false;
         }
-        self.changing = None;
+        self.transition_time_left = None;
         if self.robot_mode == RobotMode::PowerOn {
             self.robot_mode = RobotMode::Idle;
-            if core::mem::take(&mut self.releases_next) {
-                self.changing = Some(BRAKE_RELEASE_TIME);
+            if core::mem::take(&mut self.release_brakes_after_power_on) {
+                self.transition_time_left = Some(BRAKE_RELEASE_TIME);
             }
             return false;
         }
@@ -166,7 +166,7 @@ impl Machine {
         }
         if self.robot_mode == RobotMode::PowerOff {
             self.robot_mode = RobotMode::PowerOn;
-            self.changing = Some(POWER_ON_TIME);
+            self.transition_time_left = Some(POWER_ON_TIME);
         }
         Ok(())
     }
@@ -174,8 +174,8 @@ impl Machine {
     /// Power off and brakes engaged. The arm must stand.
     pub fn power_off(&mut self) {
         self.robot_mode = RobotMode::PowerOff;
-        self.changing = None;
-        self.releases_next = false;
+        self.transition_time_left = None;
+        self.release_brakes_after_power_on = false;
     }
 
     /// Begins to release the brakes, or will once the power is on; nothing to do when they are released.
@@ -188,9 +188,9 @@ impl Machine {
         }
         match self.robot_mode {
             RobotMode::Running => {}
-            RobotMode::PowerOn => self.releases_next = true,
+            RobotMode::PowerOn => self.release_brakes_after_power_on = true,
             RobotMode::Idle => {
-                self.changing.get_or_insert(BRAKE_RELEASE_TIME);
+                self.transition_time_left.get_or_insert(BRAKE_RELEASE_TIME);
             }
             robot_mode => {
                 return Err(Refusal::WrongMode {
@@ -204,29 +204,29 @@ impl Machine {
 
     /// Enters a protective stop; true when it is a new one.
     pub fn protective_stop(&mut self, reason: StopReason) -> bool {
-        if self.protective_stop.is_some() {
+        if self.protective_stop_reason.is_some() {
             return false;
         }
-        self.protective_stop = Some(reason);
+        self.protective_stop_reason = Some(reason);
         self.engage_brakes_again();
         true
     }
 
     /// Leaves a protective stop; nothing to do when there is none. The arm must stand.
     pub fn unlock(&mut self) {
-        self.protective_stop = None;
+        self.protective_stop_reason = None;
     }
 
     /// Starts the safety system anew: the power is off afterwards. Emergency stops last as long as what asks for them.
     pub fn restart_safety(&mut self) {
-        self.protective_stop = None;
+        self.protective_stop_reason = None;
         self.power_off();
     }
 
     /// The emergency stop button was pressed or released. True when an emergency stop begins.
     pub fn press_emergency_stop(&mut self, pressed: bool) -> bool {
         let begins = pressed && !self.is_emergency();
-        self.button = pressed;
+        self.is_emergency_button_pressed = pressed;
         if begins {
             self.engage_brakes_again();
         }
@@ -234,18 +234,18 @@ impl Machine {
     }
 
     /// Looks at the safety inputs. True when an emergency stop begins.
-    pub fn observe(&mut self, lines: SafetyLines) -> bool {
+    pub fn update_safety_requests(&mut self, lines: SafetyRequests) -> bool {
         let begins = lines.emergency_stop && !self.is_emergency();
-        let is_reset = match (lines.safeguard_reset, self.lines.safeguard_reset) {
+        let is_reset = match (lines.safeguard_reset, self.safety_requests.safeguard_reset) {
             (None, _) => true,
             (Some(now), before) => now && before == Some(false),
         };
         if lines.safeguard_stop {
-            self.safeguarded = true;
+            self.is_safeguard_latched = true;
         } else if is_reset {
-            self.safeguarded = false;
+            self.is_safeguard_latched = false;
         }
-        self.lines = lines;
+        self.safety_requests = lines;
         if begins {
             self.engage_brakes_again();
         }
@@ -254,9 +254,9 @@ impl Machine {
 
     /// A stop while the brakes were being released, or were about to be.
     fn engage_brakes_again(&mut self) {
-        self.releases_next = false;
+        self.release_brakes_after_power_on = false;
         if self.robot_mode == RobotMode::Idle {
-            self.changing = None;
+            self.transition_time_left = None;
         }
     }
 }
@@ -269,13 +269,13 @@ mod tests {
     const STEP: f64 = 0.004;
 
     /// Cycles until the brakes are released; `None` when they never are.
-    fn cycles_until_released(machine: &mut Machine) -> Option<u32> {
+    fn cycles_until_released(machine: &mut RobotStateMachine) -> Option<u32> {
         (1..1000).find(|_| machine.advance(STEP))
     }
 
     #[test]
     fn power_on_and_brake_release_lead_from_off_to_running() {
-        let mut machine = Machine::new(RobotMode::PowerOff);
+        let mut machine = RobotStateMachine::new(RobotMode::PowerOff);
         let refused = machine.release_brakes();
         assert!(matches!(
             refused,
@@ -300,7 +300,7 @@ mod tests {
 
     #[test]
     fn brakes_asked_for_too_early_are_released_once_there_is_power() {
-        let mut machine = Machine::new(RobotMode::PowerOff);
+        let mut machine = RobotStateMachine::new(RobotMode::PowerOff);
         machine.power_on().unwrap();
         machine.release_brakes().unwrap();
         let cycles = ((POWER_ON_TIME + BRAKE_RELEASE_TIME) / STEP).round() as u32;
@@ -309,7 +309,7 @@ mod tests {
 
     #[test]
     fn a_protective_stop_keeps_its_first_reason_until_it_is_unlocked() {
-        let mut machine = Machine::new(RobotMode::Running);
+        let mut machine = RobotStateMachine::new(RobotMode::Running);
         assert!(machine.protective_stop(REASON));
         assert!(!machine.protective_stop(StopReason::Internal { code: 7 }));
         assert_eq!(machine.stop_reason(), Some(REASON));
@@ -321,7 +321,7 @@ mod tests {
 
     #[test]
     fn a_power_off_leaves_a_protective_stop_as_it_is() {
-        let mut machine = Machine::new(RobotMode::Running);
+        let mut machine = RobotStateMachine::new(RobotMode::Running);
         machine.protective_stop(REASON);
         machine.power_off();
         machine.power_on().unwrap();
@@ -334,12 +334,12 @@ mod tests {
 
     #[test]
     fn a_stop_keeps_brakes_engaged_that_were_about_to_be_released() {
-        let stops: [fn(&mut Machine) -> bool; 2] = [
+        let stops: [fn(&mut RobotStateMachine) -> bool; 2] = [
             |machine| machine.protective_stop(REASON),
             |machine| machine.press_emergency_stop(true),
         ];
         for stop in stops {
-            let mut machine = Machine::new(RobotMode::Idle);
+            let mut machine = RobotStateMachine::new(RobotMode::Idle);
             machine.release_brakes().unwrap();
             machine.advance(STEP);
             assert!(stop(&mut machine));
@@ -350,13 +350,16 @@ mod tests {
 
     #[test]
     fn an_emergency_stop_lasts_as_long_as_what_asks_for_it() {
-        let mut machine = Machine::new(RobotMode::Running);
-        let lines = SafetyLines {
+        let mut machine = RobotStateMachine::new(RobotMode::Running);
+        let lines = SafetyRequests {
             emergency_stop: true,
-            ..SafetyLines::default()
+            ..SafetyRequests::default()
         };
-        assert!(machine.observe(lines));
-        assert!(!machine.observe(lines), "it has begun already");
+        assert!(machine.update_safety_requests(lines));
+        assert!(
+            !machine.update_safety_requests(lines),
+            "it has begun already"
+        );
         assert_eq!(machine.safety_mode(), SafetyMode::SystemEmergencyStop);
         assert!(!machine.press_emergency_stop(true));
         assert_eq!(machine.safety_mode(), SafetyMode::RobotEmergencyStop);
@@ -365,27 +368,27 @@ mod tests {
         assert!(machine.power_on().is_err());
         machine.press_emergency_stop(false);
         assert_eq!(machine.safety_mode(), SafetyMode::SystemEmergencyStop);
-        machine.observe(SafetyLines::default());
+        machine.update_safety_requests(SafetyRequests::default());
         assert_eq!(machine.safety_mode(), SafetyMode::Normal);
         assert_eq!(machine.power_on(), Ok(()));
     }
 
     #[test]
     fn a_safeguard_stop_ends_by_itself_or_at_the_edge_of_its_reset() {
-        let lines = |safeguard_stop, safeguard_reset| SafetyLines {
+        let lines = |safeguard_stop, safeguard_reset| SafetyRequests {
             safeguard_stop,
             safeguard_reset,
-            ..SafetyLines::default()
+            ..SafetyRequests::default()
         };
-        let mut machine = Machine::new(RobotMode::Running);
-        machine.observe(lines(true, None));
+        let mut machine = RobotStateMachine::new(RobotMode::Running);
+        machine.update_safety_requests(lines(true, None));
         assert_eq!(machine.safety_mode(), SafetyMode::SafeguardStop);
         assert_eq!(
             machine.check_ready(),
             Ok(()),
             "a motion may begin and waits"
         );
-        machine.observe(lines(false, None));
+        machine.update_safety_requests(lines(false, None));
         assert_eq!(machine.safety_mode(), SafetyMode::Normal);
 
         for (stop, reset, holds) in [
@@ -397,27 +400,27 @@ mod tests {
             (false, true, false),
             (false, false, false),
         ] {
-            machine.observe(lines(stop, Some(reset)));
+            machine.update_safety_requests(lines(stop, Some(reset)));
             assert_eq!(machine.is_safeguarded(), holds, "{stop} {reset}");
         }
     }
 
     #[test]
     fn the_most_serious_mode_is_seen() {
-        let mut machine = Machine::new(RobotMode::Running);
-        let mut lines = SafetyLines {
+        let mut machine = RobotStateMachine::new(RobotMode::Running);
+        let mut lines = SafetyRequests {
             reduced_mode: true,
-            ..SafetyLines::default()
+            ..SafetyRequests::default()
         };
-        machine.observe(lines);
+        machine.update_safety_requests(lines);
         assert_eq!(machine.safety_mode(), SafetyMode::Reduced);
         lines.safeguard_stop = true;
-        machine.observe(lines);
+        machine.update_safety_requests(lines);
         assert_eq!(machine.safety_mode(), SafetyMode::SafeguardStop);
         machine.protective_stop(REASON);
         assert_eq!(machine.safety_mode(), SafetyMode::ProtectiveStop);
         lines.emergency_stop = true;
-        machine.observe(lines);
+        machine.update_safety_requests(lines);
         assert_eq!(machine.safety_mode(), SafetyMode::SystemEmergencyStop);
         assert_eq!(machine.stop_reason(), Some(StopReason::EmergencyStop));
     }

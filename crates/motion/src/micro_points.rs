@@ -1,34 +1,36 @@
 //! The points of a moveml: taken over as a handle when its command leaves the ring, kept until the next line begins.
 //!
-//! Lists are never changed and never freed here (see `motion_api::points`): where the arm stands takes the place of the first
+//! Lists are never changed and never freed here (see `motion_api::record_points`): where the arm stands takes the place of the first
 //! point in the line, not in the list.
 
 use std::sync::Arc;
 
 use kinematics::Pose;
-use motion_api::{Command, CommandId, CommandKind, HandedPoints, MotionMode, PointList, Refusal};
+use motion_api::{
+    Command, CommandId, CommandKind, MotionMode, PointList, PointListHandoff, Refusal,
+};
 use nalgebra::UnitQuaternion;
 use rtrb::Consumer;
 
-use crate::constants::{LONGEST, MICRO_START, SLOWEST};
-use crate::cycle::Cycle;
-use crate::intake::{Answer, Ending, bad_value};
-use crate::path::{MicroLine, Sample, TcpWay};
+use crate::constants::{MAX_DURATION, MICRO_START, MIN_REQUESTED_RATE};
+use crate::cycle::ControlLoop;
+use crate::intake::{CommandResult, Completion, bad_value};
+use crate::path::{MicroLine, PointValues, TcpPath};
 use crate::plan::MicroLinePlanner;
-use crate::upcoming::Planned;
+use crate::upcoming::PlanState;
 
 /// The lists.
 pub(crate) struct MicroPoints {
-    incoming: Consumer<HandedPoints>,
+    incoming: Consumer<PointListHandoff>,
     /// Those of commands that left the ring: of the one that waits for the arm to come to rest, and of the latest.
-    arrived: [Option<HandedPoints>; 2],
+    arrived: [Option<PointListHandoff>; 2],
     /// That of the line under way, or of the last one.
     current: Option<Arc<PointList>>,
 }
 
 impl MicroPoints {
     /// None yet.
-    pub(crate) fn new(incoming: Consumer<HandedPoints>) -> Self {
+    pub(crate) fn new(incoming: Consumer<PointListHandoff>) -> Self {
         Self {
             incoming,
             arrived: [None, None],
@@ -37,12 +39,12 @@ impl MicroPoints {
     }
 
     /// The points of the line under way.
-    pub(crate) fn points(&self) -> &[Sample] {
+    pub(crate) fn points(&self) -> &[PointValues] {
         self.current.as_ref().map_or(&[], |list| list.samples())
     }
 
     /// The points that were handed over with a command, which is not the one that `waits`.
-    fn receive(&mut self, id: CommandId, waits: CommandId) -> Option<&HandedPoints> {
+    fn receive(&mut self, id: CommandId, waits: CommandId) -> Option<&PointListHandoff> {
         let mut found = None;
         while let Ok(handed) = self.incoming.pop() {
             let is_it = handed.id == id;
@@ -51,7 +53,8 @@ impl MicroPoints {
                 break;
             }
         }
-        let is_waiting = |slot: &Option<HandedPoints>| slot.as_ref().is_some_and(|s| s.id == waits);
+        let is_waiting =
+            |slot: &Option<PointListHandoff>| slot.as_ref().is_some_and(|s| s.id == waits);
         let place = self.arrived.iter_mut().find(|slot| !is_waiting(slot))?;
         *place = found;
         place.as_ref()
@@ -64,7 +67,7 @@ impl MicroPoints {
     }
 }
 
-impl Cycle {
+impl ControlLoop {
     /// Takes over the points of a command that has left the ring.
     pub(crate) fn take_points(&mut self, command: &Command) {
         if !matches!(command.kind, CommandKind::MoveMl { .. }) {
@@ -72,14 +75,14 @@ impl Cycle {
         }
         let waits = self.deferred.map_or(CommandId::NONE, |waits| waits.id);
         if let Some(handed) = self.micro_points.receive(command.id, waits) {
-            self.out.points(handed);
+            self.out.record_points(handed);
         }
     }
 
     /// Begins a moveml.
-    pub(crate) fn moveml(&mut self, command: &Command, count: u32, interval: f64) -> Answer {
+    pub(crate) fn moveml(&mut self, command: &Command, count: u32, interval: f64) -> CommandResult {
         let list = self.micro_points.take(command.id);
-        if !(SLOWEST..=LONGEST).contains(&interval) {
+        if !(MIN_REQUESTED_RATE..=MAX_DURATION).contains(&interval) {
             let needed = "0.000001 to 1000000 s";
             return Err(bad_value("the time between points", interval, needed));
         }
@@ -92,21 +95,21 @@ impl Cycle {
         } else {
             self.line_of_joints(list.samples(), interval)?
         };
-        self.cells.clear();
+        self.pending_limits.clear();
         let planner = MicroLinePlanner::new(line, list.samples(), &self.arm())?;
         self.micro_points.current = Some(list);
-        self.follow_with(
+        self.enqueue_motion(
             (command.id, command.origin),
             MotionMode::MoveMl,
-            Planned::Micro(planner),
+            PlanState::MicroLine(planner),
         );
-        Ok(Ending::Later)
+        Ok(Completion::Deferred)
     }
 
     /// The way of the joints through the points, exactly from where the arm is.
-    fn line_of_joints(&self, points: &[Sample], interval: f64) -> Result<MicroLine, Refusal> {
+    fn line_of_joints(&self, points: &[PointValues], interval: f64) -> Result<MicroLine, Refusal> {
         let start = self.next_start();
-        let line = MicroLine::of_joints(points, interval).ok_or_else(too_few)?;
+        let line = MicroLine::through_joint_positions(points, interval).ok_or_else(too_few)?;
         for joint in 0..6 {
             check_start((line.start()[joint] - start[joint]).abs())?;
         }
@@ -119,12 +122,13 @@ impl Cycle {
     }
 
     /// The way of the TCP through the points, exactly from where it is.
-    fn line_of_poses(&self, points: &[Sample], interval: f64) -> Result<MicroLine, Refusal> {
+    fn line_of_poses(&self, points: &[PointValues], interval: f64) -> Result<MicroLine, Refusal> {
         let start = self.next_start();
         let tool = self.flange_from_tcp;
         let here = self.model.tcp_pose(&start, &tool);
-        let line = MicroLine::of_tcp(points, interval, start, tool).ok_or_else(too_few)?;
-        if let Some(way) = line.tcp_way(points) {
+        let line =
+            MicroLine::through_tcp_poses(points, interval, start, tool).ok_or_else(too_few)?;
+        if let Some(way) = line.tcp_path(points) {
             let first = way.pose(0.0);
             check_start((first.translation - here.translation).norm())?;
             check_start(first.rotation.angle_to(&here.rotation))?;
@@ -146,7 +150,7 @@ fn check_start(away: f64) -> Result<(), Refusal> {
 }
 
 /// A pose as a point, its quaternion of the length and the sign of `like`'s.
-fn sample_of(pose: &Pose, like: &Sample) -> Sample {
+fn sample_of(pose: &Pose, like: &PointValues) -> PointValues {
     let turn = UnitQuaternion::from_rotation_matrix(&pose.rotation).into_inner();
     let [.., w, i, j, k] = *like;
     let along = w * turn.w + i * turn.i + j * turn.j + k * turn.k;

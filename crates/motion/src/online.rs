@@ -10,32 +10,34 @@ use motion_api::{
     Refusal, Warning,
 };
 
-use crate::allowed::Rule;
-use crate::constants::{LONGEST, ROTATION_LENGTH, SLOWEST};
-use crate::cycle::{Cycle, Generator};
-use crate::external::{Load, LoadFrame, PUSHES_MAX, PortSensor};
-use crate::intake::{Answer, Ending, bad_value};
-use crate::modes::freedrive::Freedrive;
-use crate::modes::joint_speed::JointSpeed;
-use crate::modes::servo::{GAIN_RANGE, LOOKAHEAD_RANGE, Servo};
-use crate::modes::tcp_speed::{Axes, TcpSpeed};
-use crate::modes::{CallEnd, Kind, Online, OnlineArm, stands, states};
+use crate::allowed::Admission;
+use crate::constants::{MAX_DURATION, MIN_REQUESTED_RATE, ROTATION_LENGTH};
+use crate::cycle::{ControlLoop, Generator};
+use crate::external::{PUSHES_MAX, PortSensor, TimedWrench, WrenchFrame};
+use crate::intake::{CommandResult, Completion, bad_value};
+use crate::modes::freedrive::FreedriveMode;
+use crate::modes::joint_speed::JointSpeedMode;
+use crate::modes::servo::{GAIN_RANGE, LOOKAHEAD_RANGE, ServoMode};
+use crate::modes::tcp_speed::{TcpSpeedMode, TwistFrame};
+use crate::modes::{
+    ActiveOnlineMode, CallCompletion, OnlineContext, OnlineMode, is_setpoint_at_rest, states,
+};
 use crate::setpoint::Setpoint;
-use crate::waiting::WaitingFor;
+use crate::waiting::RestCommand;
 
-impl Cycle {
+impl ControlLoop {
     /// The next command to obey: one that waited for the arm to come to rest, or the next of the ring.
     pub(crate) fn next_command(&mut self) -> Option<Command> {
         if let Some(deferred) = self.deferred.take() {
-            if self.rule(&deferred) != Rule::Queue {
+            if self.admission(&deferred) != Admission::WaitForRest {
                 return Some(deferred);
             }
             self.deferred = Some(deferred);
         }
         let command = self.commands.pop().ok()?;
         self.take_points(&command);
-        self.out.taken(&command);
-        if self.rule(&command) != Rule::Queue {
+        self.out.record_command(&command);
+        if self.admission(&command) != Admission::WaitForRest {
             return Some(command);
         }
         if let Generator::Online(online) = &mut self.generator {
@@ -53,40 +55,50 @@ impl Cycle {
             return from;
         };
         let step = online.next(&arm, &from);
-        if let Some(joint) = step.held {
-            self.out.warned(online.id, Warning::HeldBack { joint });
+        if let Some(joint) = step.limiting_joint {
+            self.out
+                .report_warning(online.id, Warning::LimitedByJoint { joint });
         }
         if step.has_ended {
-            self.out.ended(online.id, Outcome::Done);
+            self.out.report_end(online.id, Outcome::Done);
         }
         self.generator = Generator::Online(online);
         step.setpoint
     }
 
-    pub(crate) fn online_arm(&self) -> OnlineArm<'_> {
-        OnlineArm::new(
+    pub(crate) fn online_arm(&self) -> OnlineContext<'_> {
+        OnlineContext::new(
             &self.model,
             &self.flange_from_tcp,
-            [self.online_limits(), self.limit_sets.checked()],
+            [self.online_limits(), self.limit_sets.enforced()],
             &self.dynamics,
             &self.target,
-            self.felt(),
+            self.sensed_wrench(),
             self.step,
-            (self.fraction() * self.pace(), self.is_held()),
+            (
+                self.speed_fraction_in_effect() * self.stretch_to_duration(),
+                self.is_held(),
+            ),
         )
     }
 
-    fn begin_online(&mut self, command: &Command, mode: MotionMode, call: CallEnd, kind: Kind) {
+    fn begin_online(
+        &mut self,
+        command: &Command,
+        mode: MotionMode,
+        call: CallCompletion,
+        kind: OnlineMode,
+    ) {
         if let Generator::Online(before) = &self.generator
             && !before.has_ended()
         {
-            self.out.ended(before.id, Outcome::Aborted);
+            self.out.report_end(before.id, Outcome::Aborted);
         }
-        self.generator = Generator::Online(Online {
+        self.generator = Generator::Online(ActiveOnlineMode {
             id: command.id,
             origin: command.origin,
             mode,
-            call,
+            call_completion: call,
             kind,
             is_stopping: false,
             is_warned: false,
@@ -100,7 +112,7 @@ impl Cycle {
         duration: f64,
         lookahead: f64,
         gain: f64,
-    ) -> Answer {
+    ) -> CommandResult {
         self.check_target(target)?;
         check_duration(duration)?;
         let within = |x: f64, (min, max): (f64, f64)| (min..=max).contains(&x);
@@ -111,11 +123,11 @@ impl Cycle {
             return Err(bad_value("gain", gain, "100 to 2000"));
         }
         let mut servo = match &self.generator {
-            Generator::Online(Online {
-                kind: Kind::Servo(servo),
+            Generator::Online(ActiveOnlineMode {
+                kind: OnlineMode::Servo(servo),
                 ..
             }) => *servo,
-            _ => Servo::new(&self.target.q, self.step),
+            _ => ServoMode::new(&self.target.q, self.step),
         };
         // Up to rounding a target may lie outside of its range.
         let inside = JointPositions(core::array::from_fn(|joint| {
@@ -125,10 +137,10 @@ impl Cycle {
             );
             kinematics::bounds::within(target[joint], min, max)
         }));
-        servo.lead(&inside, duration, lookahead, gain, self.step);
-        let call = CallEnd::After(duration);
-        self.begin_online(command, MotionMode::ServoJ, call, Kind::Servo(servo));
-        Ok(Ending::Later)
+        servo.set_next_point(&inside, duration, lookahead, gain, self.step);
+        let call = CallCompletion::AfterTime(duration);
+        self.begin_online(command, MotionMode::ServoJ, call, OnlineMode::Servo(servo));
+        Ok(Completion::Deferred)
     }
 
     pub(crate) fn speedj(
@@ -137,13 +149,17 @@ impl Cycle {
         speeds: &JointSpeeds,
         acceleration: f64,
         duration: Option<f64>,
-    ) -> Answer {
+    ) -> CommandResult {
         check_speeds(&speeds.0)?;
         check_acceleration(acceleration)?;
         let call = call_end(duration)?;
-        let kind = Kind::JointSpeed(JointSpeed::new(&states(&self.target), speeds, acceleration));
+        let kind = OnlineMode::JointSpeed(JointSpeedMode::new(
+            &states(&self.target),
+            speeds,
+            acceleration,
+        ));
         self.begin_online(command, MotionMode::SpeedJ, call, kind);
-        Ok(Ending::Later)
+        Ok(Completion::Deferred)
     }
 
     pub(crate) fn speedl(
@@ -152,69 +168,73 @@ impl Cycle {
         speed: [f64; 6],
         [acceleration, rotation_acceleration]: [f64; 2],
         duration: Option<f64>,
-    ) -> Answer {
+    ) -> CommandResult {
         check_speeds(&speed)?;
         check_acceleration(acceleration)?;
         check_acceleration(rotation_acceleration)?;
         let call = call_end(duration)?;
         let mut tcp = self.tcp_mode();
-        tcp.aim(speed, acceleration, rotation_acceleration);
-        self.begin_online(command, MotionMode::SpeedL, call, Kind::TcpSpeed(tcp));
-        Ok(Ending::Later)
+        tcp.set_goal(speed, acceleration, rotation_acceleration);
+        self.begin_online(command, MotionMode::SpeedL, call, OnlineMode::TcpSpeed(tcp));
+        Ok(Completion::Deferred)
     }
 
     /// The TCP mode that runs, with axes of the base, or one from the present motion.
-    fn tcp_mode(&self) -> TcpSpeed {
-        let axes = Axes::Fixed(nalgebra::Rotation3::identity());
+    fn tcp_mode(&self) -> TcpSpeedMode {
+        let axes = TwistFrame::Fixed(nalgebra::Rotation3::identity());
         match &self.generator {
-            Generator::Online(Online {
-                kind: Kind::TcpSpeed(tcp),
+            Generator::Online(ActiveOnlineMode {
+                kind: OnlineMode::TcpSpeed(tcp),
                 ..
             }) => *tcp,
-            _ => TcpSpeed::new(&self.online_arm().tcp(), &self.target, axes),
+            _ => TcpSpeedMode::new(&self.online_arm().tcp(), &self.target, axes),
         }
     }
 
-    pub(crate) fn stopj(&mut self, command: &Command, acceleration: f64) -> Answer {
+    pub(crate) fn stopj(&mut self, command: &Command, acceleration: f64) -> CommandResult {
         check_acceleration(acceleration)?;
         let kind = |cycle: &Self| {
             let now = states(&cycle.target);
-            Kind::JointSpeed(JointSpeed::new(&now, &JointSpeeds::ZERO, acceleration))
+            OnlineMode::JointSpeed(JointSpeedMode::new(&now, &JointSpeeds::ZERO, acceleration))
         };
         Ok(self.come_to_rest(command, kind))
     }
 
-    pub(crate) fn stopl(&mut self, command: &Command, acceleration: f64) -> Answer {
+    pub(crate) fn stopl(&mut self, command: &Command, acceleration: f64) -> CommandResult {
         check_acceleration(acceleration)?;
         let kind = |cycle: &Self| {
             let mut tcp = cycle.tcp_mode();
             // A tool that turns on the spot has no speed of its TCP: turning counts as way as it does for lines.
-            tcp.aim([0.0; 6], acceleration, acceleration / ROTATION_LENGTH);
-            Kind::TcpSpeed(tcp)
+            tcp.set_goal([0.0; 6], acceleration, acceleration / ROTATION_LENGTH);
+            OnlineMode::TcpSpeed(tcp)
         };
         Ok(self.come_to_rest(command, kind))
     }
 
     /// Ends what moves the arm by `kind`, which begins with what it does now, planned motions as well as online modes.
-    fn come_to_rest(&mut self, command: &Command, kind: impl Fn(&Self) -> Kind) -> Ending {
+    fn come_to_rest(
+        &mut self,
+        command: &Command,
+        kind: impl Fn(&Self) -> OnlineMode,
+    ) -> Completion {
         self.drop_motions_to_come();
         if matches!(self.generator, Generator::Hold) {
             // A motion whose plan is not finished has not moved the arm yet.
-            return Ending::Now;
+            return Completion::Immediate;
         }
         self.is_paused = false;
-        if matches!(self.generator, Generator::Brake(_)) {
-            self.waiting.add(command.id, WaitingFor::Stop);
-            return Ending::Later;
+        if matches!(self.generator, Generator::Stop(_)) {
+            self.rest_commands.add(command.id, RestCommand::Stop);
+            return Completion::Deferred;
         }
         let kind = kind(self);
         self.end_legs(Outcome::Aborted);
-        self.begin_online(command, MotionMode::Stopping, CallEnd::Reached, kind);
+        self.begin_online(command, MotionMode::Stopping, CallCompletion::OnGoal, kind);
         // Also at a speed fraction of 0 the arm must come to rest.
         if let Generator::Online(online) = &mut self.generator {
             online.is_stopping = true;
         }
-        Ending::Later
+        Completion::Deferred
     }
 
     pub(crate) fn freedrive(
@@ -222,16 +242,21 @@ impl Cycle {
         command: &Command,
         free_axes: [bool; 6],
         frame: FreedriveFrame,
-    ) -> Answer {
+    ) -> CommandResult {
         if let FreedriveFrame::Pose(pose) = frame
             && !pose.is_finite()
         {
             return Err(bad_value("frame", f64::NAN, "a pose of finite numbers"));
         }
-        let freedrive = Freedrive::new(&self.online_arm(), &self.target, free_axes, frame);
-        let kind = Kind::Freedrive(freedrive);
-        self.begin_online(command, MotionMode::Freedrive, CallEnd::Over, kind);
-        Ok(Ending::Now)
+        let freedrive = FreedriveMode::new(&self.online_arm(), &self.target, free_axes, frame);
+        let kind = OnlineMode::Freedrive(freedrive);
+        self.begin_online(
+            command,
+            MotionMode::Freedrive,
+            CallCompletion::Returned,
+            kind,
+        );
+        Ok(Completion::Immediate)
     }
 
     /// Freedrive begins while an input with that action is high and the arm stands, and ends when no such input is high
@@ -239,8 +264,11 @@ impl Cycle {
     pub(crate) fn follow_input_actions(&mut self) {
         let is_led =
             matches!(&self.generator, Generator::Online(online) if online.is_led_by_hand());
-        self.io.leads_by_hand &= is_led;
-        match (self.io.wants_freedrive(), self.io.leads_by_hand) {
+        self.io.is_freedrive_by_input &= is_led;
+        match (
+            self.io.is_freedrive_requested(),
+            self.io.is_freedrive_by_input,
+        ) {
             // A program that leads by hand already goes on doing so.
             (true, false) if !is_led => {
                 let (free_axes, frame) = ([true; 6], FreedriveFrame::Base);
@@ -250,50 +278,51 @@ impl Cycle {
                     kind: CommandKind::Freedrive { free_axes, frame },
                 };
                 // While the arm is busy or not ready it is asked again in the next cycle.
-                let begins = self.rule(&command) == Rule::Act;
-                self.io.leads_by_hand =
+                let begins = self.admission(&command) == Admission::Accept;
+                self.io.is_freedrive_by_input =
                     begins && self.freedrive(&command, free_axes, frame).is_ok();
             }
             (false, true) => {
                 if let Generator::Online(online) = &mut self.generator {
                     online.make_way(&self.target);
                 }
-                self.io.leads_by_hand = false;
+                self.io.is_freedrive_by_input = false;
             }
             _ => {}
         }
     }
 
-    pub(crate) fn end_freedrive(&mut self, id: CommandId) -> Ending {
+    pub(crate) fn end_freedrive(&mut self, id: CommandId) -> Completion {
         let is_freedrive = |c: &mut Command| matches!(c.kind, CommandKind::Freedrive { .. });
         if let Some(deferred) = self.deferred.take_if(is_freedrive) {
-            self.out.ended(deferred.id, Outcome::Aborted);
+            self.out.report_end(deferred.id, Outcome::Aborted);
         }
         match &mut self.generator {
             Generator::Online(online) if online.is_led_by_hand() => {
-                if stands(&self.target) {
+                if is_setpoint_at_rest(&self.target) {
                     self.generator = Generator::Hold;
-                    return Ending::Now;
+                    return Completion::Immediate;
                 }
                 online.make_way(&self.target);
-                self.waiting.add(id, WaitingFor::Stop);
-                Ending::Later
+                self.rest_commands.add(id, RestCommand::Stop);
+                Completion::Deferred
             }
-            _ => Ending::Now,
+            _ => Completion::Immediate,
         }
     }
 
-    pub(crate) fn set_gravity(&mut self, gravity: [f64; 3]) -> Answer {
+    pub(crate) fn set_gravity(&mut self, gravity: [f64; 3]) -> CommandResult {
         self.gravity = gravity.into();
         self.dynamics = self.model.dynamics(&self.payload, self.gravity);
-        self.plant.believe(&self.dynamics, &self.gravity);
-        self.collision.restart();
-        Ok(Ending::Now)
+        self.plant
+            .set_controller_model(&self.dynamics, &self.gravity);
+        self.collision.reset();
+        Ok(Completion::Immediate)
     }
 
-    pub(crate) fn set_external_wrench(&mut self, wrench: [f64; 6]) -> Answer {
-        self.external.set = Wrench::from_array(wrench);
-        Ok(Ending::Now)
+    pub(crate) fn set_external_wrench(&mut self, wrench: [f64; 6]) -> CommandResult {
+        self.external.port_wrench = Wrench::from_array(wrench);
+        Ok(Completion::Immediate)
     }
 
     /// A load on the tool for some time.
@@ -303,19 +332,19 @@ impl Cycle {
         in_tool_axes: bool,
         duration: f64,
         replaces: bool,
-    ) -> Answer {
+    ) -> CommandResult {
         let now = self.out.cycle as f64 * self.step;
-        let load = Load {
+        let load = TimedWrench {
             at: now,
             duration,
             wrench: Wrench::from_array(wrench),
             frame: match in_tool_axes {
-                true => LoadFrame::Tool,
-                false => LoadFrame::Base,
+                true => WrenchFrame::Tool,
+                false => WrenchFrame::Base,
             },
         };
         match self.external.push(load, now, replaces) {
-            true => Ok(Ending::Now),
+            true => Ok(Completion::Immediate),
             false => Err(bad_value(
                 "the number of pushes at once",
                 (PUSHES_MAX + 1) as f64,
@@ -331,16 +360,16 @@ impl Cycle {
         mass: f64,
         measuring_offset: [f64; 3],
         cog: [f64; 3],
-    ) -> Answer {
+    ) -> CommandResult {
         self.external.port_sensor = enabled.then(|| PortSensor {
             mass,
             measuring_offset: measuring_offset.into(),
             cog: cog.into(),
         });
-        Ok(Ending::Now)
+        Ok(Completion::Immediate)
     }
 
-    pub(crate) fn set_input(&mut self, index: u8, level: bool) -> Answer {
+    pub(crate) fn set_input(&mut self, index: u8, level: bool) -> CommandResult {
         if index > 27 {
             return Err(bad_value(
                 "the index of the input",
@@ -351,19 +380,19 @@ impl Cycle {
         let mask = 1 << index;
         let levels = if level { mask } else { 0 };
         self.io.apply(&IoChange::DigitalIn { mask, levels });
-        Ok(Ending::Now)
+        Ok(Completion::Immediate)
     }
 }
 
-fn call_end(duration: Option<f64>) -> Result<CallEnd, Refusal> {
+fn call_end(duration: Option<f64>) -> Result<CallCompletion, Refusal> {
     match duration {
-        None => Ok(CallEnd::Reached),
-        Some(duration) => check_duration(duration).map(|()| CallEnd::After(duration)),
+        None => Ok(CallCompletion::OnGoal),
+        Some(duration) => check_duration(duration).map(|()| CallCompletion::AfterTime(duration)),
     }
 }
 
 fn check_duration(duration: f64) -> Result<(), Refusal> {
-    if duration > 0.0 && duration <= LONGEST {
+    if duration > 0.0 && duration <= MAX_DURATION {
         return Ok(());
     }
     Err(bad_value(
@@ -374,7 +403,7 @@ fn check_duration(duration: f64) -> Result<(), Refusal> {
 }
 
 fn check_acceleration(acceleration: f64) -> Result<(), Refusal> {
-    if acceleration >= SLOWEST && acceleration.is_finite() {
+    if acceleration >= MIN_REQUESTED_RATE && acceleration.is_finite() {
         return Ok(());
     }
     Err(bad_value(

@@ -5,8 +5,9 @@
 
 use kinematics::{JointAccelerations, JointSpeeds};
 use motion_api::{
-    Command, CommandId, Event, Frame, HandedPoints, MotionEnd, MotionMode, Outcome, Record,
-    RecordFlow, RegisterImages, RobotState, SafetyMode, SnapshotCell, StopReason, Warning,
+    Command, CommandId, CycleFrame, Event, MotionEndpoint, MotionMode, Outcome, PointListHandoff,
+    Record, RecordBackpressure, RegisterImages, RobotState, SafetyMode, SnapshotCell, StopReason,
+    Warning,
 };
 use rtrb::{Consumer, Producer};
 use std::slice;
@@ -14,19 +15,19 @@ use std::sync::Arc;
 
 use crate::config::ConfigError;
 use crate::constants::{EVENT_RESERVE, EVENT_RING_MIN, EVENTS_PER_COMMAND};
-use crate::io::Io;
+use crate::io::IoSystem;
 
 /// The ways in: commands, and the points of some.
-pub(crate) type Incoming = (Consumer<Command>, Consumer<HandedPoints>);
+pub(crate) type CommandInput = (Consumer<Command>, Consumer<PointListHandoff>);
 
 /// The ways out.
 pub(crate) struct Outbox {
     events: Producer<Event>,
     records: Option<Producer<Record>>,
-    record_flow: Arc<RecordFlow>,
-    frames: Producer<Frame>,
+    record_flow: Arc<RecordBackpressure>,
+    frames: Producer<CycleFrame>,
     /// The latest one.
-    frame: Frame,
+    frame: CycleFrame,
     snapshot: Arc<SnapshotCell>,
     /// Events of this cycle, kept back until the snapshot is published: who hears that a motion has ended must find the
     /// arm at its end. Allocated once; never grows.
@@ -40,7 +41,7 @@ pub(crate) struct Outbox {
 
 impl Outbox {
     /// Takes the border apart: what comes in, and everything else.
-    pub(crate) fn new(end: MotionEnd) -> Result<(Incoming, Self), ConfigError> {
+    pub(crate) fn new(end: MotionEndpoint) -> Result<(CommandInput, Self), ConfigError> {
         let given = end.events.buffer().capacity();
         if given < EVENT_RING_MIN {
             return Err(ConfigError::RingTooSmall {
@@ -54,7 +55,7 @@ impl Outbox {
             records: end.records,
             record_flow: end.record_flow,
             frames: end.frames,
-            frame: Frame {
+            frame: CycleFrame {
                 state: end.snapshot.read(),
                 registers: RegisterImages::default(),
             },
@@ -73,15 +74,15 @@ impl Outbox {
     }
 
     /// How a command ended.
-    pub(crate) fn ended(&mut self, id: CommandId, outcome: Outcome) {
+    pub(crate) fn report_end(&mut self, id: CommandId, outcome: Outcome) {
         let cycle = self.cycle;
         self.event(Event::Ended { id, outcome, cycle });
     }
 
     /// The sender of a motion may send the next.
-    pub(crate) fn queued(&mut self, id: CommandId) {
+    pub(crate) fn report_ready_for_next(&mut self, id: CommandId) {
         let cycle = self.cycle;
-        self.event(Event::Queued { id, cycle });
+        self.event(Event::ReadyForNext { id, cycle });
     }
 
     /// The motion behind this one is due.
@@ -91,13 +92,13 @@ impl Outbox {
     }
 
     /// Something to read about a command.
-    pub(crate) fn warned(&mut self, id: CommandId, warning: Warning) {
+    pub(crate) fn report_warning(&mut self, id: CommandId, warning: Warning) {
         let cycle = self.cycle;
         self.event(Event::Warned { id, warning, cycle });
     }
 
     /// The arm entered a protective stop.
-    pub(crate) fn stopped(&mut self, reason: StopReason) {
+    pub(crate) fn report_stop(&mut self, reason: StopReason) {
         let cycle = self.cycle;
         self.event(Event::Stopped { reason, cycle });
     }
@@ -110,7 +111,7 @@ impl Outbox {
     }
 
     /// A command was taken from the ring.
-    pub(crate) fn taken(&mut self, command: &Command) {
+    pub(crate) fn record_command(&mut self, command: &Command) {
         let cycle = self.cycle;
         self.record(|| Record::Command {
             cycle,
@@ -119,7 +120,7 @@ impl Outbox {
     }
 
     /// The points of the command that is taken next.
-    pub(crate) fn points(&mut self, handed: &HandedPoints) {
+    pub(crate) fn record_points(&mut self, handed: &PointListHandoff) {
         let (cycle, id) = (self.cycle, handed.id);
         self.record(|| {
             let points = Arc::clone(&handed.points);
@@ -128,7 +129,7 @@ impl Outbox {
     }
 
     /// What the registers hold at the beginning of this cycle, for the recording.
-    pub(crate) fn registers(&mut self, images: &RegisterImages) {
+    pub(crate) fn record_registers(&mut self, images: &RegisterImages) {
         if self.records.is_none() || *images == self.recorded_registers {
             return;
         }
@@ -158,7 +159,7 @@ impl Outbox {
         self.snapshot.publish(&state);
         let registers = RegisterImages::default();
         // A full ring is one that nobody empties.
-        let _ = self.frames.push(Frame { state, registers });
+        let _ = self.frames.push(CycleFrame { state, registers });
     }
 
     /// The state before the first cycle: to the snapshot alone, no cycle has run.
@@ -167,7 +168,7 @@ impl Outbox {
     }
 
     /// The end of the cycle: the state to the snapshot and to the recording, the events, then the frame.
-    pub(crate) fn publish(&mut self, state: &RobotState, io: &mut Io) {
+    pub(crate) fn publish(&mut self, state: &RobotState, io: &mut IoSystem) {
         self.snapshot.publish(state);
         self.record(|| Record::Cycle(*state));
         let room = self.events.slots();
@@ -178,7 +179,7 @@ impl Outbox {
         // Last: whoever finds the frame finds the events of its cycle, too.
         if !self.frames.is_full() {
             self.frame.state = *state;
-            io.show_registers(&mut self.frame.registers);
+            io.copy_registers_into(&mut self.frame.registers);
             // Only this side fills the ring. Copied from where it lies: it is large.
             let _ = self.frames.push_entire_slice(slice::from_ref(&self.frame));
         }

@@ -7,14 +7,14 @@ use kinematics::{JointSpeeds, RpyPose};
 use motion_api::{Command, MotionMode, OffsetAxes, Outcome, StopReason};
 use nalgebra::{Rotation3, Vector3, Vector6};
 
-use crate::constants::{LONGEST, SLOWEST, STOP_ACCELERATION};
-use crate::cycle::{Cycle, Generator};
-use crate::intake::{Answer, Ending, bad_value};
-use crate::modes::joint_speed::JointSpeed;
-use crate::modes::path_offset::OffsetRoom;
-use crate::modes::{CallEnd, Kind, Online, stands, states};
+use crate::constants::{MAX_DURATION, MIN_REQUESTED_RATE, STOP_ACCELERATION};
+use crate::cycle::{ControlLoop, Generator};
+use crate::intake::{CommandResult, Completion, bad_value};
+use crate::modes::joint_speed::JointSpeedMode;
+use crate::modes::path_offset::OffsetLimits;
+use crate::modes::{ActiveOnlineMode, CallCompletion, OnlineMode, is_setpoint_at_rest, states};
 use crate::setpoint::{Setpoint, elbow_speed};
-use motion_api::form::{TOOL_REACH_MAX, check_within};
+use motion_api::form::{TOOL_REACH_MAX, check_magnitude};
 
 /// Share of what the motion underneath leaves of the joints' accelerations that an offset may use.
 const SHARE_OF_ACCELERATION: f64 = 0.85;
@@ -23,14 +23,14 @@ const SHARE_OF_JERK: f64 = 0.4;
 /// Share of what it leaves of the speeds of joints, TCP and elbow.
 const SHARE_OF_SPEED: f64 = 0.9;
 
-impl Cycle {
-    pub(crate) fn path_offset_enable(&mut self) -> Answer {
+impl ControlLoop {
+    pub(crate) fn path_offset_enable(&mut self) -> CommandResult {
         self.path_offset.enable();
-        Ok(Ending::Now)
+        Ok(Completion::Immediate)
     }
 
-    pub(crate) fn path_offset_set(&mut self, offset: &RpyPose, axes: OffsetAxes) -> Answer {
-        check_within(
+    pub(crate) fn path_offset_set(&mut self, offset: &RpyPose, axes: OffsetAxes) -> CommandResult {
+        check_magnitude(
             &offset.to_array(),
             TOOL_REACH_MAX,
             "a component of the offset",
@@ -38,36 +38,40 @@ impl Cycle {
         )?;
         let tool = self.model.tcp_pose(&self.target.q, &self.flange_from_tcp);
         self.path_offset.set(offset, axes, &tool.rotation);
-        Ok(Ending::Now)
+        Ok(Completion::Immediate)
     }
 
-    pub(crate) fn path_offset_filter(&mut self, share: f64) -> Answer {
+    pub(crate) fn path_offset_filter(&mut self, share: f64) -> CommandResult {
         if !(0.0..=1.0).contains(&share) {
             return Err(bad_value("alpha", share, "0 to 1"));
         }
         self.path_offset.set_share(share);
-        Ok(Ending::Now)
+        Ok(Completion::Immediate)
     }
 
-    pub(crate) fn path_offset_max(&mut self, translation: f64, rotation: f64) -> Answer {
+    pub(crate) fn path_offset_max(&mut self, translation: f64, rotation: f64) -> CommandResult {
         for (name, value) in [("translation", translation), ("rotation", rotation)] {
-            if !(0.0..=LONGEST).contains(&value) {
+            if !(0.0..=MAX_DURATION).contains(&value) {
                 return Err(bad_value(name, value, "a number of at least 0"));
             }
         }
         self.path_offset.set_most([translation, rotation]);
-        Ok(Ending::Now)
+        Ok(Completion::Immediate)
     }
 
     /// Offsets end: the joints brake from what they do now, and a motion underneath ends with them.
-    pub(crate) fn path_offset_disable(&mut self, command: &Command, acceleration: f64) -> Answer {
-        if !(acceleration >= SLOWEST && acceleration.is_finite()) {
+    pub(crate) fn path_offset_disable(
+        &mut self,
+        command: &Command,
+        acceleration: f64,
+    ) -> CommandResult {
+        if !(acceleration >= MIN_REQUESTED_RATE && acceleration.is_finite()) {
             let needed = "a number of at least 0.000001";
             return Err(bad_value("a", acceleration, needed));
         }
         if !self.path_offset.is_on() {
             self.path_offset.end();
-            return Ok(Ending::Now);
+            return Ok(Completion::Immediate);
         }
         self.end_motions(Outcome::Aborted);
         self.is_paused = false;
@@ -75,10 +79,10 @@ impl Cycle {
         if let Generator::Online(online) = &mut self.generator {
             online.id = command.id;
             online.origin = command.origin;
-            online.call = CallEnd::Reached;
-            return Ok(Ending::Later);
+            online.call_completion = CallCompletion::OnGoal;
+            return Ok(Completion::Deferred);
         }
-        Ok(Ending::Now)
+        Ok(Completion::Immediate)
     }
 
     /// From here on the joints come to rest from what they do now.
@@ -87,17 +91,17 @@ impl Cycle {
         self.lag = None;
         self.target = self.commanded;
         self.generator = Generator::Hold;
-        if stands(&self.target) {
+        if is_setpoint_at_rest(&self.target) {
             return;
         }
         let now = states(&self.target);
-        let brake = JointSpeed::new(&now, &JointSpeeds::ZERO, acceleration);
-        self.generator = Generator::Online(Online {
+        let brake = JointSpeedMode::new(&now, &JointSpeeds::ZERO, acceleration);
+        self.generator = Generator::Online(ActiveOnlineMode {
             id: motion_api::CommandId::NONE,
             origin: motion_api::Origin::default(),
             mode: MotionMode::Stopping,
-            call: CallEnd::Over,
-            kind: Kind::JointSpeed(brake),
+            call_completion: CallCompletion::Returned,
+            kind: OnlineMode::JointSpeed(brake),
             is_stopping: true,
             is_warned: true,
         });
@@ -105,14 +109,14 @@ impl Cycle {
 
     /// Ends offsets that a stop has brought to rest once nothing moves underneath.
     pub(crate) fn settle_path_offset(&mut self) {
-        let is_braked = self.holding.is_none() || stands(&self.commanded);
+        let is_braked = self.joint_hold.is_none() || is_setpoint_at_rest(&self.commanded);
         if self.path_offset.has_stopped() && self.is_holding() && is_braked {
             self.leave_path_offset(STOP_ACCELERATION);
         }
     }
 
     /// The generator's setpoint with the offset laid over it.
-    pub(crate) fn offset(&mut self, nominal: &Setpoint) -> Result<Setpoint, StopReason> {
+    pub(crate) fn apply_path_offset(&mut self, nominal: &Setpoint) -> Result<Setpoint, StopReason> {
         if !self.path_offset.is_on() {
             return Ok(*nominal);
         }
@@ -128,21 +132,26 @@ impl Cycle {
         let frames = self.model.forward(&nominal.q);
         let velocity = frames.twist(&nominal.qd, tool.translation).linear;
         self.path_offset.follow(&velocity);
-        let room = self.offset_room(nominal, &tool.rotation, velocity.norm());
+        let room = self.offset_limits(nominal, &tool.rotation, velocity.norm());
         let is_held = self.is_held();
         self.path_offset
             .advance(&tool.rotation, &room, is_held, self.step);
         let arm = (&self.model, &self.flange_from_tcp);
         let laid = self
             .path_offset
-            .carry(nominal, &self.commanded, arm.0, arm.1)
+            .superimpose(nominal, &self.commanded, arm.0, arm.1)
             .ok_or(StopReason::PathOffsetLost)?;
         Ok(laid)
     }
 
     /// What joints, TCP and elbow leave for changes of the offset where the arm is, along and about the axes in which it is
     /// asked for.
-    fn offset_room(&self, nominal: &Setpoint, tool: &Rotation3<f64>, tcp_speed: f64) -> OffsetRoom {
+    fn offset_limits(
+        &self,
+        nominal: &Setpoint,
+        tool: &Rotation3<f64>,
+        tcp_speed: f64,
+    ) -> OffsetLimits {
         let frames = &self.target_frames;
         let tcp = (frames.base_from_flange * self.flange_from_tcp).translation;
         let lu = frames.jacobian(tcp).lu();
@@ -155,7 +164,7 @@ impl Cycle {
             .count();
         let parts = parts.max(1) as f64;
         let elbow_used = elbow_speed(&self.model.forward(&nominal.q), &nominal.qd);
-        let mut room = OffsetRoom {
+        let mut room = OffsetLimits {
             speed: [f64::INFINITY; 2],
             acceleration: [f64::INFINITY; 2],
             jerk: [f64::INFINITY; 2],
@@ -171,7 +180,7 @@ impl Cycle {
                 unit.fixed_rows_mut::<3>(3 * part)
                     .copy_from(&(axes * along));
                 let Some(rates) = lu.solve(&unit) else {
-                    return OffsetRoom {
+                    return OffsetLimits {
                         speed: [0.0; 2],
                         acceleration: [0.0; 2],
                         jerk: [0.0; 2],

@@ -10,9 +10,9 @@ use kinematics::safety::{PlaneSwitches, SafetyViolation};
 use kinematics::{JointPositions, Pose, RpyPose};
 use motion_api::{Refusal, StopReason};
 
-use crate::brake::JointBrake;
-use crate::cycle::{Cycle, Generator};
-use crate::queue::Motion;
+use crate::brake::JointStopMotion;
+use crate::cycle::{ControlLoop, Generator};
+use crate::queue::PathMotion;
 use crate::setpoint::Setpoint;
 
 /// Places on the way of braking joints to rest that are looked at.
@@ -20,7 +20,7 @@ const BRAKE_PLACES: u32 = 8;
 /// An arm behind a plane already may be as deep as it is, up to rounding, m.
 const DEPTH_SLACK: f64 = 1e-9;
 
-impl Cycle {
+impl ControlLoop {
     /// Which safety planes count now: by mode, and by pairs of configurable inputs (bits 16 to 23) that are both high.
     pub(crate) fn plane_switches(&self) -> PlaneSwitches {
         PlaneSwitches {
@@ -60,7 +60,7 @@ impl Cycle {
 
     /// The same for a TCP pose that can be reached; whether it can is found by the planner.
     pub(crate) fn check_target_pose(&self, pose: &RpyPose) -> Result<(), Refusal> {
-        if self.allows_all_places() || !pose.is_finite() {
+        if self.has_no_target_bounds() || !pose.is_finite() {
             return Ok(());
         }
         let base_from_tcp = Pose::from_rpy(pose);
@@ -78,32 +78,32 @@ impl Cycle {
     pub(crate) fn check_planes(&self, wanted: &Setpoint) -> Result<(), StopReason> {
         // A planned motion by itself has been looked at before, and so has what brakes already.
         let is_looked_at = match &self.generator {
-            Generator::Path(_) => self.is_path_all(),
-            Generator::Brake(_) => true,
+            Generator::Path(_) => self.has_no_overlay(),
+            Generator::Stop(_) => true,
             Generator::Hold | Generator::Online(_) => false,
         };
         if is_looked_at || self.has_no_planes() {
             return Ok(());
         }
-        self.crossed_by_joints(wanted).map_or(Ok(()), Err)
+        self.plane_crossed_while_braking(wanted).map_or(Ok(()), Err)
     }
 
     /// A motion that would go on to `wanted`: it, or the joints, must be able to come to rest before the planes.
     pub(crate) fn check_planes_on_path(
         &self,
-        motion: &Motion,
+        motion: &PathMotion,
         wanted: &Setpoint,
     ) -> Result<(), StopReason> {
-        if self.has_no_planes() || !self.is_path_all() {
+        if self.has_no_planes() || !self.has_no_overlay() {
             return Ok(());
         }
-        let Some(crossed) = self.crossed_by_joints(wanted) else {
+        let Some(crossed) = self.plane_crossed_while_braking(wanted) else {
             return Ok(());
         };
-        let allowed = |q: &JointPositions| self.crossed_at(q).is_none();
-        let ground = self.ground();
-        let halts = |queue: &crate::queue::Queue| {
-            queue.halts_within(motion, self.step, &ground, &wanted.q, allowed)
+        let allowed = |q: &JointPositions| self.plane_crossed_at(q).is_none();
+        let ground = self.path_context();
+        let halts = |queue: &crate::queue::MotionQueue| {
+            queue.stopping_path_satisfies(motion, self.step, &ground, &wanted.q, allowed)
         };
         if allowed(&wanted.q) && halts(&self.queue) {
             return Ok(());
@@ -113,21 +113,21 @@ impl Cycle {
 
     /// Whether a planned motion must halt on its path because its joints, braking one by one, would cross a plane.
     pub(crate) fn must_halt_on_path(&self) -> bool {
-        self.is_path_all() && self.crossed_by_joints(&self.commanded).is_some()
+        self.has_no_overlay() && self.plane_crossed_while_braking(&self.commanded).is_some()
     }
 
     /// The first plane crossed while the joints brake one by one from a setpoint.
-    pub(crate) fn crossed_by_joints(&self, from: &Setpoint) -> Option<StopReason> {
-        let brake = JointBrake::new(from, self.limit_sets.able());
+    pub(crate) fn plane_crossed_while_braking(&self, from: &Setpoint) -> Option<StopReason> {
+        let brake = JointStopMotion::new(from, self.limit_sets.able());
         (0..=BRAKE_PLACES).find_map(|place| {
             let share = f64::from(place) / f64::from(BRAKE_PLACES);
-            self.crossed_at(&brake.position_at(share))
+            self.plane_crossed_at(&brake.position_at(share))
         })
     }
 
     /// The plane that the arm at `q` is behind, and deeper than it is now: one that stands behind a plane must be able to come
     /// back.
-    fn crossed_at(&self, q: &JointPositions) -> Option<StopReason> {
+    fn plane_crossed_at(&self, q: &JointPositions) -> Option<StopReason> {
         let switches = self.plane_switches();
         let violation = |q| {
             let frames = self.model.forward(q);
@@ -149,15 +149,15 @@ impl Cycle {
     }
 
     /// The path is all that moves the arm: neither a belt nor an offset nor force mode nor a lag is added to it.
-    pub(crate) fn is_path_all(&self) -> bool {
+    pub(crate) fn has_no_overlay(&self) -> bool {
         self.tracking.is_none()
             && self.lag.is_none()
             && !self.path_offset.is_on()
-            && !self.force.is_at_work()
+            && !self.force.is_active()
     }
 
     /// Nothing but the arm's own ranges bounds where targets may be.
-    pub(crate) fn allows_all_places(&self) -> bool {
+    pub(crate) fn has_no_target_bounds(&self) -> bool {
         self.has_no_planes() && !self.limit_sets.is_reduced()
     }
 

@@ -1,7 +1,7 @@
 //! The motions that the arm has taken: their legs and blends as one way, and how fast each place of it bears.
 //!
 //! A leg is added while the arm moves on the way before it, as long as the arm has not come too near to where the blend
-//! begins. Owns the way; moving along it is `scalar::Travel`, what commands hear of it is said in `upcoming` and `cycle`.
+//! begins. Owns the way; moving along it is `scalar::PathProgress`, what commands hear of it is said in `upcoming` and `cycle`.
 
 mod due;
 mod kept;
@@ -10,44 +10,46 @@ mod time;
 use kinematics::JointPositions;
 use motion_api::{CommandId, MotionMode, Origin, Outcome};
 
-use crate::constants::{CELLS_ABOUT_ZONE, CELLS_OF_ROUTE, LEGS_AHEAD, MADE_GOOD, START_OF_MOTION};
-use crate::path::{Ground, Path, Route, Span};
-use crate::plan::{Cells, Joint, Leg, Over};
-use crate::scalar::{Drive, ScalarState, Track, Travel};
+use crate::constants::{
+    CELLS_ABOUT_ZONE, MADE_GOOD, MAX_QUEUED_INTERVALS, MAX_QUEUED_SEGMENTS, START_OF_MOTION,
+};
+use crate::path::{CompositePath, Path, PathContext, PathPiece};
+use crate::plan::{BlendKind, MotionSegment, PlannedBlend, SegmentLimits};
+use crate::scalar::{PathProgress, ProgressGoal, ScalarState, VelocityLimitCurve};
 use crate::setpoint::Setpoint;
 use due::Corner;
-use kept::{Kept, NONE_KEPT};
+use kept::{NO_SPEED_CAPS, SpeedCapProgress};
 
 /// Steps on the way to rest that are looked at, and how many s each is.
-const HALT_STEPS: usize = 2000;
+const MAX_STOPPING_STEPS: usize = 2000;
 
 /// How much harder than asked for the arm may slow down for what follows, tried one after the other; the last as hard as it can,
 /// but not between two legs of joints, see [`HARDER_IN_BLENDS`](crate::constants::HARDER_IN_BLENDS).
-const HARDNESS: [f64; 3] = [1.0, 2.0, f64::INFINITY];
+const BRAKING_SCALES: [f64; 3] = [1.0, 2.0, f64::INFINITY];
 
 /// A list of points that takes longer than its own time by this factor is worth a warning; starting and stopping take theirs.
-const LONGER: f64 = 1.05;
-/// See [`LONGER`], s.
+const DURATION_WARNING_RATIO: f64 = 1.05;
+/// See [`DURATION_WARNING_RATIO`], s.
 const START_AND_STOP: f64 = 1.0;
 
 /// A leg under way or to come, and the command it belongs to.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Queued {
+pub(crate) struct QueuedSegment {
     pub(crate) id: CommandId,
     pub(crate) mode: MotionMode,
     pub(crate) origin: Origin,
-    leg: Leg,
+    leg: MotionSegment,
     /// The route's s where its zone begins, and where it ends.
-    zone: f64,
+    blend_start: f64,
     end: f64,
     /// When it has to be at its end, on the clock of the travel, s; 0 where no duration is wanted.
-    due: f64,
+    deadline: f64,
     /// The speed of the route's s that keeps this time; infinite where no duration is wanted.
     speed: f64,
     /// By when it has to be known what follows.
     corner: Corner,
     /// The sender has been told that the next may follow.
-    pub(crate) is_told: bool,
+    pub(crate) is_ready_for_next_sent: bool,
     /// The sender has been told that the next is due.
     pub(crate) is_urged: bool,
     /// The command has ended.
@@ -55,20 +57,20 @@ pub(crate) struct Queued {
 }
 
 /// The way of the queue.
-pub(crate) struct Queue {
-    route: Route,
-    track: Track,
-    legs: Vec<Queued>,
+pub(crate) struct MotionQueue {
+    route: CompositePath,
+    track: VelocityLimitCurve,
+    legs: Vec<QueuedSegment>,
     /// Up to where the way is kept within other limits than it was planned with.
-    kept: Kept,
+    speed_caps: SpeedCapProgress,
     /// By how much the motion before has exceeded its duration, s.
     overrun: f64,
 }
 
 /// A motion under way along the queue's way.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Motion {
-    travel: Travel,
+pub(crate) struct PathMotion {
+    progress: PathProgress,
     /// A stop was asked for; the motion ends where it comes to rest.
     pub(crate) is_stopping: bool,
     /// How the present stop as hard as the arm can is made; `None` while there is none.
@@ -85,62 +87,62 @@ pub(crate) enum HardStop {
 }
 
 /// A duration that cannot be met: asked for and what it takes, s.
-pub(crate) type TooShort = Option<(f64, f64)>;
+pub(crate) type DurationShortfall = Option<(f64, f64)>;
 
-impl Queue {
+impl MotionQueue {
     pub(crate) fn new() -> Self {
         Self {
-            route: Route::new(2 * LEGS_AHEAD + 2),
-            track: Track::new(CELLS_OF_ROUTE),
-            legs: Vec::with_capacity(LEGS_AHEAD + 1),
-            kept: NONE_KEPT,
+            route: CompositePath::new(2 * MAX_QUEUED_SEGMENTS + 2),
+            track: VelocityLimitCurve::new(MAX_QUEUED_INTERVALS),
+            legs: Vec::with_capacity(MAX_QUEUED_SEGMENTS + 1),
+            speed_caps: NO_SPEED_CAPS,
             overrun: 0.0,
         }
     }
 
     /// From rest along one leg. `None` when its cells cannot be used, which planning has ruled out.
-    pub(crate) fn begin(
+    pub(crate) fn start_from_rest(
         &mut self,
         (id, mode, origin): (CommandId, MotionMode, Origin),
-        leg: &Leg,
-        cells: &Cells,
-    ) -> Option<(Motion, TooShort)> {
+        leg: &MotionSegment,
+        cells: &SegmentLimits,
+    ) -> Option<(PathMotion, DurationShortfall)> {
         let whole = if leg.radius > 0.0 {
             f64::INFINITY
         } else {
             leg.path.length()
         };
-        self.kept = NONE_KEPT;
+        self.speed_caps = NO_SPEED_CAPS;
         self.route.restart(leg.path);
-        self.track.restart(cells.window(whole));
-        self.add_leg(leg, cells, (0.0, 0.0), 1.0)?;
-        let mut queued = Queued {
+        self.track.restart(cells.smoothing_window(whole));
+        self.append_intervals(leg, cells, (0.0, 0.0), 1.0)?;
+        let mut queued = QueuedSegment {
             id,
             mode,
             origin,
             leg: *leg,
-            zone: leg.zone,
+            blend_start: leg.blend_start,
             end: leg.path.length(),
-            due: 0.0,
+            deadline: 0.0,
             speed: f64::INFINITY,
             corner: Corner::default(),
-            is_told: false,
+            is_ready_for_next_sent: false,
             is_urged: false,
             has_ended: false,
         };
         self.open_zone(&mut queued, 1.0);
-        self.track.settle();
+        self.track.recompute();
         self.legs.clear();
         self.legs.push(queued);
         let mut too_short = self.keep_time(None, (0.0, 0.0));
-        if let Path::Micro(line) = &leg.path {
+        if let Path::MicroLine(line) = &leg.path {
             let wanted = line.length();
-            let (planned, _) = Travel::new(&self.track).foresee(&self.track, wanted);
-            let is_longer = planned > LONGER * wanted + START_AND_STOP;
+            let (planned, _) = PathProgress::new(&self.track).predict_times(&self.track, wanted);
+            let is_longer = planned > DURATION_WARNING_RATIO * wanted + START_AND_STOP;
             too_short = is_longer.then_some((wanted, planned));
         }
-        let motion = Motion {
-            travel: Travel::new(&self.track),
+        let motion = PathMotion {
+            progress: PathProgress::new(&self.track),
             is_stopping: false,
             hard_stop: None,
         };
@@ -148,120 +150,122 @@ impl Queue {
     }
 
     /// Adds a leg over a curve; `None` when the arm is too fast for that already, or there is no room.
-    pub(crate) fn join(
+    pub(crate) fn append_blended(
         &mut self,
-        motion: &Motion,
+        motion: &PathMotion,
         (id, mode, origin): (CommandId, MotionMode, Origin),
-        joint: &Joint,
-        cells: &Cells,
-    ) -> Option<TooShort> {
+        joint: &PlannedBlend,
+        cells: &SegmentLimits,
+    ) -> Option<DurationShortfall> {
         let first = *self.route.last()?;
         let next = &joint.next;
         let (entry, exit, from, rate, count) = match &joint.over {
-            Over::Straight(rate) => {
+            BlendKind::Straight(rate) => {
                 let end = self.track.end();
                 (end, end, 0.0, first.rate * rate, 0)
             }
-            Over::Curve(curve) => {
-                let entry = first.on_route(curve.entry);
+            BlendKind::Curve(curve) => {
+                let entry = first.to_composite_parameter(curve.entry);
                 let exit = entry + curve.path.length() / first.rate;
                 let rate = first.rate * curve.rate;
                 (entry, exit, curve.exit, rate, curve.cells().count())
             }
         };
         let new = cells.iter().filter(|(until, _)| *until > from).count();
-        if self.route.room() < 2 || self.track.room() < new + CELLS_ABOUT_ZONE + count + 1 {
+        if self.route.remaining_capacity() < 2
+            || self.track.room() < new + CELLS_ABOUT_ZONE + count + 1
+        {
             return None;
         }
-        let span = Span {
+        let span = PathPiece {
             path: next.path,
-            from,
+            path_start: from,
             rate,
-            begin: exit,
+            start: exit,
         };
-        let mut queued = Queued {
+        let mut queued = QueuedSegment {
             id,
             mode,
             origin,
             leg: *next,
-            zone: span.on_route(next.zone),
-            end: span.on_route(next.path.length()),
-            due: 0.0,
+            blend_start: span.to_composite_parameter(next.blend_start),
+            end: span.to_composite_parameter(next.path.length()),
+            deadline: 0.0,
             speed: f64::INFINITY,
             corner: Corner::default(),
-            is_told: false,
+            is_ready_for_next_sent: false,
             is_urged: false,
             has_ended: false,
         };
         let are_joints = matches!((&first.path, &next.path), (Path::Joint(_), Path::Joint(_)));
-        let hardness = HARDNESS.into_iter();
+        let hardness = BRAKING_SCALES.into_iter();
         let hardness = hardness.filter(|times| times.is_finite() || !are_joints);
-        let place = motion.travel.committed();
+        let place = motion.progress.committed();
         // Going straight on bears at least what the end bore.
         let before = match &joint.over {
-            Over::Straight(_) => motion.travel.leeway(&self.track),
-            Over::Curve(_) => 0.0,
+            BlendKind::Straight(_) => motion.progress.leeway(&self.track),
+            BlendKind::Curve(_) => 0.0,
         };
-        let speed = motion.travel.committed_speed();
+        let speed = motion.progress.committed_speed();
         let reach = 0.5 * self.track.window() * speed;
         let mut is_slow_enough = hardness.map(|times| {
-            self.track.cut(place, entry);
-            let added = self.add_cells(joint, cells, (entry, first.rate), &span);
+            self.track.truncate(place, entry);
+            let added = self.append_blend_intervals(joint, cells, (entry, first.rate), &span);
             if times > 1.0 {
                 // What lies behind the curve is felt half a window before.
-                self.track.harden(place, exit + reach, times);
+                self.track.scale_braking(place, exit + reach, times);
             }
             self.keep_pace_about(exit, &queued, speed);
             self.open_zone(&mut queued, rate);
-            self.track.settle();
-            if added.is_some() && motion.travel.fits_as_before(&self.track, before) {
+            self.track.recompute();
+            if added.is_some() && motion.progress.fits_as_before(&self.track, before) {
                 return true;
             }
-            self.track.restore();
-            self.track.settle();
+            self.track.undo_truncate();
+            self.track.recompute();
             false
         });
         if !is_slow_enough.any(|is_it| is_it) {
             return None;
         }
-        if self.kept.place > entry {
-            self.kept.place = entry;
-            self.kept.cap = f64::INFINITY;
+        if self.speed_caps.place > entry {
+            self.speed_caps.place = entry;
+            self.speed_caps.cap = f64::INFINITY;
         }
-        if let Over::Curve(curve) = &joint.over {
-            self.route.push(Span {
+        if let BlendKind::Curve(curve) = &joint.over {
+            self.route.push(PathPiece {
                 path: curve.path,
-                from: 0.0,
+                path_start: 0.0,
                 rate: first.rate,
-                begin: entry,
+                start: entry,
             });
         }
         self.route.push(span);
         self.legs.push(queued);
-        Some(self.keep_time(Some(&motion.travel), (entry, exit)))
+        Some(self.keep_time(Some(&motion.progress), (entry, exit)))
     }
 
-    fn add_cells(
+    fn append_blend_intervals(
         &mut self,
-        joint: &Joint,
-        cells: &Cells,
+        joint: &PlannedBlend,
+        cells: &SegmentLimits,
         (entry, first): (f64, f64),
-        span: &Span,
+        span: &PathPiece,
     ) -> Option<()> {
-        if let Over::Curve(curve) = &joint.over {
+        if let BlendKind::Curve(curve) = &joint.over {
             for (until, limits) in curve.cells() {
                 self.track
-                    .push(entry + until / first, limits.counted(first))?;
+                    .push(entry + until / first, limits.reparametrized(first))?;
             }
         }
-        self.add_leg(&joint.next, cells, (span.from, span.begin), span.rate)
+        self.append_intervals(&joint.next, cells, (span.path_start, span.start), span.rate)
     }
 
     /// The cells of a leg from a place on it, which is a place on the route, on.
-    fn add_leg(
+    fn append_intervals(
         &mut self,
-        leg: &Leg,
-        cells: &Cells,
+        leg: &MotionSegment,
+        cells: &SegmentLimits,
         (from, begin): (f64, f64),
         rate: f64,
     ) -> Option<()> {
@@ -269,7 +273,7 @@ impl Queue {
         let mut done = from;
         let mut spare = CELLS_ABOUT_ZONE;
         for (until, limits) in cells.iter().filter(|(until, _)| *until > from) {
-            let own = limits.counted(rate);
+            let own = limits.reparametrized(rate);
             while spare > 0
                 && let Some(border) = border_about_zone(leg, done, until)
             {
@@ -285,20 +289,20 @@ impl Queue {
 
     /// The last leg and the place on its path up to which nothing can be changed any more; `None` while the motion is held or
     /// stopped, and once it is too late.
-    pub(crate) fn open_end(&self, motion: &Motion) -> Option<(&Leg, f64)> {
+    pub(crate) fn appendable_end(&self, motion: &PathMotion) -> Option<(&MotionSegment, f64)> {
         let last = self.legs.last()?;
         let span = self.route.last()?;
-        if motion.is_stopping || motion.travel.is_finished(&self.track) {
+        if motion.is_stopping || motion.progress.is_finished(&self.track) {
             return None;
         }
-        let committed = span.on_path(motion.travel.committed().max(span.begin));
+        let committed = span.to_piece_parameter(motion.progress.committed().max(span.start));
         Some((&last.leg, committed))
     }
 
     /// Forgets what lies behind the arm.
-    pub(crate) fn forget(&mut self, motion: &Motion) {
-        let behind = motion.travel.oldest();
-        self.route.forget_before(behind);
+    pub(crate) fn discard_passed(&mut self, motion: &PathMotion) {
+        let behind = motion.progress.oldest();
+        self.route.discard_before(behind);
         self.track.forget_before(behind);
         let gone = self
             .legs
@@ -310,11 +314,11 @@ impl Queue {
 
     /// Room for another leg.
     pub(crate) fn has_room(&self) -> bool {
-        self.legs.len() < LEGS_AHEAD && self.route.room() >= 2
+        self.legs.len() < MAX_QUEUED_SEGMENTS && self.route.remaining_capacity() >= 2
     }
 
     /// The legs whose commands have not ended.
-    pub(crate) fn open(&mut self) -> impl Iterator<Item = &mut Queued> {
+    pub(crate) fn unfinished_segments(&mut self) -> impl Iterator<Item = &mut QueuedSegment> {
         self.legs.iter_mut().filter(|leg| !leg.has_ended)
     }
 
@@ -324,24 +328,27 @@ impl Queue {
     }
 
     /// The leg that is under way: the first whose command has not ended, or the last.
-    pub(crate) fn current(&self) -> Option<&Queued> {
+    pub(crate) fn current(&self) -> Option<&QueuedSegment> {
         let mut legs = self.legs.iter();
         legs.find(|leg| !leg.has_ended).or(self.legs.last())
     }
 
     /// The last leg.
-    pub(crate) fn last(&self) -> Option<&Queued> {
+    pub(crate) fn last(&self) -> Option<&QueuedSegment> {
         self.legs.last()
     }
 
     /// How many commands have not ended.
-    pub(crate) fn open_count(&self) -> usize {
+    pub(crate) fn unfinished_count(&self) -> usize {
         self.legs.iter().filter(|leg| !leg.has_ended).count()
     }
 
     /// The next leg whose zone the arm has entered, or that it has come to the end of; its command ends.
-    pub(crate) fn reached(&mut self, motion: &Motion) -> Option<&mut Queued> {
-        let place = motion.travel.state(&self.track).position;
+    pub(crate) fn newly_reached_segment(
+        &mut self,
+        motion: &PathMotion,
+    ) -> Option<&mut QueuedSegment> {
+        let place = motion.progress.state(&self.track).position;
         let is_over = self.is_over(motion);
         let last = self.legs.len().saturating_sub(1);
         let (k, leg) = self
@@ -349,21 +356,24 @@ impl Queue {
             .iter_mut()
             .enumerate()
             .find(|(_, leg)| !leg.has_ended)?;
-        let is_in_zone = leg.leg.radius > 0.0 && place >= leg.zone;
+        let is_in_zone = leg.leg.radius > 0.0 && place >= leg.blend_start;
         (is_in_zone && !motion.is_stopping || k == last && is_over).then_some(leg)
     }
 
     /// True when the end is reached, in the time that was wanted.
-    pub(crate) fn is_over(&self, motion: &Motion) -> bool {
-        let due = self.legs.last().map_or(0.0, |leg| leg.due);
-        motion.travel.is_finished(&self.track) && motion.travel.time() >= due - START_OF_MOTION
+    pub(crate) fn is_over(&self, motion: &PathMotion) -> bool {
+        let due = self.legs.last().map_or(0.0, |leg| leg.deadline);
+        motion.progress.is_finished(&self.track) && motion.progress.time() >= due - START_OF_MOTION
     }
 
     /// Notes by how much a motion with a duration of its own has exceeded that when it ends: cycles are whole. The next one with a
     /// duration makes it good, if it begins at once.
-    pub(crate) fn note_overrun(&mut self, motion: &Motion) {
-        let timed = self.legs.last().filter(|leg| leg.leg.wish.duration > 0.0);
-        self.overrun = timed.map_or(0.0, |leg| (motion.travel.time() - leg.due).max(0.0));
+    pub(crate) fn note_overrun(&mut self, motion: &PathMotion) {
+        let timed = self
+            .legs
+            .last()
+            .filter(|leg| leg.leg.request.duration > 0.0);
+        self.overrun = timed.map_or(0.0, |leg| (motion.progress.time() - leg.deadline).max(0.0));
     }
 
     /// A cycle has passed without a motion.
@@ -377,35 +387,38 @@ impl Queue {
     }
 
     /// True when nothing moves: at the end, or halted on the way.
-    pub(crate) fn is_standing(&self, motion: &Motion) -> bool {
-        self.is_over(motion) || motion.travel.is_standing(&self.track) && !motion.travel.is_going()
+    pub(crate) fn is_standing(&self, motion: &PathMotion) -> bool {
+        self.is_over(motion)
+            || motion.progress.is_standing(&self.track) && !motion.progress.is_going()
     }
 
-    /// The setpoint one cycle later, as `drive` says. `None` when the path is lost.
-    pub(crate) fn next(
+    /// The setpoint one cycle later, as `set_goal` says. `None` when the path is lost.
+    pub(crate) fn next_setpoint(
         &self,
-        motion: &mut Motion,
+        motion: &mut PathMotion,
         step: f64,
-        drive: Drive,
-        ground: &Ground,
+        drive: ProgressGoal,
+        ground: &PathContext,
         near: &JointPositions,
     ) -> Option<Setpoint> {
-        motion.travel.drive(match drive {
-            Drive::Go(_) | Drive::Halt if motion.is_stopping => Drive::HaltHard,
+        motion.progress.set_goal(match drive {
+            ProgressGoal::Run(_) | ProgressGoal::Stop if motion.is_stopping => {
+                ProgressGoal::StopHard
+            }
             drive => drive,
         });
-        let s = motion.travel.advance(step, &self.track);
-        if motion.travel.is_finished(&self.track) {
+        let s = motion.progress.advance(step, &self.track);
+        if motion.progress.is_finished(&self.track) {
             return self.route.end();
         }
         self.route.at(ground, &s, near)
     }
 
     /// Whether the motion comes to rest within `time` seconds when it brakes on its path as hard as the arm can.
-    pub(crate) fn halts_within_time(&self, motion: &Motion, step: f64, time: f64) -> bool {
-        let mut travel = motion.travel;
-        travel.drive(Drive::HaltHard);
-        let steps = ((time / step).ceil() as usize).min(HALT_STEPS);
+    pub(crate) fn halts_within_time(&self, motion: &PathMotion, step: f64, time: f64) -> bool {
+        let mut travel = motion.progress;
+        travel.set_goal(ProgressGoal::StopHard);
+        let steps = ((time / step).ceil() as usize).min(MAX_STOPPING_STEPS);
         (0..steps).any(|_| {
             travel.advance(step, &self.track);
             travel.is_standing(&self.track)
@@ -414,18 +427,18 @@ impl Queue {
 
     /// Whether every place up to where the motion would come to rest if it halted now is `allowed`; `near` is where the joints
     /// are.
-    pub(crate) fn halts_within(
+    pub(crate) fn stopping_path_satisfies(
         &self,
-        motion: &Motion,
+        motion: &PathMotion,
         step: f64,
-        ground: &Ground,
+        ground: &PathContext,
         near: &JointPositions,
         allowed: impl Fn(&JointPositions) -> bool,
     ) -> bool {
-        let mut travel = motion.travel;
-        travel.drive(Drive::Halt);
+        let mut travel = motion.progress;
+        travel.set_goal(ProgressGoal::Stop);
         let mut q = *near;
-        for _ in 0..HALT_STEPS {
+        for _ in 0..MAX_STOPPING_STEPS {
             if travel.is_standing(&self.track) {
                 return true;
             }
@@ -443,11 +456,11 @@ impl Queue {
     }
 
     /// The largest acceleration of the motion on the last leg, in the unit of its way.
-    pub(crate) fn hardest(&self, motion: &Motion) -> f64 {
+    pub(crate) fn hardest(&self, motion: &PathMotion) -> f64 {
         let Some(span) = self.route.last() else {
             return 0.0;
         };
-        motion.travel.hardest(&self.track, span.begin) * span.rate
+        motion.progress.hardest(&self.track, span.start) * span.rate
     }
 
     /// Where the joints will be at the end.
@@ -456,7 +469,7 @@ impl Queue {
     }
 }
 
-impl Queued {
+impl QueuedSegment {
     /// How its command ends where the leg does.
     pub(crate) fn outcome(&self) -> Outcome {
         self.leg.beyond.map_or(Outcome::Done, Outcome::Refused)
@@ -464,46 +477,46 @@ impl Queued {
 
     /// Where the joints are at the end of the leg.
     pub(crate) fn end_q(&self) -> JointPositions {
-        self.leg.path.end().q
+        self.leg.path.end_setpoint().q
     }
 }
 
-impl Motion {
+impl PathMotion {
     /// Whether it brakes as hard as the arm can where it is faster than its way allows.
-    pub(crate) fn brake_hard(&mut self, is_hard: bool) {
-        self.travel.brake_hard(is_hard);
+    pub(crate) fn set_hard_braking(&mut self, is_hard: bool) {
+        self.progress.set_hard_braking(is_hard);
     }
 
     /// The share of its speed that what is laid over it leaves it.
     pub(crate) fn slow_to(&mut self, pace: f64) {
-        self.travel.slow_to(pace);
+        self.progress.slow_to(pace);
     }
 
     /// The speed fraction in effect.
     pub(crate) fn fraction(&self) -> f64 {
-        self.travel.fraction()
+        self.progress.fraction()
     }
 
     /// The speed along the way that the next steps begin with, 1/s of its unit.
     pub(crate) fn committed_speed(&self) -> f64 {
-        self.travel.committed_speed()
+        self.progress.committed_speed()
     }
 }
 
 /// Where a cell from `done` to `until` is divided because a blend zone is near. How fast the arm may be is known by cells: the shorter
 /// they are, the later it has to be known what follows.
-fn border_about_zone(leg: &Leg, done: f64, until: f64) -> Option<f64> {
+fn border_about_zone(leg: &MotionSegment, done: f64, until: f64) -> Option<f64> {
     if leg.radius <= 0.0 {
         return None;
     }
     let end = leg.path.length();
-    let length = (end - leg.zone).max((end - done) / 2.0) / 4.0;
+    let length = (end - leg.blend_start).max((end - done) / 2.0) / 4.0;
     // A rest that is shorter than half a piece stays with the piece before.
     let next = done + length;
-    let border = match (done < leg.zone, next >= leg.zone) {
-        (true, true) => leg.zone,
+    let border = match (done < leg.blend_start, next >= leg.blend_start) {
+        (true, true) => leg.blend_start,
         _ => next,
     };
-    let is_zone = border == leg.zone;
+    let is_zone = border == leg.blend_start;
     (length > 0.0 && border < until && (is_zone || until - border > 0.5 * length)).then_some(border)
 }

@@ -12,11 +12,11 @@ use std::time::Duration;
 use motion_api::Timeline;
 use platform::clock::{now, sleep_until};
 use platform::priority;
-use supervision::{Faults, Handle, Kind, catch, injection};
+use supervision::{ThreadHandle, ThreadRole, ThreadSupervisor, catch, injection};
 use thiserror::Error;
 
-use crate::cycle::{Cycle, Timing};
-use crate::histogram::{Histogram, HistogramReading};
+use crate::cycle::{ControlLoop, CycleTiming};
+use crate::histogram::{Histogram, HistogramSnapshot};
 
 /// When the thread is behind by more than this (the machine slept), it goes on from now instead of catching up.
 const CATCH_UP_MAX: Duration = Duration::from_millis(100);
@@ -35,9 +35,9 @@ pub struct RealtimeOptions {
     /// Lock the memory that is in use when the thread starts.
     pub lock_memory: bool,
     /// Threads to unpark after every cycle, and when there will be no more.
-    pub wake: Vec<Thread>,
+    pub threads_to_wake: Vec<Thread>,
     /// Who hears of a fault.
-    pub faults: Faults,
+    pub faults: ThreadSupervisor,
 }
 
 impl Default for RealtimeOptions {
@@ -46,8 +46,8 @@ impl Default for RealtimeOptions {
             fifo_priority: Some(80),
             phase: None,
             lock_memory: true,
-            wake: Vec::new(),
-            faults: Faults::default(),
+            threads_to_wake: Vec::new(),
+            faults: ThreadSupervisor::default(),
         }
     }
 }
@@ -75,7 +75,7 @@ pub enum SetupWarning {
 }
 
 #[derive(Default)]
-struct Shared {
+struct ClockState {
     is_stopping: AtomicBool,
     has_ended: AtomicBool,
     overruns: AtomicU64,
@@ -86,9 +86,9 @@ struct Shared {
 
 /// How well the deadlines are met, for whoever shows it.
 #[derive(Clone, Default)]
-pub struct ClockMeter(Arc<Shared>);
+pub struct ClockMetrics(Arc<ClockState>);
 
-impl ClockMeter {
+impl ClockMetrics {
     /// Cycles that ended later than the next one was due, because they took long or because they began late.
     pub fn overruns(&self) -> u64 {
         self.0.overruns.load(Ordering::Relaxed)
@@ -100,20 +100,20 @@ impl ClockMeter {
     }
 
     /// How long cycles took.
-    pub fn durations(&self) -> HistogramReading {
-        self.0.durations.read()
+    pub fn durations(&self) -> HistogramSnapshot {
+        self.0.durations.snapshot()
     }
 
     /// How late cycles began.
-    pub fn latencies(&self) -> HistogramReading {
-        self.0.latencies.read()
+    pub fn latencies(&self) -> HistogramSnapshot {
+        self.0.latencies.snapshot()
     }
 }
 
 /// The running motion thread. Dropping it stops it.
 pub struct MotionThread {
-    thread: Option<Handle<Option<Cycle>>>,
-    shared: Arc<Shared>,
+    thread: Option<ThreadHandle<Option<ControlLoop>>>,
+    shared: Arc<ClockState>,
     warnings: Vec<SetupWarning>,
 }
 
@@ -122,18 +122,18 @@ impl MotionThread {
     ///
     /// # Errors
     /// The operating system gave no thread.
-    pub fn start(cycle: Cycle, options: RealtimeOptions) -> std::io::Result<Self> {
-        let shared = Arc::new(Shared::default());
+    pub fn start(cycle: ControlLoop, options: RealtimeOptions) -> std::io::Result<Self> {
+        let shared = Arc::new(ClockState::default());
         let (report, warnings) = mpsc::channel();
         let in_thread = shared.clone();
         let faults = options.faults.clone();
-        let thread = faults.start(Kind::Motion, "motion", move || {
+        let thread = faults.start(ThreadRole::Motion, "motion", move || {
             // The receiver waits right below; should it be gone, nobody reads the warnings.
             let _ = report.send(set_up(&options));
             let phase = options.phase;
-            let mut running = Running {
+            let mut running = CycleGuard {
                 cycle: Some(cycle),
-                wake: options.wake,
+                wake: options.threads_to_wake,
                 shared: in_thread,
             };
             if let Some(cycle) = &mut running.cycle {
@@ -154,8 +154,8 @@ impl MotionThread {
     }
 
     /// How well the deadlines are met.
-    pub fn meter(&self) -> ClockMeter {
-        ClockMeter(self.shared.clone())
+    pub fn meter(&self) -> ClockMetrics {
+        ClockMetrics(self.shared.clone())
     }
 
     /// The clock as scripts see it.
@@ -165,25 +165,25 @@ impl MotionThread {
 
     /// Brings the arm to rest, publishes the last snapshot, ends the thread and gives the cycle back; `None` when the
     /// thread has died.
-    pub fn stop(mut self) -> Option<Cycle> {
+    pub fn stop(mut self) -> Option<ControlLoop> {
         self.join()
     }
 
-    fn join(&mut self) -> Option<Cycle> {
+    fn join(&mut self) -> Option<ControlLoop> {
         self.shared.is_stopping.store(true, Ordering::Relaxed);
         self.thread.take()?.join().ok().flatten()
     }
 }
 
 /// What the thread holds. However it ends, the arm is held, and whoever waits for cycles hears that no more will come.
-struct Running {
+struct CycleGuard {
     /// Still there when this is dropped: a panic has ended the thread.
-    cycle: Option<Cycle>,
+    cycle: Option<ControlLoop>,
     wake: Vec<Thread>,
-    shared: Arc<Shared>,
+    shared: Arc<ClockState>,
 }
 
-impl Drop for Running {
+impl Drop for CycleGuard {
     fn drop(&mut self) {
         if let Some(mut cycle) = self.cycle.take() {
             // What a fault has left may hold another; the first one is told.
@@ -202,7 +202,7 @@ impl Drop for MotionThread {
 
 /// The real clock as scripts see it: it runs by itself.
 #[derive(Clone)]
-pub struct RealTimeline(Arc<Shared>);
+pub struct RealTimeline(Arc<ClockState>);
 
 impl Timeline for RealTimeline {
     fn is_virtual(&self) -> bool {
@@ -213,7 +213,7 @@ impl Timeline for RealTimeline {
         false
     }
 
-    fn drive(&self, _on: bool) {}
+    fn set_driven(&self, _on: bool) {}
 
     fn has_ended(&self) -> bool {
         self.0.has_ended.load(Ordering::Acquire)
@@ -223,7 +223,7 @@ impl Timeline for RealTimeline {
 pub(crate) fn set_up(options: &RealtimeOptions) -> Vec<SetupWarning> {
     let mut warnings = Vec::new();
     if let Some(priority) = options.fifo_priority
-        && let Err(reason) = priority::fifo(priority)
+        && let Err(reason) = priority::set_fifo_priority(priority)
     {
         warnings.push(SetupWarning::Priority { priority, reason });
     }
@@ -235,7 +235,7 @@ pub(crate) fn set_up(options: &RealtimeOptions) -> Vec<SetupWarning> {
     warnings
 }
 
-fn run(cycle: &mut Cycle, phase: Option<Duration>, wake: &[Thread], shared: &Shared) {
+fn run(cycle: &mut ControlLoop, phase: Option<Duration>, wake: &[Thread], shared: &ClockState) {
     let step = Duration::from_secs_f64(cycle.step_time());
     let mut stop_cycles = (STOP_TIME_MAX / cycle.step_time()) as u64;
     let mut deadline = first_deadline(now(), step, phase);
@@ -245,15 +245,15 @@ fn run(cycle: &mut Cycle, phase: Option<Duration>, wake: &[Thread], shared: &Sha
         let begin = now();
         let late = begin.saturating_sub(deadline);
         injection::point("motion");
-        cycle.tick(Timing {
+        cycle.tick(CycleTiming {
             step_duration_us,
             wakeup_latency_us: late.as_secs_f64() * 1e6,
         });
         let end = now();
         let duration = end.saturating_sub(begin);
         step_duration_us = duration.as_secs_f64() * 1e6;
-        shared.durations.add(duration);
-        shared.latencies.add(late);
+        shared.durations.record(duration);
+        shared.latencies.record(late);
         wake.iter().for_each(Thread::unpark);
 
         deadline += step;

@@ -6,29 +6,29 @@ use std::io;
 use std::time::Duration;
 
 use platform::clock::{now, sleep_until};
-use supervision::{Faults, Kind};
+use supervision::{ThreadRole, ThreadSupervisor};
 
 use crate::realtime::{RealtimeOptions, SetupWarning, set_up};
 
 /// What came of a rehearsal.
 #[derive(Clone, Debug, Default)]
-pub struct Rehearsal {
+pub struct LatencyTest {
     /// What the operating system refused.
     pub warnings: Vec<SetupWarning>,
     /// How late each cycle began, from the least to the most.
     pub latencies: Vec<Duration>,
 }
 
-impl Rehearsal {
+impl LatencyTest {
     /// The latency that so many of a thousand cycles stay within; zero without cycles.
-    pub fn within(&self, of_thousand: usize) -> Duration {
+    pub fn latency_permille(&self, of_thousand: usize) -> Duration {
         let index =
             (self.latencies.len() * of_thousand / 1000).min(self.latencies.len().max(1) - 1);
         self.latencies.get(index).copied().unwrap_or_default()
     }
 
     /// The greatest latency; zero without cycles.
-    pub fn latest(&self) -> Duration {
+    pub fn max_latency(&self) -> Duration {
         self.latencies.last().copied().unwrap_or_default()
     }
 }
@@ -37,9 +37,13 @@ impl Rehearsal {
 ///
 /// # Errors
 /// The operating system gives no thread.
-pub fn rehearse(options: RealtimeOptions, step: Duration, cycles: usize) -> io::Result<Rehearsal> {
-    let faults = Faults::default();
-    let thread = faults.start(Kind::Service, "rehearsal", move || {
+pub fn run_latency_test(
+    options: RealtimeOptions,
+    step: Duration,
+    cycles: usize,
+) -> io::Result<LatencyTest> {
+    let faults = ThreadSupervisor::default();
+    let thread = faults.start(ThreadRole::Service, "rehearsal", move || {
         let warnings = set_up(&options);
         let mut latencies = Vec::with_capacity(cycles);
         let mut deadline = now() + step;
@@ -49,7 +53,7 @@ pub fn rehearse(options: RealtimeOptions, step: Duration, cycles: usize) -> io::
             deadline = (deadline + step).max(now());
         }
         latencies.sort_unstable();
-        Rehearsal {
+        LatencyTest {
             warnings,
             latencies,
         }
@@ -70,12 +74,12 @@ mod tests {
             ..RealtimeOptions::default()
         };
         let began = now();
-        let rehearsal = rehearse(options, Duration::from_millis(1), 50).unwrap();
+        let rehearsal = run_latency_test(options, Duration::from_millis(1), 50).unwrap();
         assert!(now().saturating_sub(began) >= Duration::from_millis(50));
         assert_eq!(rehearsal.latencies.len(), 50);
         assert!(rehearsal.warnings.is_empty());
-        assert!(rehearsal.within(500) <= rehearsal.within(990));
-        assert!(rehearsal.within(990) <= rehearsal.latest());
-        assert_eq!(Rehearsal::default().within(990), Duration::ZERO);
+        assert!(rehearsal.latency_permille(500) <= rehearsal.latency_permille(990));
+        assert!(rehearsal.latency_permille(990) <= rehearsal.max_latency());
+        assert_eq!(LatencyTest::default().latency_permille(990), Duration::ZERO);
     }
 }

@@ -3,11 +3,11 @@
 use kinematics::{JointPositions, Pose, RpyPose};
 use motion_api::{MotionMode, OffsetAxes, RobotState, SafetyMode};
 
-use crate::cycle::{Cycle, Generator, Timing};
-use crate::queue::Queued;
+use crate::cycle::{ControlLoop, CycleTiming, Generator};
+use crate::queue::QueuedSegment;
 
 /// Everything that is known about the robot now.
-pub(crate) fn report(cycle: &mut Cycle, timing: Timing) -> RobotState {
+pub(crate) fn robot_state(cycle: &mut ControlLoop, timing: CycleTiming) -> RobotState {
     cycle.waypoint = waypoint(cycle);
     let cycle = &*cycle;
     let (target, actual) = (&cycle.commanded, &cycle.actual);
@@ -24,8 +24,8 @@ pub(crate) fn report(cycle: &mut Cycle, timing: Timing) -> RobotState {
         let tcp = frames.base_from_flange * cycle.flange_from_tcp;
         (tcp.to_rpy(), frames.twist(&actual.qd, tcp.translation))
     };
-    let target_torque = match &cycle.expected {
-        expected if expected.of.has_bits_of(target) => expected.torques,
+    let target_torque = match &cycle.setpoint_dynamics {
+        expected if expected.of.bit_eq(target) => expected.torques,
         _ => cycle
             .dynamics
             .inverse_dynamics(&target.q, &target.qd, &target.qdd),
@@ -60,7 +60,7 @@ pub(crate) fn report(cycle: &mut Cycle, timing: Timing) -> RobotState {
         tcp_offset: cycle.tcp,
         payload: cycle.payload,
         motion_mode: motion_mode(cycle),
-        command_id: cycle.running(),
+        command_id: cycle.running_command(),
         target_speed_fraction: cycle.speed_fraction,
         speed_scaling: speed_scaling(cycle),
         robot_mode: cycle.machine.robot_mode(),
@@ -92,7 +92,7 @@ pub(crate) fn report(cycle: &mut Cycle, timing: Timing) -> RobotState {
 }
 
 /// The offset of the path in base, TCP and motion axes.
-fn path_offsets(cycle: &Cycle, path_pose: &Pose) -> [[f64; 6]; 3] {
+fn path_offsets(cycle: &ControlLoop, path_pose: &Pose) -> [[f64; 6]; 3] {
     let offset = &cycle.path_offset;
     if !offset.is_on() {
         return [[0.0; 6]; 3];
@@ -110,9 +110,9 @@ pub(crate) struct Waypoint {
 }
 
 /// Where the motion under way leads, which stays the same for many cycles.
-fn waypoint(cycle: &Cycle) -> Option<Waypoint> {
+fn waypoint(cycle: &ControlLoop) -> Option<Waypoint> {
     let q = match &cycle.generator {
-        Generator::Path(_) => cycle.queue.current().map(Queued::end_q),
+        Generator::Path(_) => cycle.queue.current().map(QueuedSegment::end_q),
         Generator::Online(online) => online.goal(),
         _ => None,
     }?;
@@ -130,7 +130,7 @@ fn waypoint(cycle: &Cycle) -> Option<Waypoint> {
     })
 }
 
-fn motion_mode(cycle: &Cycle) -> MotionMode {
+fn motion_mode(cycle: &ControlLoop) -> MotionMode {
     if cycle.has_brakes_engaged() {
         return MotionMode::PoweredOff;
     }
@@ -138,7 +138,7 @@ fn motion_mode(cycle: &Cycle) -> MotionMode {
         return MotionMode::ProtectiveStop;
     }
     match &cycle.generator {
-        Generator::Hold => match (&cycle.upcoming, &cycle.tracking) {
+        Generator::Hold => match (&cycle.pending_motion, &cycle.tracking) {
             (Some(upcoming), _) => upcoming.mode,
             (None, Some(_)) if cycle.is_paused && cycle.is_standing() => MotionMode::Paused,
             (None, Some(_)) => MotionMode::Conveyor,
@@ -147,7 +147,7 @@ fn motion_mode(cycle: &Cycle) -> MotionMode {
         },
         Generator::Online(online) if online.is_stopping => MotionMode::Stopping,
         Generator::Online(online) => online.mode,
-        Generator::Brake(_) => MotionMode::ProtectiveStop,
+        Generator::Stop(_) => MotionMode::ProtectiveStop,
         Generator::Path(motion) if motion.is_stopping => MotionMode::Stopping,
         Generator::Path(motion) if cycle.is_paused && cycle.queue.is_standing(motion) => {
             MotionMode::Paused
@@ -160,10 +160,10 @@ fn motion_mode(cycle: &Cycle) -> MotionMode {
 }
 
 /// Drivers scale the time of their trajectories by this: 0 while nothing they ask for is carried out.
-fn speed_scaling(cycle: &Cycle) -> f64 {
+fn speed_scaling(cycle: &ControlLoop) -> f64 {
     match &cycle.generator {
         Generator::Path(motion) => motion.fraction(),
-        Generator::Brake(_) => 0.0,
+        Generator::Stop(_) => 0.0,
         _ if cycle.is_held() || !cycle.is_under_servo() => 0.0,
         _ => cycle.speed_fraction,
     }

@@ -4,7 +4,7 @@
 
 use motion_api::DigitalBank;
 
-use crate::machine::SafetyLines;
+use crate::machine::SafetyRequests;
 
 /// A pair of configurable inputs: pair n is inputs 2n and 2n + 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,7 +20,7 @@ impl InputPair {
     /// Number of pairs.
     pub const COUNT: u8 = DigitalBank::Configurable.points() / 2;
 
-    fn asks(self, digital_in: u32) -> bool {
+    fn is_requested(self, digital_in: u32) -> bool {
         let mask = 0b11 << DigitalBank::Configurable.bit(2 * self.pair);
         if self.is_active_low {
             digital_in & mask != mask
@@ -45,12 +45,14 @@ pub struct SafetyInputs {
 
 impl SafetyInputs {
     /// What the inputs ask for, bits as in `RobotState::digital_in`.
-    pub(crate) fn lines(&self, digital_in: u32) -> SafetyLines {
-        let asks = |pair: Option<InputPair>| pair.is_some_and(|pair| pair.asks(digital_in));
-        SafetyLines {
+    pub(crate) fn requests(&self, digital_in: u32) -> SafetyRequests {
+        let asks = |pair: Option<InputPair>| pair.is_some_and(|pair| pair.is_requested(digital_in));
+        SafetyRequests {
             emergency_stop: asks(self.emergency_stop),
             safeguard_stop: asks(self.safeguard_stop),
-            safeguard_reset: self.safeguard_reset.map(|pair| pair.asks(digital_in)),
+            safeguard_reset: self
+                .safeguard_reset
+                .map(|pair| pair.is_requested(digital_in)),
             reduced_mode: asks(self.reduced_mode),
         }
     }
@@ -77,9 +79,12 @@ mod tests {
             (0b0011, true, false),
         ] {
             let digital_in = levels << 16;
-            assert_eq!(inputs(true).lines(digital_in).emergency_stop, low);
-            assert_eq!(inputs(false).lines(digital_in).emergency_stop, high);
+            assert_eq!(inputs(true).requests(digital_in).emergency_stop, low);
+            assert_eq!(inputs(false).requests(digital_in).emergency_stop, high);
         }
-        assert_eq!(SafetyInputs::default().lines(0), SafetyLines::default());
+        assert_eq!(
+            SafetyInputs::default().requests(0),
+            SafetyRequests::default()
+        );
     }
 }

@@ -9,9 +9,9 @@ use kinematics::safety::OVERLAP_SLACK as SLACK;
 use kinematics::{JointPositions, RobotModel};
 use motion_api::{PathFault, StopReason};
 
-use crate::brake::JointBrake;
+use crate::brake::JointStopMotion;
 use crate::constants::LINK_PLACES;
-use crate::cycle::{Cycle, Generator};
+use crate::cycle::{ControlLoop, Generator};
 use crate::path::JointLine;
 use crate::setpoint::Setpoint;
 
@@ -22,15 +22,15 @@ const BETWEEN_PLACES: f64 = 0.003;
 
 /// Two links that overlap more than they may.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Overlap {
+pub struct LinkOverlap {
     /// 0 for the base.
     pub links: [u8; 2],
     /// m.
     pub depth: f64,
 }
 
-impl From<Overlap> for PathFault {
-    fn from(found: Overlap) -> Self {
+impl From<LinkOverlap> for PathFault {
+    fn from(found: LinkOverlap) -> Self {
         Self::SelfCollision {
             links: found.links,
             overlap: found.depth,
@@ -38,8 +38,8 @@ impl From<Overlap> for PathFault {
     }
 }
 
-impl From<Overlap> for StopReason {
-    fn from(found: Overlap) -> Self {
+impl From<LinkOverlap> for StopReason {
+    fn from(found: LinkOverlap) -> Self {
         Self::SelfCollision {
             links: found.links,
             overlap: found.depth,
@@ -49,61 +49,65 @@ impl From<Overlap> for StopReason {
 
 /// Watches the links along a way.
 #[derive(Clone, Copy, Debug)]
-pub struct LinkWatch {
+pub struct SelfCollisionMonitor {
     allowed: f64,
     reaches: [f64; 6],
     /// Where it looked last.
-    at: JointPositions,
+    checked_at: JointPositions,
     /// How far links may come nearer from there until they overlap too much, m; negative before the first look.
-    room: f64,
+    clearance: f64,
 }
 
-impl LinkWatch {
+impl SelfCollisionMonitor {
     /// Overlaps of more than `allowed` metres count; infinite: none does.
     pub fn new(model: &RobotModel, allowed: f64) -> Self {
         Self {
             allowed,
-            reaches: model.collision().reaches(model.chain()),
-            at: JointPositions::ZERO,
-            room: f64::NEG_INFINITY,
+            reaches: model.collision().max_lever_arms(model.chain()),
+            checked_at: JointPositions::ZERO,
+            clearance: f64::NEG_INFINITY,
         }
     }
 
     /// For a way that begins at `q`: an overlap that is there may stay.
-    pub fn from(model: &RobotModel, allowed: f64, q: &JointPositions) -> Self {
+    pub fn starting_at(model: &RobotModel, allowed: f64, q: &JointPositions) -> Self {
         let mut watch = Self::new(model, allowed);
-        if let Some(overlap) = watch.look(q, model) {
+        if let Some(overlap) = watch.check(q, model) {
             watch.allowed = overlap.depth + SLACK;
-            watch.room = SLACK;
+            watch.clearance = SLACK;
         }
         watch
     }
 
     /// What overlaps too much at `q`.
-    pub fn look(&mut self, q: &JointPositions, model: &RobotModel) -> Option<Overlap> {
-        if self.allowed == f64::INFINITY || self.travel(q) <= self.room {
+    pub fn check(&mut self, q: &JointPositions, model: &RobotModel) -> Option<LinkOverlap> {
+        if self.allowed == f64::INFINITY || self.max_approach(q) <= self.clearance {
             return None;
         }
         let found = model.collision().self_distance(&model.forward(q))?;
-        self.at = *q;
-        self.room = found.distance + self.allowed;
+        self.checked_at = *q;
+        self.clearance = found.distance + self.allowed;
         let (a, b) = found.links;
-        (self.room < 0.0).then_some(Overlap {
+        (self.clearance < 0.0).then_some(LinkOverlap {
             links: [a as u8, b as u8],
             depth: -found.distance,
         })
     }
 
     /// How far two links may have come nearer since the last look, m.
-    fn travel(&self, q: &JointPositions) -> f64 {
+    fn max_approach(&self, q: &JointPositions) -> f64 {
         (0..6)
-            .map(|j| (q[j] - self.at[j]).abs() * self.reaches[j])
+            .map(|j| (q[j] - self.checked_at[j]).abs() * self.reaches[j])
             .sum()
     }
 
     /// The first place of a line in joint space (share of the way) at which links overlap too much. As far as there is room
     /// it is passed in one step.
-    pub(crate) fn along(&mut self, line: &JointLine, model: &RobotModel) -> Option<(f64, Overlap)> {
+    pub(crate) fn check_line(
+        &mut self,
+        line: &JointLine,
+        model: &RobotModel,
+    ) -> Option<(f64, LinkOverlap)> {
         if self.allowed == f64::INFINITY || line.length() <= 0.0 {
             return None;
         }
@@ -113,40 +117,40 @@ impl LinkWatch {
         let mut s = 0.0;
         loop {
             let q = line.positions(s);
-            if let Some(found) = self.look(&q, model) {
+            if let Some(found) = self.check(&q, model) {
                 return Some((s / line.length(), found));
             }
             if s >= line.length() {
                 return None;
             }
-            let free = (self.room - self.travel(&q)) / per_s;
+            let free = (self.clearance - self.max_approach(&q)) / per_s;
             s = (s + free.max(least)).min(line.length());
         }
     }
 }
 
-impl Cycle {
+impl ControlLoop {
     /// A setpoint that would make links of the arm meet. Modes that make each one from the one before must be able to brake
     /// until then; a planned motion was looked at before, but for its blends.
     pub(crate) fn check_links(&mut self, wanted: &Setpoint) -> Result<(), StopReason> {
         if self.limits.link_overlap == f64::INFINITY {
             return Ok(());
         }
-        let is_planned = matches!(self.generator, Generator::Path(_)) && self.is_path_all();
-        let mut found = self.look_at_links(&wanted.q, is_planned);
+        let is_planned = matches!(self.generator, Generator::Path(_)) && self.has_no_overlay();
+        let mut found = self.find_overlap(&wanted.q, is_planned);
         if found.is_none() && !is_planned {
-            let brake = JointBrake::new(wanted, &self.limits);
+            let brake = JointStopMotion::new(wanted, &self.limits);
             found = (1..=BRAKE_PLACES).find_map(|place| {
                 let share = f64::from(place) / f64::from(BRAKE_PLACES);
-                self.look_at_links(&brake.position_at(share), false)
+                self.find_overlap(&brake.position_at(share), false)
             });
         }
         found.map_or(Ok(()), |overlap| Err(overlap.into()))
     }
 
     /// What overlaps too much at `q`, and more than it does now.
-    fn look_at_links(&mut self, q: &JointPositions, is_planned: bool) -> Option<Overlap> {
-        let found = self.links.look(q, &self.model)?;
+    fn find_overlap(&mut self, q: &JointPositions, is_planned: bool) -> Option<LinkOverlap> {
+        let found = self.links.check(q, &self.model)?;
         let slack = if is_planned { BETWEEN_PLACES } else { 0.0 };
         let frames = self.model.forward(&self.commanded.q);
         let now = self.model.collision().self_distance(&frames);

@@ -1,29 +1,31 @@
 //! What the arm feels, and whether it follows: the hand, force and collision sensing, encoders and temperatures at the end
 //! of each cycle.
 //!
-//! Owns the order in which the sensors are read and what is too much; the sensors themselves are in `sensor`, `collision`,
+//! Owns the order in which the sensors are read and what is too much; the sensors themselves are in `sensor`, `detected_stop`,
 //! `modes::encoder` and `thermal`, and the stop that follows in `stopping`.
 
 use kinematics::{JointTorques, Wrench};
 use motion_api::{RobotMode, StopReason};
 use nalgebra::Matrix6;
 
-use crate::collision::torques_of;
+use crate::collision::wrench_to_torques;
 use crate::constants::{TRACKING_LIMIT, fault};
-use crate::cycle::{Cycle, Generator};
-use crate::modes::Kind;
-use crate::plant::{ArmState, Push};
-use crate::setpoint::Expected;
+use crate::cycle::{ControlLoop, Generator};
+use crate::modes::OnlineMode;
+use crate::plant::{ArmState, ToolWrench};
+use crate::setpoint::SetpointDynamics;
 
-impl Cycle {
+impl ControlLoop {
     /// Does the arm follow?
-    pub(crate) fn check_arm(&mut self) {
+    pub(crate) fn check_tracking(&mut self) {
         if !self.actual.is_finite() {
             self.plant.reset(&self.commanded.q);
             self.sensor.restart();
-            let actual = self.plant.stand(&self.dynamics, &mut self.contacts);
-            self.arm_is(actual);
-            self.brake(StopReason::Internal {
+            let actual = self
+                .plant
+                .step_with_brakes(&self.dynamics, &mut self.contacts);
+            self.set_actual(actual);
+            self.enter_protective_stop(StopReason::Internal {
                 code: fault::PLANT_DIVERGED,
             });
         }
@@ -33,7 +35,7 @@ impl Cycle {
         for (joint, number) in (0u8..6).enumerate() {
             let error = (self.actual.q[joint] - self.commanded.q[joint]).abs();
             if error > TRACKING_LIMIT {
-                self.brake(StopReason::TrackingError {
+                self.enter_protective_stop(StopReason::TrackingError {
                     joint: number,
                     error,
                     limit: TRACKING_LIMIT,
@@ -44,44 +46,44 @@ impl Cycle {
         let limit = self.limits.tcp_force;
         if let Some(force) = self.sensor.exceeds(limit)
             && self.is_under_servo()
-            && !self.is_led()
+            && !self.is_hand_guided()
         {
-            self.brake(StopReason::TcpForce { force, limit });
+            self.enter_protective_stop(StopReason::TcpForce { force, limit });
             return;
         }
-        if let Some(reason) = self.collision_found() {
-            self.brake(reason);
+        if let Some(reason) = self.detect_collision() {
+            self.enter_protective_stop(reason);
         }
     }
 
     /// Somebody leads the arm by hand.
-    fn is_led(&self) -> bool {
+    fn is_hand_guided(&self) -> bool {
         matches!(
             &self.generator,
-            Generator::Online(online) if matches!(online.kind, Kind::Freedrive(_))
+            Generator::Online(online) if matches!(online.kind, OnlineMode::Freedrive(_))
         )
     }
 
     /// A collision, unless the hand that leads the arm is what is felt.
-    fn collision_found(&self) -> Option<StopReason> {
-        if self.is_led() || !self.is_under_servo() {
+    fn detect_collision(&self) -> Option<StopReason> {
+        if self.is_hand_guided() || !self.is_under_servo() {
             return None;
         }
         let effort = &self.model.limits().effort;
-        let is_pressing = self.force.is_at_work();
+        let is_pressing = self.force.is_active();
         let arm = (&self.actual_frames, &self.flange_from_tcp);
-        self.collision.collision(effort, is_pressing, arm)
+        self.collision.detected_stop(effort, is_pressing, arm)
     }
 
     /// The wrench on the tool in this cycle, and the plant's share of it.
-    pub(crate) fn feel_hand(&mut self) {
+    pub(crate) fn update_external_wrench(&mut self) {
         let base_from_flange = &self.actual_frames.base_from_flange;
         let time = self.out.cycle as f64 * self.step;
-        self.hand = self
-            .external
-            .at(time, base_from_flange, &self.flange_from_tcp, &self.gravity);
-        self.plant.push(&Push {
-            wrench: self.hand,
+        self.external_wrench =
+            self.external
+                .at(time, base_from_flange, &self.flange_from_tcp, &self.gravity);
+        self.plant.set_tool_wrench(&ToolWrench {
+            wrench: self.external_wrench,
             flange_from_tcp: self.flange_from_tcp,
         });
     }
@@ -89,12 +91,12 @@ impl Cycle {
     /// What the force sensor said at the end of the last cycle, compensated: what the environment applies to the tool, base
     /// axes, about the TCP.
     /// Freedrive and force mode follow this reading.
-    pub(crate) const fn felt(&self) -> Wrench {
-        self.sensor.felt
+    pub(crate) const fn sensed_wrench(&self) -> Wrench {
+        self.sensor.compensated_in_base
     }
 
     /// What sensors say at the end of the cycle: force, encoders, collision observer, temperatures.
-    pub(crate) fn measure(&mut self) {
+    pub(crate) fn update_sensors(&mut self) {
         self.measure_force();
         let time = self.out.cycle as f64 * self.step;
         for encoder in &mut self.encoders {
@@ -103,16 +105,16 @@ impl Cycle {
         if self.is_under_servo() && self.actual.is_finite() {
             let frames = &self.actual_frames;
             let tcp = frames.base_from_flange * self.flange_from_tcp;
-            let at_tool = torques_of(&self.sensor.from_outside, frames, &tcp);
+            let at_tool = wrench_to_torques(&self.sensor.external_wrench, frames, &tcp);
             let model = self.mass_and_bias();
             self.collision
                 .observe(&self.actual, &at_tool, model, self.step);
-            if self.force.is_at_work() {
-                self.collision.press_on_purpose();
+            if self.force.is_active() {
+                self.collision.accept_sensed_contact();
             }
         } else {
-            self.collision.stand();
-            self.sensor.stand();
+            self.collision.reset_for_takeover();
+            self.sensor.rebaseline();
         }
         let is_powered = self.machine.robot_mode() != RobotMode::PowerOff;
         let torque = if self.is_under_servo() {
@@ -121,17 +123,17 @@ impl Cycle {
             JointTorques::ZERO
         };
         let effort = &self.model.limits().effort;
-        self.thermal.pass(&torque, effort, is_powered, self.step);
+        self.thermal.advance(&torque, effort, is_powered, self.step);
     }
 
     /// Mass matrix and bias torques where the arm is, by the controller's model.
     fn mass_and_bias(&mut self) -> (Matrix6<f64>, JointTorques) {
         let ArmState { q, qd, .. } = &self.actual;
-        let posture = &self.placed.at(&self.model, q).posture;
+        let posture = &self.kinematics_cache.at(&self.model, q).posture;
         let mass = self.dynamics.mass_matrix_at(posture);
         // An arm that is just where it should be has been looked at.
-        let bias = match &self.expected {
-            Expected {
+        let bias = match &self.setpoint_dynamics {
+            SetpointDynamics {
                 of,
                 bias: Some(bias),
                 ..
@@ -145,8 +147,8 @@ impl Cycle {
     fn environment(&self) -> Wrench {
         let contact = &self.actual.contact;
         Wrench {
-            force: self.hand.force + contact.force,
-            moment: self.hand.moment + contact.moment,
+            force: self.external_wrench.force + contact.force,
+            moment: self.external_wrench.moment + contact.moment,
         }
     }
 

@@ -22,17 +22,17 @@ pub struct SensorNoise {
 
 /// The sensor and its latest readings.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Sensor {
+pub(crate) struct ForceTorqueSensor {
     noise: SensorNoise,
-    random: Random,
+    random: SplitMix64,
     /// What hangs on the flange where it is not what is set.
-    hanging: Option<Payload>,
+    actual_payload: Option<Payload>,
     /// What the compensated reading shows but for noise and zero: base axes, about the TCP.
-    pub from_outside: Wrench,
+    pub external_wrench: Wrench,
     /// What zeroing takes off: flange axes, about the flange.
     zero: Wrench,
     /// The latest compensated reading before the zero, flange axes, about the flange.
-    before_zero: Wrench,
+    unzeroed: Wrench,
     /// Velocity of the flange a cycle ago, base axes.
     twist: Option<Twist>,
     /// TCP axes, about the TCP.
@@ -40,45 +40,45 @@ pub(crate) struct Sensor {
     /// TCP axes, about the TCP.
     pub compensated: Wrench,
     /// `compensated` in base axes.
-    pub felt: Wrench,
+    pub compensated_in_base: Wrench,
     /// What pressed already when the servos took over from the brakes, N; never grows.
-    accepted: f64,
+    baseline_force: f64,
 }
 
-impl Sensor {
-    /// `hanging` is on the flange, or without it whatever payload is set.
+impl ForceTorqueSensor {
+    /// `actual_payload` is on the flange, or without it whatever payload is set.
     pub(crate) fn new(noise: SensorNoise, hanging: Option<Payload>) -> Self {
         let nothing = Wrench::default();
         Self {
             noise,
-            random: Random(noise.seed),
-            hanging,
-            from_outside: nothing,
+            random: SplitMix64(noise.seed),
+            actual_payload: hanging,
+            external_wrench: nothing,
             zero: nothing,
-            before_zero: nothing,
+            unzeroed: nothing,
             twist: None,
             raw: nothing,
             compensated: nothing,
-            felt: nothing,
-            accepted: 0.0,
+            compensated_in_base: nothing,
+            baseline_force: 0.0,
         }
     }
 
     /// What is read now counts as nothing from now on.
     pub(crate) fn zero(&mut self) {
-        self.zero = self.before_zero;
+        self.zero = self.unzeroed;
     }
 
     /// The brakes hold the arm, whatever presses. It must be able to leave.
-    pub(crate) fn stand(&mut self) {
-        self.accepted = self.felt.force.norm();
+    pub(crate) fn rebaseline(&mut self) {
+        self.baseline_force = self.compensated_in_base.force.norm();
     }
 
     /// The force at the TCP, N, when it is more than `limit` and more than what pressed already, which it may exceed a
     /// little while the servos take over.
     pub(crate) fn exceeds(&self, limit: f64) -> Option<f64> {
-        let force = self.felt.force.norm();
-        (force > limit.max(1.2 * self.accepted)).then_some(force)
+        let force = self.compensated_in_base.force.norm();
+        (force > limit.max(1.2 * self.baseline_force)).then_some(force)
     }
 
     /// The arm was set somewhere else: its speed a cycle ago says nothing.
@@ -106,7 +106,8 @@ impl Sensor {
             angular: (twist.angular - before.angular) / step,
         };
         let weight = |payload: &Payload| {
-            let at_flange = carried(payload, base_from_flange, &twist, &acceleration, gravity);
+            let at_flange =
+                payload_wrench(payload, base_from_flange, &twist, &acceleration, gravity);
             let arm = base_from_flange.translation - base_from_tcp.translation;
             Wrench {
                 force: at_flange.force,
@@ -114,7 +115,7 @@ impl Sensor {
             }
         };
         let set = weight(payload);
-        self.from_outside = match &self.hanging {
+        self.external_wrench = match &self.actual_payload {
             None => *environment,
             Some(hanging) => sum(environment, &sum(&weight(hanging), &set, -1.0), 1.0),
         };
@@ -126,16 +127,18 @@ impl Sensor {
             force: self.random.normal(self.noise.force),
             moment: self.random.normal(self.noise.torque),
         };
-        let read = sum(&in_tcp(&self.from_outside), &noise, 1.0);
+        let read = sum(&in_tcp(&self.external_wrench), &noise, 1.0);
         self.raw = sum(&read, &in_tcp(&set), 1.0);
-        self.before_zero = read.transformed_by(flange_from_tcp);
+        self.unzeroed = read.transformed_by(flange_from_tcp);
         let zero = self.zero.transformed_by(&flange_from_tcp.inverse());
         self.compensated = sum(&read, &zero, -1.0);
-        self.felt = Wrench {
+        self.compensated_in_base = Wrench {
             force: base_from_tcp.rotate(self.compensated.force),
             moment: base_from_tcp.rotate(self.compensated.moment),
         };
-        self.accepted = self.accepted.min(self.felt.force.norm());
+        self.baseline_force = self
+            .baseline_force
+            .min(self.compensated_in_base.force.norm());
     }
 }
 
@@ -147,7 +150,7 @@ fn sum(a: &Wrench, b: &Wrench, factor: f64) -> Wrench {
 }
 
 /// What weight and inertia of the payload do to the flange: base axes, about the flange.
-fn carried(
+fn payload_wrench(
     payload: &Payload,
     base_from_flange: &Pose,
     twist: &Twist,
@@ -174,9 +177,9 @@ fn carried(
 /// SplitMix64 (Steele, Lea, Flood, OOPSLA 2014). Sums of twelve uniform numbers are normal enough up to six standard
 /// deviations and, unlike logarithms, the same on every machine.
 #[derive(Clone, Copy, Debug)]
-struct Random(u64);
+struct SplitMix64(u64);
 
-impl Random {
+impl SplitMix64 {
     fn uniform(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
@@ -200,7 +203,7 @@ mod tests {
 
     #[test]
     fn noise_has_the_deviation_that_was_set() {
-        let mut random = Random(1);
+        let mut random = SplitMix64(1);
         let many: Vec<f64> = (0..20_000)
             .flat_map(|_| <[f64; 3]>::from(random.normal(0.5)))
             .collect();

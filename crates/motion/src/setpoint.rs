@@ -33,7 +33,7 @@ impl Setpoint {
     }
 
     /// The same numbers to the last bit.
-    pub(crate) fn has_bits_of(&self, other: &Self) -> bool {
+    pub(crate) fn bit_eq(&self, other: &Self) -> bool {
         self.q.has_bits_of(&other.q)
             && self.qd.has_bits_of(&other.qd)
             && self.qdd.has_bits_of(&other.qdd)
@@ -46,7 +46,7 @@ impl Setpoint {
 
 /// What a setpoint takes by the controller's model.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Expected {
+pub(crate) struct SetpointDynamics {
     /// The setpoint.
     pub(crate) of: Setpoint,
     /// The drives' torques, Nm.
@@ -57,13 +57,13 @@ pub(crate) struct Expected {
 
 /// Where joint positions put the links, kept until others are asked for.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Placed {
+pub(crate) struct KinematicsCache {
     q: JointPositions,
     pub(crate) posture: Posture,
     pub(crate) frames: Frames,
 }
 
-impl Placed {
+impl KinematicsCache {
     /// At `q`.
     pub(crate) fn new(model: &RobotModel, q: &JointPositions) -> Self {
         let posture = model.chain().posture(q);
@@ -91,7 +91,7 @@ pub struct LimitedSetpoint(Setpoint);
 
 impl LimitedSetpoint {
     /// The setpoint.
-    pub const fn get(&self) -> &Setpoint {
+    pub const fn as_setpoint(&self) -> &Setpoint {
         &self.0
     }
 
@@ -135,7 +135,7 @@ impl LimitedSetpoint {
 ///
 /// # Errors
 /// The first limit that would be exceeded, as the reason of a protective stop.
-pub fn limit(
+pub fn check_setpoint(
     wanted: Setpoint,
     before: &Setpoint,
     frames: &Frames,

@@ -4,23 +4,23 @@
 //! |---|---|---|
 //! | emergency, protective stop | each joint brakes as fast as it can | the same |
 //! | safeguard stop | on its path as hard as the joints can; joint by joint where the path takes longer ([`STOP_ON_PATH`]) | each joint brakes as fast as it can |
-//! | power off, `stop task`, dashboard, page, program's end, replacement ([`Braking::InSpace`]) | as for a safeguard stop | the same; belts, offsets and force mode end |
-//! | `stop_thread`, a jog that ends ([`Braking::Underneath`]) | as for a safeguard stop | the motion underneath brakes so; belts, offsets and force mode go on |
+//! | power off, `stop task`, dashboard, page, program's end, replacement ([`StopLaw::InSpace`]) | as for a safeguard stop | the same; belts, offsets and force mode end |
+//! | `stop_thread`, a jog that ends ([`StopLaw::Underneath`]) | as for a safeguard stop | the motion underneath brakes so; belts, offsets and force mode go on |
 //! | pause, speed slider | on its path with its own acceleration, at least [`PAUSE_SHARE`](crate::constants::PAUSE_SHARE) of what the joints can do | online modes the same; on a belt a pause brakes each joint as fast as it can |
 //! | `stopj(a)` | the fastest joint brakes with `a`, the others in proportion; limited by the joints only | the same for the motion underneath |
 //! | `stopl(a)` | the TCP brakes with `a` along its line; limited by the joints only | the same for the motion underneath |
 //!
-//! Owns what ends with a stop and where the braking begins. The braking itself is in `brake`, on the path of the motion
-//! (`scalar::Travel`) and in the modes; what only holds the arm so that it goes on afterwards is in `hold`.
+//! Owns what ends with a stop and where the braking begins. The braking itself is in `enter_protective_stop`, on the path of the motion
+//! (`scalar::PathProgress`) and in the modes; what only holds the arm so that it goes on afterwards is in `hold`.
 
 use motion_api::{CommandId, Outcome, StopReason};
 
-use crate::brake::{Brake, JointBrake};
+use crate::brake::{JointStopMotion, StopMotion};
 use crate::constants::STOP_ON_PATH;
-use crate::cycle::{Cycle, Generator};
-use crate::machine::Machine;
-use crate::modes::{Kind, Online, stands};
-use crate::queue::{HardStop, Motion};
+use crate::cycle::{ControlLoop, Generator};
+use crate::machine::RobotStateMachine;
+use crate::modes::{ActiveOnlineMode, OnlineMode, is_setpoint_at_rest};
+use crate::queue::{HardStop, PathMotion};
 use crate::setpoint::{LimitedSetpoint, Setpoint};
 
 /// Why the arm comes to rest.
@@ -36,7 +36,7 @@ pub(crate) enum StopCause {
 
 /// How the arm comes to rest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Braking {
+pub(crate) enum StopLaw {
     /// Planned motions by themselves brake on their path as hard as the joints can, unless the joints one by one are clearly
     /// faster ([`STOP_ON_PATH`]); whatever else moves the arm has its joints braked one by one. What is laid over motions ends.
     InSpace,
@@ -46,73 +46,79 @@ pub(crate) enum Braking {
 
 impl StopCause {
     /// The law for it.
-    const fn braking(self) -> Braking {
+    const fn braking(self) -> StopLaw {
         match self {
-            Self::PowerOff | Self::Stop => Braking::InSpace,
-            Self::StopOfOneMotion => Braking::Underneath,
+            Self::PowerOff | Self::Stop => StopLaw::InSpace,
+            Self::StopOfOneMotion => StopLaw::Underneath,
         }
     }
 }
 
-impl Cycle {
+impl ControlLoop {
     /// Enters a protective stop that begins with the next setpoint.
-    pub(crate) fn brake(&mut self, reason: StopReason) {
+    pub(crate) fn enter_protective_stop(&mut self, reason: StopReason) {
         let brake = self.protective_stop(reason);
-        self.generator = Generator::Brake(brake);
+        self.generator = Generator::Stop(brake);
     }
 
     /// A protective stop that somebody asked for; nothing new for an arm that brakes already.
     pub(crate) fn stop_on_request(&mut self) {
         let reason = StopReason::Requested;
-        let brakes = matches!(self.generator, Generator::Brake(_));
+        let brakes = matches!(self.generator, Generator::Stop(_));
         if self.is_under_servo() && !brakes {
-            self.brake(reason);
+            self.enter_protective_stop(reason);
         } else if self.machine.protective_stop(reason) {
-            self.out.stopped(reason);
+            self.out.report_stop(reason);
         }
     }
 
     /// Power and brakes take time; safety inputs are looked at.
     pub(crate) fn advance_machine(&mut self) {
         if self.machine.advance(self.step) {
-            self.stand_at_actual();
+            self.reset_target_to_actual();
         }
-        let lines = self.safety_inputs.lines(self.io.image.digital_in);
-        self.look_for_emergency(|machine| machine.observe(lines));
+        let lines = self.safety_inputs.requests(self.io.image.digital_in);
+        self.begin_emergency_stop_if(|machine| machine.update_safety_requests(lines));
     }
 
     /// Where `begins` says that an emergency stop begins, the joints brake; once they stand the power goes off.
-    pub(crate) fn look_for_emergency(&mut self, begins: impl FnOnce(&mut Machine) -> bool) {
+    pub(crate) fn begin_emergency_stop_if(
+        &mut self,
+        begins: impl FnOnce(&mut RobotStateMachine) -> bool,
+    ) {
         let is_held_by_servos = self.is_under_servo();
         if !begins(&mut self.machine) {
             return;
         }
         let reason = StopReason::EmergencyStop;
-        self.out.stopped(reason);
-        if is_held_by_servos && !matches!(self.generator, Generator::Brake(_)) {
+        self.out.report_stop(reason);
+        if is_held_by_servos && !matches!(self.generator, Generator::Stop(_)) {
             let brake = self.brake_from_target(reason);
-            self.generator = Generator::Brake(brake);
+            self.generator = Generator::Stop(brake);
         }
     }
 
     /// Reports a protective stop, ends the motion with it, and gives the braking from the present target.
-    pub(crate) fn protective_stop(&mut self, reason: StopReason) -> Brake {
+    pub(crate) fn protective_stop(&mut self, reason: StopReason) -> StopMotion {
         if self.machine.protective_stop(reason) {
-            self.out.stopped(reason);
+            self.out.report_stop(reason);
         }
         self.brake_from_target(reason)
     }
 
     /// Ends the motion with `reason` and gives the braking from the present target.
-    fn brake_from_target(&mut self, reason: StopReason) -> Brake {
+    fn brake_from_target(&mut self, reason: StopReason) -> StopMotion {
         self.drop_zone_changes(CommandId::NONE, Outcome::ProtectiveStop(reason));
         self.end_motions(Outcome::ProtectiveStop(reason));
         let is_for_plane = matches!(reason, StopReason::SafetyPlane { .. });
         let brake = match &self.generator {
             Generator::Path(motion) if is_for_plane && self.must_halt_on_path() => {
-                Brake::on_path(*motion)
+                StopMotion::on_path(*motion)
             }
-            _ => Brake::Joints(JointBrake::new(&self.commanded, self.limit_sets.able())),
+            _ => StopMotion::JointWise(JointStopMotion::new(
+                &self.commanded,
+                self.limit_sets.able(),
+            )),
         };
         self.is_paused = false;
         self.end_overlays();
@@ -121,11 +127,11 @@ impl Cycle {
 
     /// Whatever is laid over motions ends: from here on the arm does what the target does.
     fn end_overlays(&mut self) {
-        self.holding = None;
+        self.joint_hold = None;
         self.lag = None;
         self.tracking = None;
         self.path_offset.end();
-        self.force.pressing = None;
+        self.force.active = None;
         self.target = self.commanded;
     }
 
@@ -136,13 +142,13 @@ impl Cycle {
             && online.id != CommandId::NONE
             && !online.has_ended()
         {
-            self.out.ended(online.id, outcome);
+            self.out.report_end(online.id, outcome);
         }
-        if let Some(upcoming) = self.upcoming.take() {
-            self.out.ended(upcoming.id, outcome);
+        if let Some(upcoming) = self.pending_motion.take() {
+            self.out.report_end(upcoming.id, outcome);
         }
         if let Some(deferred) = self.deferred.take() {
-            self.out.ended(deferred.id, outcome);
+            self.out.report_end(deferred.id, outcome);
         }
     }
 
@@ -154,16 +160,16 @@ impl Cycle {
     /// Begins to bring the arm to rest by the law for `cause`.
     pub(crate) fn stop_for(&mut self, cause: StopCause) {
         match cause.braking() {
-            Braking::InSpace => self.stop_in_space(),
-            Braking::Underneath => self.stop_motion_underneath(),
+            StopLaw::InSpace => self.stop_in_space(),
+            StopLaw::Underneath => self.stop_motion_underneath(),
         }
     }
 
     fn stop_in_space(&mut self) {
         self.drop_motions_to_come();
-        let is_alone = self.is_path_all() && self.holding.is_none();
+        let is_alone = self.has_no_overlay() && self.joint_hold.is_none();
         match self.generator {
-            Generator::Brake(_) => {}
+            Generator::Stop(_) => {}
             Generator::Hold if is_alone => {}
             Generator::Path(motion) if is_alone && self.keeps_its_path(&motion) => {
                 self.stop_on_path();
@@ -175,20 +181,20 @@ impl Cycle {
     /// Stops the motion under what is laid over it, which goes on: on a belt it comes to rest on the belt.
     pub(crate) fn stop_motion_underneath(&mut self) {
         let has_overlay =
-            self.tracking.is_some() || self.path_offset.is_on() || self.force.is_at_work();
+            self.tracking.is_some() || self.path_offset.is_on() || self.force.is_active();
         if !has_overlay {
             return self.stop_in_space();
         }
         self.drop_motions_to_come();
         // A belt, an offset and force mode need their share of what the joints can do.
-        let brake = JointBrake::new(&self.target, &self.limits_on_belt);
+        let brake = JointStopMotion::new(&self.target, &self.overlay_limits);
         match &mut self.generator {
             Generator::Online(online) => {
                 online.is_stopping = true;
-                online.kind = Kind::Brake(brake);
+                online.kind = OnlineMode::Brake(brake);
             }
             Generator::Path(_) => self.stop_on_path(),
-            Generator::Hold | Generator::Brake(_) => {}
+            Generator::Hold | Generator::Stop(_) => {}
         }
     }
 
@@ -203,28 +209,28 @@ impl Cycle {
     fn brake_joints(&mut self) {
         self.end_motions(Outcome::Aborted);
         self.end_overlays();
-        self.generator = if stands(&self.target) {
+        self.generator = if is_setpoint_at_rest(&self.target) {
             Generator::Hold
         } else {
-            let brake = JointBrake::new(&self.target, self.limit_sets.able());
-            Generator::Online(Online::to_rest(Kind::Brake(brake)))
+            let brake = JointStopMotion::new(&self.target, self.limit_sets.able());
+            Generator::Online(ActiveOnlineMode::to_rest(OnlineMode::Brake(brake)))
         };
     }
 
     /// Ends the commands of motions that have not begun.
     pub(crate) fn drop_motions_to_come(&mut self) {
-        if let Some(upcoming) = self.upcoming.take() {
-            self.out.ended(upcoming.id, Outcome::Aborted);
+        if let Some(upcoming) = self.pending_motion.take() {
+            self.out.report_end(upcoming.id, Outcome::Aborted);
         }
         if let Some(deferred) = self.deferred.take() {
-            self.out.ended(deferred.id, Outcome::Aborted);
+            self.out.report_end(deferred.id, Outcome::Aborted);
         }
     }
 
     /// Whether a stop of a planned motion that shall be as short as it can be is made on its path: that takes hardly longer
     /// than the joints one by one, or these would cross a safety plane.
-    fn keeps_its_path(&self, motion: &Motion) -> bool {
-        let joints = JointBrake::new(&self.commanded, self.limit_sets.able());
+    fn keeps_its_path(&self, motion: &PathMotion) -> bool {
+        let joints = JointStopMotion::new(&self.commanded, self.limit_sets.able());
         let most = STOP_ON_PATH.times * joints.longest() + STOP_ON_PATH.longer;
         self.queue.halts_within_time(motion, self.step, most)
             || !self.has_no_planes() && self.must_halt_on_path()
@@ -259,7 +265,7 @@ impl Cycle {
 
     /// The joints are braked one by one by a stop that ends what moved the arm, and nothing else moves it.
     pub(crate) fn brakes_joint_by_joint(&self) -> bool {
-        self.is_path_all()
+        self.has_no_overlay()
             && matches!(&self.generator, Generator::Online(online) if online.is_braking_joints())
     }
 
@@ -267,8 +273,8 @@ impl Cycle {
     pub(crate) fn braked_joints(&mut self, wanted: Setpoint) -> LimitedSetpoint {
         let able = self.limit_sets.able();
         let passed = LimitedSetpoint::while_braking(wanted, &self.commanded, able);
-        self.target = *passed.get();
-        self.target_frames = self.placed.at(&self.model, &self.target.q).frames;
+        self.target = *passed.as_setpoint();
+        self.target_frames = self.kinematics_cache.at(&self.model, &self.target.q).frames;
         passed
     }
 }

@@ -40,7 +40,7 @@ impl Thermal {
     }
 
     /// `step` seconds later.
-    pub fn pass(
+    pub fn advance(
         &mut self,
         torque: &JointTorques,
         effort: &JointTorques,

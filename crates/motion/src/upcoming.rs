@@ -7,87 +7,95 @@
 use motion_api::{CommandId, MotionMode, Origin, Outcome, Refusal, Warning};
 
 use crate::constants::BLEND_ENTRIES_PER_CYCLE;
-use crate::cycle::{Cycle, Generator};
+use crate::cycle::{ControlLoop, Generator};
 use crate::path::Path;
-use crate::plan::{CartesianPlanner, Cells, Junction, Leg, MicroLinePlanner, Warnings};
+use crate::plan::{
+    BlendSearch, CartesianPlanner, MicroLinePlanner, MotionSegment, SegmentLimits, Warnings,
+};
 
 /// A motion command that waits for its turn.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Upcoming {
+pub(crate) struct PendingMotion {
     pub(crate) id: CommandId,
     pub(crate) mode: MotionMode,
     pub(crate) origin: Origin,
-    pub(crate) plan: Planned,
-    pub(crate) junction: Junction,
+    pub(crate) plan: PlanState,
+    pub(crate) blend_search: BlendSearch,
 }
 
-/// How far the plan is. The cells of the leg are in [`Cycle::cells`].
+/// How far the plan is. The cells of the leg are in [`ControlLoop::pending_limits`].
 #[allow(
     clippy::large_enum_variant,
     reason = "lives in place inside the cycle, which must not allocate"
 )]
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Planned {
+pub(crate) enum PlanState {
     /// There is more of the way to look at.
-    Partly(CartesianPlanner),
+    Cartesian(CartesianPlanner),
     /// The same of a way through many points.
-    Micro(MicroLinePlanner),
+    MicroLine(MicroLinePlanner),
     /// The leg from the waypoint on.
-    Ready(Leg, Warnings),
+    Ready(MotionSegment, Warnings),
 }
 
-impl Cycle {
+impl ControlLoop {
     /// Takes a motion command: begins it when the arm stands, otherwise keeps it until the motion under way is joined.
-    pub(crate) fn follow_with(
+    pub(crate) fn enqueue_motion(
         &mut self,
         (id, origin): (CommandId, Origin),
         mode: MotionMode,
-        plan: Planned,
+        plan: PlanState,
     ) {
-        self.upcoming = Some(Upcoming {
+        self.pending_motion = Some(PendingMotion {
             id,
             mode,
             origin,
             plan,
-            junction: Junction::default(),
+            blend_search: BlendSearch::default(),
         });
     }
 
     /// Goes on with the plan of the next motion, joins it to the one under way, or starts it when the arm stands.
-    pub(crate) fn plan_on(&mut self) {
-        let Some(mut upcoming) = self.upcoming.take() else {
+    pub(crate) fn continue_planning(&mut self) {
+        let Some(mut upcoming) = self.pending_motion.take() else {
             return;
         };
-        let mut cells = core::mem::take(&mut self.cells);
-        let is_kept = match self.work_on(&mut upcoming, &mut cells) {
+        let mut cells = core::mem::take(&mut self.pending_limits);
+        let is_kept = match self.advance_pending_motion(&mut upcoming, &mut cells) {
             Ok(is_kept) => is_kept,
             Err(refusal) => {
-                self.out.ended(upcoming.id, Outcome::Refused(refusal));
+                self.out.report_end(upcoming.id, Outcome::Refused(refusal));
                 false
             }
         };
-        self.cells = cells;
+        self.pending_limits = cells;
         if is_kept {
-            self.upcoming = Some(upcoming);
+            self.pending_motion = Some(upcoming);
         }
     }
 
     /// True while it has to wait.
-    fn work_on(&mut self, upcoming: &mut Upcoming, cells: &mut Cells) -> Result<bool, Refusal> {
+    fn advance_pending_motion(
+        &mut self,
+        upcoming: &mut PendingMotion,
+        cells: &mut SegmentLimits,
+    ) -> Result<bool, Refusal> {
         let arm = self.arm();
         let planned = match &mut upcoming.plan {
-            Planned::Partly(planner) => planner.work(&arm, cells)?,
-            Planned::Micro(planner) => planner.work(self.micro_points.points(), &arm, cells)?,
-            Planned::Ready(leg, warnings) => Some((*leg, *warnings)),
+            PlanState::Cartesian(planner) => planner.advance(&arm, cells)?,
+            PlanState::MicroLine(planner) => {
+                planner.advance(self.micro_points.points(), &arm, cells)?
+            }
+            PlanState::Ready(leg, warnings) => Some((*leg, *warnings)),
         };
         let Some((leg, warnings)) = planned else {
             return Ok(true);
         };
         // Where the way ends is known only now: another solution than the nearest may be behind a plane with its elbow.
-        if !self.allows_all_places() && leg.beyond.is_none() {
-            self.check_target(&leg.path.end().q)?;
+        if !self.has_no_target_bounds() && leg.beyond.is_none() {
+            self.check_target(&leg.path.end_setpoint().q)?;
         }
-        upcoming.plan = Planned::Ready(leg, warnings);
+        upcoming.plan = PlanState::Ready(leg, warnings);
         let too_short = match self.generator {
             Generator::Path(_) => match self.join(upcoming, &leg, cells) {
                 Some(too_short) => too_short,
@@ -95,24 +103,26 @@ impl Cycle {
             },
             Generator::Hold => {
                 let who = (upcoming.id, upcoming.mode, upcoming.origin);
-                let begun = self.queue.begin(who, &leg, cells);
-                let (motion, too_short) = begun.ok_or(Refusal::Planner { code: NO_MOTION })?;
+                let begun = self.queue.start_from_rest(who, &leg, cells);
+                let (motion, too_short) = begun.ok_or(Refusal::Planner {
+                    code: PLANNER_EMPTY_SEGMENT,
+                })?;
                 self.generator = Generator::Path(motion);
                 too_short
             }
             // Comes to rest first.
             Generator::Online(_) => return Ok(true),
             // A protective stop has ended the command.
-            Generator::Brake(_) => return Ok(false),
+            Generator::Stop(_) => return Ok(false),
         };
         for warning in warnings.iter() {
             if let Some(warning) = self.as_it_is(warning) {
-                self.out.warned(upcoming.id, warning);
+                self.out.report_warning(upcoming.id, warning);
             }
         }
         if let Some((wanted, planned)) = too_short {
             let warning = Warning::DurationStretched { wanted, planned };
-            self.out.warned(upcoming.id, warning);
+            self.out.report_warning(upcoming.id, warning);
         }
         Ok(false)
     }
@@ -147,39 +157,39 @@ impl Cycle {
     /// Joins the next leg to the way of the queue; `None` when that is not possible, or not yet.
     fn join(
         &mut self,
-        upcoming: &mut Upcoming,
-        leg: &Leg,
-        cells: &Cells,
-    ) -> Option<crate::queue::TooShort> {
+        upcoming: &mut PendingMotion,
+        leg: &MotionSegment,
+        cells: &SegmentLimits,
+    ) -> Option<crate::queue::DurationShortfall> {
         let Generator::Path(motion) = self.generator else {
             return None;
         };
         // Into a motion that goes nowhere there is nothing to blend: it begins, and ends, at the waypoint. One through many
         // points begins at the first of them, from rest.
-        let is_many = matches!(leg.path, Path::Micro(_));
-        if upcoming.junction.is_given_up() || leg.path.length() <= 0.0 || is_many {
+        let is_many = matches!(leg.path, Path::MicroLine(_));
+        if upcoming.blend_search.is_exhausted() || leg.path.length() <= 0.0 || is_many {
             return None;
         }
-        self.queue.forget(&motion);
+        self.queue.discard_passed(&motion);
         for _ in 0..BLEND_ENTRIES_PER_CYCLE {
-            let (first, committed) = self.queue.open_end(&motion)?;
+            let (first, committed) = self.queue.appendable_end(&motion)?;
             if first.radius <= 0.0 || first.path.length() <= 0.0 {
                 return None;
             }
             let joint = upcoming
-                .junction
-                .attempt(first, committed, leg, &self.arm());
+                .blend_search
+                .try_next_entry(first, committed, leg, &self.arm());
             let who = (upcoming.id, upcoming.mode, upcoming.origin);
             if let Some(joint) = joint
-                && let Some(too_short) = self.queue.join(&motion, who, &joint, cells)
+                && let Some(too_short) = self.queue.append_blended(&motion, who, &joint, cells)
             {
                 for warning in joint.warnings.iter() {
-                    self.out.warned(upcoming.id, warning);
+                    self.out.report_warning(upcoming.id, warning);
                 }
                 return Some(too_short);
             }
-            if upcoming.junction.is_given_up() {
-                self.out.warned(upcoming.id, Warning::NotBlended);
+            if upcoming.blend_search.is_exhausted() {
+                self.out.report_warning(upcoming.id, Warning::NotBlended);
                 return None;
             }
         }
@@ -192,4 +202,4 @@ const REACHED: f64 = 0.99;
 /// Who does not even reach this share of the least acceleration that is possible has too short a way.
 const TOO_SHORT: f64 = 0.95;
 /// Planner error: a leg that was planned bears no motion when it begins.
-const NO_MOTION: u32 = 2;
+const PLANNER_EMPTY_SEGMENT: u32 = 2;

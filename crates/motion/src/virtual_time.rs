@@ -10,11 +10,11 @@ use std::thread::{self, Thread};
 use std::time::{Duration, Instant};
 
 use motion_api::Timeline;
-use supervision::{Fault, Faults, Handle, Kind, catch, injection};
+use supervision::{Fault, ThreadHandle, ThreadRole, ThreadSupervisor, catch, injection};
 
 use crate::config::ConfigError;
 use crate::constants::RECORDS_PER_CYCLE;
-use crate::cycle::{Cycle, Timing};
+use crate::cycle::{ControlLoop, CycleTiming};
 
 /// How long a tick waits before it looks again whether the recorder has made room.
 const ROOM_POLL: Duration = Duration::from_micros(50);
@@ -24,16 +24,16 @@ const ROOM_TURN: Duration = Duration::from_millis(20);
 
 /// A cycle that is ticked on demand.
 pub struct VirtualTimeline {
-    cycle: Mutex<Cycle>,
-    drivers: Mutex<Drivers>,
+    cycle: Mutex<ControlLoop>,
+    drivers: Mutex<DriverCount>,
     drivers_changed: Condvar,
     wake: Vec<Thread>,
     /// A fault has ended the clock.
     has_ended: AtomicBool,
-    faults: Faults,
+    faults: ThreadSupervisor,
 }
 
-struct Drivers {
+struct DriverCount {
     count: usize,
     is_closed: bool,
 }
@@ -43,7 +43,7 @@ impl VirtualTimeline {
     ///
     /// # Errors
     /// [`ConfigError::RingTooSmall`] when the record ring cannot hold what one cycle may put into it.
-    pub fn new(cycle: Cycle, wake: Vec<Thread>) -> Result<Self, ConfigError> {
+    pub fn new(cycle: ControlLoop, wake: Vec<Thread>) -> Result<Self, ConfigError> {
         let needed = RECORDS_PER_CYCLE;
         if let Some(given) = cycle.record_capacity()
             && given < needed
@@ -56,19 +56,19 @@ impl VirtualTimeline {
         }
         Ok(Self {
             cycle: Mutex::new(cycle),
-            drivers: Mutex::new(Drivers {
+            drivers: Mutex::new(DriverCount {
                 count: 0,
                 is_closed: false,
             }),
             drivers_changed: Condvar::new(),
             wake,
             has_ended: AtomicBool::new(false),
-            faults: Faults::default(),
+            faults: ThreadSupervisor::default(),
         })
     }
 
     /// The same timeline; `faults` hears of a fault in its cycle, on whichever thread that ran.
-    pub fn told_to(self, faults: Faults) -> Self {
+    pub fn with_supervisor(self, faults: ThreadSupervisor) -> Self {
         Self { faults, ..self }
     }
 
@@ -88,12 +88,12 @@ impl VirtualTimeline {
         }
         let ticked = catch(|| {
             injection::point("motion");
-            cycle.tick(Timing::default());
+            cycle.tick(CycleTiming::default());
         });
         let fault = ticked.err().map(|panicked| {
             // What a fault has left may hold another; the first one is told.
             let _ = catch(|| cycle.hold_after_fault());
-            Fault::new(Kind::Motion, "the virtual clock", panicked)
+            Fault::new(ThreadRole::Motion, "the virtual clock", panicked)
         });
         drop(cycle);
         if let Some(fault) = &fault {
@@ -104,7 +104,7 @@ impl VirtualTimeline {
         fault.is_none()
     }
 
-    fn drivers(&self) -> MutexGuard<'_, Drivers> {
+    fn drivers(&self) -> MutexGuard<'_, DriverCount> {
         self.drivers.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -127,7 +127,7 @@ impl Timeline for VirtualTimeline {
         self.has_ended.load(Ordering::Acquire)
     }
 
-    fn drive(&self, on: bool) {
+    fn set_driven(&self, on: bool) {
         let mut drivers = self.drivers();
         drivers.count = if on {
             drivers.count + 1
@@ -141,7 +141,7 @@ impl Timeline for VirtualTimeline {
 /// A thread that ticks a virtual timeline at wall pace while nobody drives it. Ends when it is dropped.
 pub struct IdlePacer {
     timeline: Arc<VirtualTimeline>,
-    thread: Option<Handle<()>>,
+    thread: Option<ThreadHandle<()>>,
 }
 
 impl IdlePacer {

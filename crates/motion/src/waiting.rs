@@ -6,7 +6,7 @@ use crate::constants::WAITING_COMMANDS;
 
 /// What a waiting command is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum WaitingFor {
+pub(crate) enum RestCommand {
     /// A stop.
     Stop,
     /// A pause; a resume ends it too.
@@ -17,12 +17,12 @@ pub(crate) enum WaitingFor {
 
 /// A short list in the order of arrival.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Waiting {
-    list: [Option<(CommandId, WaitingFor)>; WAITING_COMMANDS],
+pub(crate) struct RestCommands {
+    list: [Option<(CommandId, RestCommand)>; WAITING_COMMANDS],
     count: usize,
 }
 
-impl Waiting {
+impl RestCommands {
     pub(crate) fn count(&self) -> usize {
         self.count
     }
@@ -32,12 +32,12 @@ impl Waiting {
     }
 
     /// True when the arm is to be powered off once it stands.
-    pub(crate) fn includes(&self, kind: WaitingFor) -> bool {
+    pub(crate) fn contains(&self, kind: RestCommand) -> bool {
         self.list.iter().flatten().any(|(_, k)| *k == kind)
     }
 
     /// Adds a command. The caller has checked that there is room.
-    pub(crate) fn add(&mut self, id: CommandId, kind: WaitingFor) {
+    pub(crate) fn add(&mut self, id: CommandId, kind: RestCommand) {
         if let Some(free) = self.list.iter_mut().find(|slot| slot.is_none()) {
             *free = Some((id, kind));
             self.count += 1;
@@ -45,7 +45,7 @@ impl Waiting {
     }
 
     /// Removes the oldest command that `matches`.
-    pub(crate) fn take(&mut self, matches: impl Fn(WaitingFor) -> bool) -> Option<CommandId> {
+    pub(crate) fn take(&mut self, matches: impl Fn(RestCommand) -> bool) -> Option<CommandId> {
         let (id, _) = self
             .list
             .iter_mut()

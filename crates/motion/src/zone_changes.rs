@@ -7,8 +7,8 @@
 use motion_api::{CommandId, IoChange, Outcome, Refusal};
 
 use crate::constants::ZONE_CHANGES;
-use crate::cycle::{Cycle, Generator};
-use crate::intake::{Answer, Ending, bad_value};
+use crate::cycle::{ControlLoop, Generator};
+use crate::intake::{CommandResult, Completion, bad_value};
 
 /// One change and the motion that it belongs to.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,20 +61,20 @@ impl ZoneChanges {
     }
 }
 
-impl Cycle {
+impl ControlLoop {
     /// Keeps a change until `motion` ends, or makes it at once where that is not under way.
     pub(crate) fn set_io_at_zone(
         &mut self,
         id: CommandId,
         motion: CommandId,
         change: IoChange,
-    ) -> Answer {
+    ) -> CommandResult {
         if !self.is_under_way(motion) {
             self.set_io(&change);
-            return Ok(Ending::Now);
+            return Ok(Completion::Immediate);
         }
         self.zone_changes.add(ZoneChange { id, motion, change })?;
-        Ok(Ending::Later)
+        Ok(Completion::Deferred)
     }
 
     /// Makes the changes whose motions have ended.
@@ -87,7 +87,7 @@ impl Cycle {
             }
             self.zone_changes.remove(place);
             self.set_io(&next.change);
-            self.out.ended(next.id, Outcome::Done);
+            self.out.report_end(next.id, Outcome::Done);
         }
     }
 
@@ -100,14 +100,17 @@ impl Cycle {
                 continue;
             }
             self.zone_changes.remove(place);
-            self.out.ended(next.id, outcome);
+            self.out.report_end(next.id, outcome);
         }
     }
 
     /// Whether a planned motion has been taken and its command has not ended.
     pub(crate) fn is_under_way(&self, motion: CommandId) -> bool {
         let waits = self.deferred.is_some_and(|deferred| deferred.id == motion);
-        let is_planned = self.upcoming.as_ref().is_some_and(|next| next.id == motion);
+        let is_planned = self
+            .pending_motion
+            .as_ref()
+            .is_some_and(|next| next.id == motion);
         let is_queued =
             || matches!(self.generator, Generator::Path(_)) && self.queue.is_open(motion);
         waits || is_planned || is_queued()

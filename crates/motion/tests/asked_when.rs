@@ -63,7 +63,7 @@ fn no_motion_begins_while_an_input_holds_freedrive_and_the_sender_hears_why() {
     bench.push([0.0, 30.0, 0.0, 0.0, 0.0, 0.0]);
     bench.run(50);
     let home = bench.states[0].target_q;
-    let by_hand = Outcome::Refused(Refusal::LedByHand);
+    let by_hand = Outcome::Refused(Refusal::HandGuided);
     let at = bench.now().target_tcp_pose;
     let refused = [
         movej(home),
@@ -171,7 +171,7 @@ fn the_tcp_stays_what_it_is_on_a_table_that_does_not_turn_it_and_under_offsets()
         let expected = if rotate_tool {
             Outcome::Done
         } else {
-            Outcome::Refused(Refusal::TurnsAboutTheTcp)
+            Outcome::Refused(Refusal::NonRotatingTurntable)
         };
         assert_eq!(bench.do_it(tool(0.2)), expected);
         bench.run(100);

@@ -14,8 +14,8 @@ use crate::common;
 use common::{ideal, movej};
 use kinematics::{JointPositions, JointSpeeds};
 use motion::constants::EVENT_RING_MIN;
-use motion::{ConfigError, Cycle, CycleConfig, Timing};
-use motion_api::{BorderSizes, CommandId, CommandKind, Event, Origin, Record, border};
+use motion::{ConfigError, ControlLoop, CycleConfig, CycleTiming};
+use motion_api::{CommandId, CommandKind, Event, Origin, Record, RingCapacities, motion_channel};
 
 fn far() -> JointPositions {
     let mut q = ideal("cs66").home;
@@ -27,14 +27,14 @@ fn far() -> JointPositions {
 #[test]
 fn the_snapshot_already_shows_the_end_when_the_event_arrives() {
     let config = ideal("cs66");
-    let (motion, mut script) = border(BorderSizes::default(), &config.first_state());
-    let mut cycle = Cycle::new(config, motion).unwrap();
+    let (motion, mut script) = motion_channel(RingCapacities::default(), &config.first_state());
+    let mut cycle = ControlLoop::new(config, motion).unwrap();
     script
         .commands
         .send(Origin::default(), movej(far()))
         .unwrap();
     for _ in 0..10_000 {
-        cycle.tick(Timing::default());
+        cycle.tick(CycleTiming::default());
         if let Some(Event::Ended { cycle, .. }) = script.events.next_event() {
             let state = script.snapshot.read();
             assert_eq!(state.cycle, cycle);
@@ -48,8 +48,8 @@ fn the_snapshot_already_shows_the_end_when_the_event_arrives() {
 #[test]
 fn one_tick_makes_one_cycle_record_and_one_for_each_command() {
     let config = ideal("cs66");
-    let (motion, mut script) = border(BorderSizes::default(), &config.first_state());
-    let mut cycle = Cycle::new(config, motion).unwrap();
+    let (motion, mut script) = motion_channel(RingCapacities::default(), &config.first_state());
+    let mut cycle = ControlLoop::new(config, motion).unwrap();
     for _ in 0..100 {
         script
             .commands
@@ -58,7 +58,7 @@ fn one_tick_makes_one_cycle_record_and_one_for_each_command() {
     }
     let mut commands = 0;
     for tick in 1..=3 {
-        cycle.tick(Timing::default());
+        cycle.tick(CycleTiming::default());
         let mut cycles = 0;
         while let Some(record) = script.records.as_mut().unwrap().next_record() {
             match record {
@@ -81,16 +81,16 @@ fn one_tick_makes_one_cycle_record_and_one_for_each_command() {
 
 #[test]
 fn commands_wait_until_their_ends_have_room_and_none_is_lost() {
-    let sizes = BorderSizes {
+    let sizes = RingCapacities {
         commands: 1024,
         events: EVENT_RING_MIN + 8,
         records: None,
         frames: 0,
-        ..BorderSizes::default()
+        ..RingCapacities::default()
     };
     let config = ideal("cs66");
-    let (motion, mut script) = border(sizes, &config.first_state());
-    let mut cycle = Cycle::new(config, motion).unwrap();
+    let (motion, mut script) = motion_channel(sizes, &config.first_state());
+    let mut cycle = ControlLoop::new(config, motion).unwrap();
     for _ in 0..1000 {
         script
             .commands
@@ -104,7 +104,7 @@ fn commands_wait_until_their_ends_have_room_and_none_is_lost() {
     }
     let mut ended = Vec::new();
     for tick in 0..2000 {
-        cycle.tick(Timing::default());
+        cycle.tick(CycleTiming::default());
         // A slow reader: nothing at all for a while, then one event a cycle.
         if tick > 100
             && let Some(Event::Ended { id, .. }) = script.events.next_event()
@@ -117,15 +117,15 @@ fn commands_wait_until_their_ends_have_room_and_none_is_lost() {
 
 #[test]
 fn a_full_record_ring_counts_losses_and_does_not_wait() {
-    let sizes = BorderSizes {
+    let sizes = RingCapacities {
         records: Some(10),
-        ..BorderSizes::default()
+        ..RingCapacities::default()
     };
     let config = ideal("cs66");
-    let (motion, script) = border(sizes, &config.first_state());
-    let mut cycle = Cycle::new(config, motion).unwrap();
+    let (motion, script) = motion_channel(sizes, &config.first_state());
+    let mut cycle = ControlLoop::new(config, motion).unwrap();
     for _ in 0..15 {
-        cycle.tick(Timing::default());
+        cycle.tick(CycleTiming::default());
     }
     assert_eq!(script.snapshot.read().records_lost, 4);
 }
@@ -133,12 +133,12 @@ fn a_full_record_ring_counts_losses_and_does_not_wait() {
 #[test]
 fn a_border_too_small_for_its_promises_is_an_error() {
     let config = ideal("cs66");
-    let sizes = BorderSizes {
+    let sizes = RingCapacities {
         events: 4,
-        ..BorderSizes::default()
+        ..RingCapacities::default()
     };
-    let (motion, _script) = border(sizes, &config.first_state());
-    let error = Cycle::new(config, motion).err().unwrap();
+    let (motion, _script) = motion_channel(sizes, &config.first_state());
+    let error = ControlLoop::new(config, motion).err().unwrap();
     assert!(matches!(
         error,
         ConfigError::RingTooSmall {

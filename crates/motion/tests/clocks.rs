@@ -19,19 +19,19 @@ use common::{ideal, movej};
 use kinematics::JointPositions;
 use motion::realtime::{MotionThread, RealtimeOptions};
 use motion::virtual_time::{IdlePacer, VirtualTimeline};
-use motion::{ConfigError, Cycle};
+use motion::{ConfigError, ControlLoop};
 use motion_api::{
-    BorderSizes, CommandKind, Event, MotionMode, Origin, Outcome, Record, ScriptEnd, Timeline,
-    border,
+    CommandKind, Event, MotionMode, Origin, Outcome, Record, RingCapacities, ScriptEndpoint,
+    Timeline, motion_channel,
 };
 
 /// Hardly more records than the fullest cycle makes.
 const RECORDS: usize = 520;
 
-fn controller(sizes: BorderSizes) -> (Cycle, ScriptEnd) {
+fn controller(sizes: RingCapacities) -> (ControlLoop, ScriptEndpoint) {
     let config = ideal("cs66");
-    let (motion, script) = border(sizes, &config.first_state());
-    (Cycle::new(config, motion).unwrap(), script)
+    let (motion, script) = motion_channel(sizes, &config.first_state());
+    (ControlLoop::new(config, motion).unwrap(), script)
 }
 
 fn plain() -> RealtimeOptions {
@@ -39,16 +39,16 @@ fn plain() -> RealtimeOptions {
     RealtimeOptions {
         fifo_priority: None,
         lock_memory: false,
-        wake: vec![thread::current()],
+        threads_to_wake: vec![thread::current()],
         ..RealtimeOptions::default()
     }
 }
 
 #[test]
 fn virtual_time_waits_for_the_recorder_and_loses_nothing() {
-    let sizes = BorderSizes {
+    let sizes = RingCapacities {
         records: Some(RECORDS),
-        ..BorderSizes::default()
+        ..RingCapacities::default()
     };
     let (cycle, mut script) = controller(sizes);
     let timeline = VirtualTimeline::new(cycle, Vec::new()).unwrap();
@@ -65,12 +65,12 @@ fn virtual_time_waits_for_the_recorder_and_loses_nothing() {
         }
         cycles
     });
-    timeline.drive(true);
+    timeline.set_driven(true);
     for _ in 0..2000 {
         // A turn without room for the records is no cycle.
         while !timeline.advance() {}
     }
-    timeline.drive(false);
+    timeline.set_driven(false);
     drop(timeline);
     assert_eq!(reader.join().unwrap(), (1..=2000).collect::<Vec<_>>());
     assert_eq!(script.snapshot.read().records_lost, 0);
@@ -78,9 +78,9 @@ fn virtual_time_waits_for_the_recorder_and_loses_nothing() {
 
 #[test]
 fn virtual_time_that_the_recorder_holds_up_gives_turns_back_and_goes_on_when_it_is_given_up() {
-    let sizes = BorderSizes {
+    let sizes = RingCapacities {
         records: Some(RECORDS),
-        ..BorderSizes::default()
+        ..RingCapacities::default()
     };
     let (cycle, mut script) = controller(sizes);
     let timeline = VirtualTimeline::new(cycle, Vec::new()).unwrap();
@@ -90,7 +90,7 @@ fn virtual_time_that_the_recorder_holds_up_gives_turns_back_and_goes_on_when_it_
     while timeline.advance() {}
     let held = script.snapshot.read();
     assert!(flow.is_full() && held.cycle < RECORDS as u64 && !timeline.has_ended());
-    flow.give_up();
+    flow.abandon();
     for _ in 0..100 {
         assert!(timeline.advance());
     }
@@ -100,9 +100,9 @@ fn virtual_time_that_the_recorder_holds_up_gives_turns_back_and_goes_on_when_it_
 
 #[test]
 fn virtual_time_goes_on_when_the_recorder_is_gone() {
-    let sizes = BorderSizes {
+    let sizes = RingCapacities {
         records: Some(RECORDS),
-        ..BorderSizes::default()
+        ..RingCapacities::default()
     };
     let (cycle, mut script) = controller(sizes);
     let timeline = VirtualTimeline::new(cycle, Vec::new()).unwrap();
@@ -115,9 +115,9 @@ fn virtual_time_goes_on_when_the_recorder_is_gone() {
 
 #[test]
 fn a_record_ring_that_cannot_hold_one_cycle_is_an_error() {
-    let (cycle, _script) = controller(BorderSizes {
+    let (cycle, _script) = controller(RingCapacities {
         records: Some(8),
-        ..BorderSizes::default()
+        ..RingCapacities::default()
     });
     let error = VirtualTimeline::new(cycle, Vec::new()).err().unwrap();
     assert!(matches!(
@@ -132,9 +132,9 @@ fn a_record_ring_that_cannot_hold_one_cycle_is_an_error() {
 
 #[test]
 fn an_idle_virtual_clock_keeps_wall_pace_until_somebody_drives_it() {
-    let (cycle, script) = controller(BorderSizes {
+    let (cycle, script) = controller(RingCapacities {
         records: None,
-        ..BorderSizes::default()
+        ..RingCapacities::default()
     });
     let timeline = Arc::new(VirtualTimeline::new(cycle, Vec::new()).unwrap());
     let pacer = IdlePacer::start(timeline.clone()).unwrap();
@@ -148,14 +148,14 @@ fn an_idle_virtual_clock_keeps_wall_pace_until_somebody_drives_it() {
         "{:?}",
         begin.elapsed()
     );
-    timeline.drive(true);
+    timeline.set_driven(true);
     thread::sleep(Duration::from_millis(20));
     let driven = script.snapshot.read().cycle;
     thread::sleep(Duration::from_millis(50));
     assert_eq!(script.snapshot.read().cycle, driven);
     timeline.advance();
     assert_eq!(script.snapshot.read().cycle, driven + 1);
-    timeline.drive(false);
+    timeline.set_driven(false);
     thread::sleep(Duration::from_millis(100));
     assert!(script.snapshot.read().cycle > driven + 3);
     drop(pacer);
@@ -166,9 +166,9 @@ fn an_idle_virtual_clock_keeps_wall_pace_until_somebody_drives_it() {
 
 #[test]
 fn the_motion_thread_keeps_wall_time_and_wakes_its_listeners() {
-    let (cycle, mut script) = controller(BorderSizes {
+    let (cycle, mut script) = controller(RingCapacities {
         records: None,
-        ..BorderSizes::default()
+        ..RingCapacities::default()
     });
     let thread = MotionThread::start(cycle, plain()).unwrap();
     assert!(thread.warnings().is_empty());
@@ -200,9 +200,9 @@ fn the_motion_thread_keeps_wall_time_and_wakes_its_listeners() {
 
 #[test]
 fn the_motion_thread_comes_to_rest_before_it_ends() {
-    let (cycle, mut script) = controller(BorderSizes {
+    let (cycle, mut script) = controller(RingCapacities {
         records: None,
-        ..BorderSizes::default()
+        ..RingCapacities::default()
     });
     let thread = MotionThread::start(cycle, plain()).unwrap();
     let far = JointPositions([2.0, -1.5, 1.5, -1.5, -1.5, 0.0]);
@@ -229,9 +229,9 @@ fn the_motion_thread_comes_to_rest_before_it_ends() {
 
 #[test]
 fn what_the_system_refuses_is_a_warning_and_the_thread_runs() {
-    let (cycle, script) = controller(BorderSizes {
+    let (cycle, script) = controller(RingCapacities {
         records: None,
-        ..BorderSizes::default()
+        ..RingCapacities::default()
     });
     let options = RealtimeOptions {
         lock_memory: false,

@@ -11,7 +11,7 @@ use core::f64::consts::FRAC_PI_2;
 
 use common::{Bench, ideal, movel};
 use kinematics::{JointPositions, Pose, RobotModel, RpyPose};
-use motion::contact::{HARD, Obstacle, Shape, Solid, Surroundings};
+use motion::contact::{Environment, Obstacle, PlacedShape, RIGID_STIFFNESS, Shape};
 use motion::{CycleConfig, PlantKind};
 use motion_api::{CommandKind, Outcome, StopReason};
 use nalgebra::Vector3;
@@ -35,7 +35,7 @@ fn tcp_at_home(config: &CycleConfig) -> RpyPose {
 fn obstacle(shape: Shape, pose: Pose, stiffness: Option<f64>) -> Obstacle {
     Obstacle {
         name: "plate".to_owned(),
-        solid: Solid { pose, shape },
+        solid: PlacedShape { pose, shape },
         stiffness,
         damping: 0.0,
         friction: 0.0,
@@ -141,7 +141,7 @@ fn pressing_comes_to_rest_at_any_stiffness_in_any_pose() {
             friction,
             ..obstacle(Shape::Box { half }, center, stiffness)
         };
-        let k = stiffness.unwrap_or(HARD);
+        let k = stiffness.unwrap_or(RIGID_STIFFNESS);
         let step_time = config.step_time;
         let mut bench = Bench::new(among(config, vec![obstacle]));
         bench.do_it(CommandKind::SetCollisionDetection(false));
@@ -192,8 +192,8 @@ fn pressing_comes_to_rest_at_any_stiffness_in_any_pose() {
 }
 
 /// A tool 40 mm across and 100 mm long on the flange, its end at the TCP.
-fn tool(shape: Shape) -> Solid {
-    Solid {
+fn tool(shape: Shape) -> PlacedShape {
+    PlacedShape {
         pose: Pose::from_translation(0.0, 0.0, 0.05),
         shape,
     }
@@ -406,12 +406,12 @@ fn the_same_contact_comes_out_the_same_to_the_bit() {
 fn a_link_that_stands_in_an_obstacle_at_the_start_is_left_alone() {
     let config = rigid();
     let table = obstacle(Shape::Plane, Pose::from_translation(0.0, 0.0, 0.12), None);
-    let surroundings = Surroundings {
+    let surroundings = Environment {
         obstacles: vec![table],
         tool: None,
     };
     assert_eq!(
-        surroundings.standing_in(&config.model, &HOME),
+        surroundings.links_inside_obstacles(&config.model, &HOME),
         [(1, 0), (2, 0)]
     );
     let mut bench = Bench::new(CycleConfig {
@@ -428,12 +428,12 @@ fn no_capsule_of_any_arm_at_home_touches_the_floor_it_stands_on() {
     for model in common::MODELS {
         let config = ideal(model);
         let floor = obstacle(Shape::Plane, Pose::IDENTITY, None);
-        let surroundings = Surroundings {
+        let surroundings = Environment {
             obstacles: vec![floor],
             tool: None,
         };
         assert_eq!(
-            surroundings.standing_in(&config.model, &config.home),
+            surroundings.links_inside_obstacles(&config.model, &config.home),
             [],
             "{model}"
         );

@@ -214,7 +214,7 @@ fn a_second_track_is_refused_and_a_stop_of_everything_ends_the_first() {
     bench.run(200);
     assert_eq!(
         bench.do_it(linear([1.0, 0.0, 0.0])),
-        Outcome::Refused(Refusal::Tracking)
+        Outcome::Refused(Refusal::ConveyorTracking)
     );
     assert_eq!(
         bench.do_it(CommandKind::Stop {

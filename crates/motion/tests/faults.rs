@@ -13,17 +13,17 @@ use std::time::{Duration, Instant};
 use kinematics::RobotModel;
 use motion::realtime::{MotionThread, RealtimeOptions};
 use motion::virtual_time::VirtualTimeline;
-use motion::{Cycle, CycleConfig};
-use motion_api::{BorderSizes, SafetyMode, ScriptEnd, Timeline, border};
-use supervision::{Faults, injection};
+use motion::{ControlLoop, CycleConfig};
+use motion_api::{RingCapacities, SafetyMode, ScriptEndpoint, Timeline, motion_channel};
+use supervision::{ThreadSupervisor, injection};
 
-fn controller() -> (Cycle, ScriptEnd) {
+fn controller() -> (ControlLoop, ScriptEndpoint) {
     let config = CycleConfig::new(RobotModel::built_in("cs66").unwrap());
-    let (motion, script) = border(BorderSizes::default(), &config.first_state());
-    (Cycle::new(config, motion).unwrap(), script)
+    let (motion, script) = motion_channel(RingCapacities::default(), &config.first_state());
+    (ControlLoop::new(config, motion).unwrap(), script)
 }
 
-fn is_held_for_good(timeline: &dyn Timeline, script: &ScriptEnd, faults: &Faults) {
+fn is_held_for_good(timeline: &dyn Timeline, script: &ScriptEndpoint, faults: &ThreadSupervisor) {
     let begin = Instant::now();
     while !timeline.has_ended() {
         assert!(begin.elapsed() < Duration::from_secs(10));
@@ -44,21 +44,21 @@ fn is_held_for_good(timeline: &dyn Timeline, script: &ScriptEnd, faults: &Faults
 
 #[test]
 fn a_panic_in_the_cycle_ends_either_clock_and_holds_the_arm() {
-    let faults = Faults::default();
+    let faults = ThreadSupervisor::default();
     let (cycle, script) = controller();
     let timeline = VirtualTimeline::new(cycle, Vec::new()).unwrap();
-    let timeline = timeline.told_to(faults.clone());
+    let timeline = timeline.with_supervisor(faults.clone());
     assert!(timeline.advance());
     injection::order("motion panic");
     assert!(!timeline.advance());
     is_held_for_good(&timeline, &script, &faults);
 
-    let faults = Faults::default();
+    let faults = ThreadSupervisor::default();
     let (cycle, script) = controller();
     let options = RealtimeOptions {
         fifo_priority: None,
         lock_memory: false,
-        wake: vec![thread::current()],
+        threads_to_wake: vec![thread::current()],
         faults: faults.clone(),
         ..RealtimeOptions::default()
     };

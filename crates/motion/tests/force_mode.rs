@@ -15,8 +15,8 @@ use crate::common;
 use common::force::*;
 use common::{Bench, ideal, movej, movel, unwatched};
 use kinematics::{JointPositions, JointSpeeds, Pose, RpyPose};
-use motion::contact::{Obstacle, Shape, Solid};
-use motion::{Cycle, CycleConfig, PlantKind, SensorNoise};
+use motion::contact::{Obstacle, PlacedShape, Shape};
+use motion::{ControlLoop, CycleConfig, PlantKind, SensorNoise};
 use motion_api::{
     CommandId, CommandKind, FreedriveFrame, MotionMode, Outcome, Refusal, RobotMode, SafetyMode,
 };
@@ -417,7 +417,7 @@ fn a_hand_of_any_strength_cannot_lead_the_arm_over_its_limits() {
 #[test]
 fn a_controller_may_change_threads() {
     const fn is_send<T: Send>() {}
-    is_send::<Cycle>();
+    is_send::<ControlLoop>();
 }
 
 #[test]
@@ -434,7 +434,7 @@ fn a_thin_soft_sheet_holds_the_tool_that_is_pressed_deep_into_it() {
             let top = z - 0.004;
             config.surroundings.obstacles.push(Obstacle {
                 name: "sheet".to_owned(),
-                solid: Solid {
+                solid: PlacedShape {
                     pose: Pose::from_translation(x, y, top - 0.005),
                     shape: Shape::Box {
                         half: [0.25, 0.25, 0.005],

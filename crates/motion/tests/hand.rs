@@ -15,7 +15,7 @@ use crate::common;
 use common::{Bench, MODELS, ideal, movej, unwatched};
 use kinematics::{JointPositions, JointSpeeds, Payload, Pose, RobotModel, RpyPose, Wrench};
 use motion::CycleConfig;
-use motion::external::{Load, LoadFrame};
+use motion::external::{TimedWrench, WrenchFrame};
 use motion_api::{
     CommandKind, FreedriveFrame, MotionMode, Outcome, Refusal, SafetyMode, StopReason,
 };
@@ -163,17 +163,17 @@ fn a_hard_hand_cannot_lead_the_arm_over_its_limits() {
 fn loads_of_the_cell_act_in_their_time_and_frame() {
     let mut config = ideal("cs66");
     config.loads = vec![
-        Load {
+        TimedWrench {
             at: 0.1,
             duration: 0.2,
             wrench: Wrench::from_array([0.0, 0.0, -20.0, 0.0, 0.0, 0.0]),
-            frame: LoadFrame::Base,
+            frame: WrenchFrame::Base,
         },
-        Load {
+        TimedWrench {
             at: 0.2,
             duration: 0.2,
             wrench: Wrench::from_array([3.0, 0.0, 0.0, 0.0, 1.0, 0.0]),
-            frame: LoadFrame::Tool,
+            frame: WrenchFrame::Tool,
         },
     ];
     let mut bench = Bench::new(config);

@@ -10,7 +10,7 @@ use crate::common;
 use common::draw::Draw;
 use common::{Bench, MODELS, ideal, moved, movej, movel};
 use kinematics::{JointAccelerations, JointJerks, JointPositions, JointSpeeds};
-use motion::constants::LEAST_LIMITS;
+use motion::constants::MIN_LIMITS;
 use motion::{CycleConfig, LimitOverrides, PlantKind};
 use motion_api::{CommandId, CommandKind, FreedriveFrame, MotionMode, SafetyMode};
 
@@ -30,20 +30,16 @@ fn limits(draw: &mut Draw, config: &CycleConfig) -> LimitOverrides {
         ..LimitOverrides::default()
     };
     if draw.chance(0.7) {
-        limits.joint_speed = Some(JointSpeeds(six(
-            draw,
-            LEAST_LIMITS.joint_speed,
-            own.speed.0,
-        )));
+        limits.joint_speed = Some(JointSpeeds(six(draw, MIN_LIMITS.joint_speed, own.speed.0)));
     }
     let mut able = own.acceleration.0;
     if draw.chance(0.7) {
-        able = six(draw, LEAST_LIMITS.joint_acceleration, able);
+        able = six(draw, MIN_LIMITS.joint_acceleration, able);
         limits.joint_acceleration = Some(JointAccelerations(able));
     }
     if draw.chance(0.5) {
         let most = able.map(|a| a / motion::constants::FASTEST_RISE);
-        limits.joint_jerk = Some(JointJerks(six(draw, LEAST_LIMITS.joint_jerk, most)));
+        limits.joint_jerk = Some(JointJerks(six(draw, MIN_LIMITS.joint_jerk, most)));
     }
     if draw.chance(0.3) {
         // A range of a fraction of a degree, or less.
@@ -52,10 +48,10 @@ fn limits(draw: &mut Draw, config: &CycleConfig) -> LimitOverrides {
         limits.joint_position_max = Some(config.home.map(|q| q + width));
     }
     if draw.chance(0.3) {
-        limits.tcp_speed = Some(draw.spread(LEAST_LIMITS.point_speed, 2.0));
+        limits.tcp_speed = Some(draw.spread(MIN_LIMITS.point_speed, 2.0));
     }
     if draw.chance(0.3) {
-        limits.elbow_speed = Some(draw.spread(LEAST_LIMITS.point_speed, 2.0));
+        limits.elbow_speed = Some(draw.spread(MIN_LIMITS.point_speed, 2.0));
     }
     limits
 }

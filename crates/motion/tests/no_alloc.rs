@@ -15,22 +15,22 @@ use assert_no_alloc::{AllocDisabler, assert_no_alloc, violation_count};
 use common::{ideal, movej, movel};
 use kinematics::{JointPositions, Payload, RpyPose};
 use motion::modes::encoder::Belt;
-use motion::setpoint::{LimitedSetpoint, Setpoint, limit};
-use motion::{Cycle, CycleConfig, PlantKind, Timing};
-use motion_api::{BorderSizes, CommandId, CommandKind, Origin, ScriptEnd, border};
+use motion::setpoint::{LimitedSetpoint, Setpoint, check_setpoint};
+use motion::{ControlLoop, CycleConfig, CycleTiming, PlantKind};
+use motion_api::{CommandId, CommandKind, Origin, RingCapacities, ScriptEndpoint, motion_channel};
 
 #[global_allocator]
 static ALLOCATOR: AllocDisabler = AllocDisabler;
 
-fn controller(config: CycleConfig) -> (Cycle, ScriptEnd) {
-    let (motion, script) = border(BorderSizes::default(), &config.first_state());
-    (Cycle::new(config, motion).unwrap(), script)
+fn controller(config: CycleConfig) -> (ControlLoop, ScriptEndpoint) {
+    let (motion, script) = motion_channel(RingCapacities::default(), &config.first_state());
+    (ControlLoop::new(config, motion).unwrap(), script)
 }
 
 /// Ticks without allocating; the rings are emptied outside.
-fn tick(cycle: &mut Cycle, script: &mut ScriptEnd) -> u32 {
+fn tick(cycle: &mut ControlLoop, script: &mut ScriptEndpoint) -> u32 {
     let before = violation_count();
-    assert_no_alloc(|| cycle.tick(Timing::default()));
+    assert_no_alloc(|| cycle.tick(CycleTiming::default()));
     while script.events.next_event().is_some() {}
     while script.records.as_mut().unwrap().next_record().is_some() {}
     violation_count() - before
@@ -226,7 +226,7 @@ fn four_thousand_ticks_of_blends_and_arcs_allocate_nothing() {
             is_free = false;
         }
         let before = violation_count();
-        assert_no_alloc(|| cycle.tick(Timing::default()));
+        assert_no_alloc(|| cycle.tick(CycleTiming::default()));
         assert_eq!(violation_count(), before, "tick {tick_number}");
         while let Some(event) = script.events.next_event() {
             is_free |= matches!(event, motion_api::Event::Ended { .. });
@@ -243,11 +243,11 @@ fn four_thousand_ticks_of_blends_and_arcs_allocate_nothing() {
 fn force_mode_allocates_only_inside_the_solver() {
     let mut config = ideal("cs66");
     config.loads = (0..5_u8)
-        .map(|k| motion::external::Load {
+        .map(|k| motion::external::TimedWrench {
             at: f64::from(k),
             duration: 0.5,
             wrench: kinematics::Wrench::from_array([60.0, -200.0, 150.0, 5.0, -8.0, 4.0]),
-            frame: motion::external::LoadFrame::Base,
+            frame: motion::external::WrenchFrame::Base,
         })
         .collect();
     let line = config.model.flange_pose(&config.home).to_rpy();
@@ -295,7 +295,7 @@ fn a_protective_stop_allocates_nothing() {
         start_at: 1.0,
     });
     let (mut cycle, mut script) = controller(config);
-    let mut send = |script: &mut ScriptEnd, kind| {
+    let mut send = |script: &mut ScriptEndpoint, kind| {
         script.commands.send(Origin::default(), kind).unwrap();
         for _ in 0..120 {
             assert_eq!(tick(&mut cycle, script), 0);
@@ -334,7 +334,7 @@ fn only_the_engine_of_others_allocates_and_a_bounded_number_of_times() {
             .send(Origin::default(), movej(JointPositions([0.5; 6])))
             .unwrap();
         for _ in 0..10 {
-            cycle.tick(Timing::default());
+            cycle.tick(CycleTiming::default());
         }
         let counts: Vec<u32> = (0..100).map(|_| tick(&mut cycle, &mut script)).collect();
         let most = *counts.iter().max().unwrap();
@@ -350,30 +350,31 @@ fn a_setpoint_reaches_the_plant_only_through_the_limiter() {
     let here = Setpoint::standing(config.home);
     let frames = config.model.forward(&here.q);
     let tcp = frames.base_from_flange.translation;
-    let passed: LimitedSetpoint = limit(here, &here, &frames, tcp, 0.004, &limits).unwrap();
-    assert_eq!(passed.get(), &here);
+    let passed: LimitedSetpoint =
+        check_setpoint(here, &here, &frames, tcp, 0.004, &limits).unwrap();
+    assert_eq!(passed.as_setpoint(), &here);
     let mut jump = here;
     jump.q[3] += 0.1;
-    assert!(limit(jump, &here, &frames, tcp, 0.004, &limits).is_err());
+    assert!(check_setpoint(jump, &here, &frames, tcp, 0.004, &limits).is_err());
     let mut outside = here;
     outside.q[2] = 3.3;
-    assert!(limit(outside, &outside, &frames, tcp, 0.004, &limits).is_err());
+    assert!(check_setpoint(outside, &outside, &frames, tcp, 0.004, &limits).is_err());
     let mut unusable = here;
     unusable.qd[0] = f64::NAN;
-    assert!(limit(unusable, &here, &frames, tcp, 0.004, &limits).is_err());
+    assert!(check_setpoint(unusable, &here, &frames, tcp, 0.004, &limits).is_err());
 }
 
 /// An arm that presses a tool into three obstacles at once, and its sensor with noise.
 #[test]
 fn contact_allocates_nothing() {
     use kinematics::Pose;
-    use motion::contact::{Obstacle, Shape, Solid};
+    use motion::contact::{Obstacle, PlacedShape, Shape};
     let mut config = ideal("cs66");
     let tool = Shape::Cylinder {
         radius: 0.03,
         half_length: 0.05,
     };
-    config.surroundings.tool = Some(Solid {
+    config.surroundings.tool = Some(PlacedShape {
         pose: Pose::from_translation(0.0, 0.0, 0.05),
         shape: tool,
     });
@@ -387,7 +388,7 @@ fn contact_allocates_nothing() {
         .into_iter()
         .map(|shape| Obstacle {
             name: String::new(),
-            solid: Solid {
+            solid: PlacedShape {
                 pose: Pose::from_translation(x, y, z - 0.11),
                 shape,
             },

@@ -236,7 +236,7 @@ fn speedl_towards_the_end_of_the_reach_slows_down_on_its_line_and_says_so() {
         bench
             .warnings
             .iter()
-            .any(|(i, w)| *i == id && matches!(w, Warning::HeldBack { .. }))
+            .any(|(i, w)| *i == id && matches!(w, Warning::LimitedByJoint { .. }))
     );
     assert_eq!(bench.warnings.len(), 1);
     let end = bench.now();
@@ -255,7 +255,10 @@ fn speedj_into_the_end_of_a_range_stops_there_and_says_so() {
     let mut bench = Bench::new(unwatched("cs66"));
     let id = bench.send(speedj([0.0, 0.0, 3.0, 0.0, 0.0, 0.0], 5.0, Some(3.0)));
     assert_eq!(bench.finish(id), Outcome::Done, "{:?}", bench.stops);
-    assert_eq!(bench.warnings, vec![(id, Warning::HeldBack { joint: 2 })]);
+    assert_eq!(
+        bench.warnings,
+        vec![(id, Warning::LimitedByJoint { joint: 2 })]
+    );
     let q = bench.now().target_q[2];
     assert!((q - bench.limits.position_max[2]).abs() < 1e-3, "{q}");
     bench.check_limits();

@@ -36,7 +36,7 @@ fn line_past_the_wrist(bench: &mut Bench, beside: f64, half: f64) -> RpyPose {
     for step in 1..=200 {
         let pose = at(-half * f64::from(step) / 200.0);
         start = model
-            .inverse_following(&pose, &Pose::IDENTITY, &start)
+            .inverse_continuous(&pose, &Pose::IDENTITY, &start)
             .expect("the beginning is in reach");
     }
     assert_eq!(bench.do_it(movej(start)), Outcome::Done);

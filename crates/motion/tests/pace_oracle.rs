@@ -50,7 +50,7 @@ impl Line {
         let mut start = middle;
         for step in 1..=400 {
             let place = pose(-half * f64::from(step) / 400.0);
-            start = model.inverse_following(&place, &Pose::IDENTITY, &start)?;
+            start = model.inverse_continuous(&place, &Pose::IDENTITY, &start)?;
         }
         Some(Self {
             from: pose(-half),
@@ -73,7 +73,7 @@ impl Line {
         for place in 0..=PLACES {
             let share = place as f64 / PLACES as f64;
             let pose = Pose::new(self.from.rotation, self.from.translation + way * share);
-            q = self.model.inverse_following(&pose, &Pose::IDENTITY, &q)?;
+            q = self.model.inverse_continuous(&pose, &Pose::IDENTITY, &q)?;
             places.push(q);
         }
         let at = |place: usize, joint: usize| places[place.min(PLACES)][joint];

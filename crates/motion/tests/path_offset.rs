@@ -195,7 +195,7 @@ fn belts_and_force_mode_and_offsets_exclude_one_another() {
     assert_eq!(bench.do_it(track), Outcome::Done);
     assert_eq!(
         bench.do_it(CommandKind::PathOffsetEnable),
-        Outcome::Refused(Refusal::Tracking)
+        Outcome::Refused(Refusal::ConveyorTracking)
     );
 }
 

@@ -7,7 +7,8 @@
 )]
 
 use motion::scalar::{
-    CellLimits, Drive, Pace, ScalarLimits, ScalarState, Track, Travel, window_for,
+    IntervalLimits, Pace, PathProgress, ProgressGoal, ScalarLimits, ScalarState,
+    VelocityLimitCurve, smoothing_window,
 };
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -26,11 +27,11 @@ fn limits() -> impl Strategy<Value = ScalarLimits> {
 }
 
 /// What may be wanted on the way.
-fn order() -> impl Strategy<Value = Drive> {
+fn order() -> impl Strategy<Value = ProgressGoal> {
     prop_oneof![
-        4 => (0.05..1.0f64).prop_map(Drive::Go),
-        1 => Just(Drive::Halt),
-        1 => Just(Drive::HaltHard),
+        4 => (0.05..1.0f64).prop_map(ProgressGoal::Run),
+        1 => Just(ProgressGoal::Stop),
+        1 => Just(ProgressGoal::StopHard),
     ]
 }
 
@@ -47,31 +48,31 @@ fn ruckig_duration(length: f64, limits: &ScalarLimits) -> f64 {
     trajectory.get_duration()
 }
 
-fn cell(limits: &ScalarLimits) -> CellLimits {
-    CellLimits {
+fn cell(limits: &ScalarLimits) -> IntervalLimits {
+    IntervalLimits {
         speed: limits.speed,
         asked: [limits.acceleration; 2],
         braking: [limits.acceleration; 2],
         planned: [limits.acceleration; 2],
-        hardest: [limits.acceleration; 2],
+        max_braking: [limits.acceleration; 2],
         jerk: limits.jerk,
     }
 }
 
-fn even(length: f64, limits: &ScalarLimits) -> Track {
-    let mut track = Track::new(4);
-    track.restart(window_for(limits, length));
+fn even(length: f64, limits: &ScalarLimits) -> VelocityLimitCurve {
+    let mut track = VelocityLimitCurve::new(4);
+    track.restart(smoothing_window(limits, length));
     track.push(length, cell(limits)).unwrap();
-    track.settle();
+    track.recompute();
     track
 }
 
 /// Steps to the end; the states, and the time of the last.
-fn walk(track: &Track, drives: impl Fn(f64) -> Drive) -> Vec<ScalarState> {
-    let mut travel = Travel::new(track);
+fn walk(track: &VelocityLimitCurve, drives: impl Fn(f64) -> ProgressGoal) -> Vec<ScalarState> {
+    let mut travel = PathProgress::new(track);
     let mut states = vec![ScalarState::default(); 4];
     for k in 0..200_000 {
-        travel.drive(drives(f64::from(k) * STEP));
+        travel.set_goal(drives(f64::from(k) * STEP));
         states.push(travel.advance(STEP, track));
         if travel.is_finished(track) {
             return states;
@@ -102,7 +103,7 @@ proptest! {
         length in 0.005..3.0f64,
     ) {
         let track = even(length, &limits);
-        let states = walk(&track, |_| Drive::Go(1.0));
+        let states = walk(&track, |_| ProgressGoal::Run(1.0));
         let end = states[states.len() - 1];
         prop_assert_eq!(end, ScalarState::at_rest(length));
         let [speed, acceleration, jerk] = largest(&states);
@@ -113,7 +114,7 @@ proptest! {
         let shortest = ruckig_duration(length, &limits);
         prop_assert!(taken >= shortest - 1e-6, "{taken} {shortest}");
         prop_assert!(taken <= shortest * 1.002 + STEP + track.window() / 32.0, "{taken} {shortest}");
-        let (foreseen, _) = Travel::new(&track).foresee(&track, length);
+        let (foreseen, _) = PathProgress::new(&track).predict_times(&track, length);
         prop_assert!((foreseen - taken).abs() <= STEP + track.window() / 16.0, "{foreseen} {taken}");
     }
 
@@ -123,14 +124,14 @@ proptest! {
         cell_length in 0.001..0.3f64,
         acceleration in 0.5..8.0f64,
     ) {
-        let mut track = Track::new(16);
+        let mut track = VelocityLimitCurve::new(16);
         let limits = |speed| ScalarLimits { speed, acceleration, jerk: acceleration / 0.03 };
-        track.restart(window_for(&limits(10.0), f64::INFINITY));
+        track.restart(smoothing_window(&limits(10.0), f64::INFINITY));
         for (k, speed) in speeds.iter().enumerate() {
             track.push((k + 1) as f64 * cell_length, cell(&limits(*speed))).unwrap();
         }
-        track.settle();
-        let states = walk(&track, |_| Drive::Go(1.0));
+        track.recompute();
+        let states = walk(&track, |_| ProgressGoal::Run(1.0));
         for state in &states {
             let k = ((state.position / cell_length) as usize).min(speeds.len() - 1);
             prop_assert!(state.speed <= speeds[k] * (1.0 + 1e-6), "{state:?} {}", speeds[k]);
@@ -148,20 +149,20 @@ proptest! {
         acceleration in 0.5..8.0f64,
     ) {
         let limits = |speed| ScalarLimits { speed, acceleration, jerk: acceleration / 0.03 };
-        let mut track = Track::new(8);
-        track.restart(window_for(&limits(10.0), f64::INFINITY));
+        let mut track = VelocityLimitCurve::new(8);
+        track.restart(smoothing_window(&limits(10.0), f64::INFINITY));
         for (k, speed) in speeds.iter().enumerate() {
             let until = length * (k + 1) as f64 / speeds.len() as f64;
             track.push(until, cell(&limits(*speed))).unwrap();
         }
-        track.settle();
+        track.recompute();
         let states = walk(&track, |time| {
             let mut until = 0.0;
             let now = orders.iter().find(|(lasts, _)| {
                 until += lasts;
                 time < until
             });
-            now.map_or(Drive::Go(1.0), |(_, drive)| *drive)
+            now.map_or(ProgressGoal::Run(1.0), |(_, drive)| *drive)
         });
         prop_assert_eq!(states[states.len() - 1], ScalarState::at_rest(track.end()));
         let [_, a, jerk] = largest(&states);
@@ -181,20 +182,20 @@ fn held_a_rounding_before_the_end_it_gets_there_when_it_is_let_go() {
     let mut held = 0;
     for length in (200..400).map(|k| f64::from(k) * 1.1e-3) {
         let track = even(length, &limits);
-        let mut travel = Travel::new(&track);
-        travel.drive(Drive::Go(1.0));
+        let mut travel = PathProgress::new(&track);
+        travel.set_goal(ProgressGoal::Run(1.0));
         // Whoever brakes for the end already comes to rest there.
         while travel.committed_speed() > 0.0 || travel.time() == 0.0 {
             travel.advance(STEP, &track);
             if travel.committed() > 0.9 * length {
-                travel.drive(Drive::Halt);
+                travel.set_goal(ProgressGoal::Stop);
             }
         }
         while !travel.is_standing(&track) {
             travel.advance(STEP, &track);
         }
         held += usize::from(!travel.is_finished(&track));
-        travel.drive(Drive::Go(1.0));
+        travel.set_goal(ProgressGoal::Run(1.0));
         for _ in 0..20 {
             travel.advance(STEP, &track);
         }
@@ -213,9 +214,9 @@ fn at_any_pace_the_time_that_is_foreseen_is_the_time_it_takes() {
     for pace in [1.0, 0.5, 0.2, 0.07, 0.01] {
         let mut track = even(0.5, &limits);
         track.set_pace(0.0, Pace::stretched(pace));
-        track.settle();
-        let (foreseen, _) = Travel::new(&track).foresee(&track, f64::INFINITY);
-        let taken = (walk(&track, |_| Drive::Go(1.0)).len() - 4) as f64 * STEP;
+        track.recompute();
+        let (foreseen, _) = PathProgress::new(&track).predict_times(&track, f64::INFINITY);
+        let taken = (walk(&track, |_| ProgressGoal::Run(1.0)).len() - 4) as f64 * STEP;
         assert!(
             (foreseen - taken).abs() <= STEP,
             "{pace}: {foreseen} {taken}"
@@ -231,8 +232,8 @@ fn at_a_constant_fraction_it_takes_so_much_longer() {
         jerk: 40.0,
     };
     let track = even(0.3, &limits);
-    let full = walk(&track, |_| Drive::Go(1.0)).len();
-    let half = walk(&track, |_| Drive::Go(0.5)).len();
+    let full = walk(&track, |_| ProgressGoal::Run(1.0)).len();
+    let half = walk(&track, |_| ProgressGoal::Run(0.5)).len();
     assert!(
         (half as i64 - 4 - 2 * (full as i64 - 4)).abs() <= 2,
         "{full} {half}"
@@ -246,13 +247,13 @@ fn a_way_is_lengthened_under_way_without_slowing_down() {
         acceleration: 1.2,
         jerk: 40.0,
     };
-    let mut track = Track::new(64);
-    track.restart(window_for(&limits, f64::INFINITY));
+    let mut track = VelocityLimitCurve::new(64);
+    track.restart(smoothing_window(&limits, f64::INFINITY));
     let mut end = 0.1;
     track.push(end, cell(&limits)).unwrap();
-    track.settle();
-    let mut travel = Travel::new(&track);
-    travel.drive(Drive::Go(1.0));
+    track.recompute();
+    let mut travel = PathProgress::new(&track);
+    travel.set_goal(ProgressGoal::Run(1.0));
     let mut speeds = Vec::new();
     while !travel.is_finished(&track) {
         let state = travel.advance(STEP, &track);
@@ -261,7 +262,7 @@ fn a_way_is_lengthened_under_way_without_slowing_down() {
             track.forget_before(travel.oldest());
             end += 0.005;
             track.push(end, cell(&limits)).unwrap();
-            track.settle();
+            track.recompute();
         }
     }
     let reached = speeds.iter().position(|v| *v > 0.2499).unwrap();

@@ -128,7 +128,7 @@ fn a_target_is_judged_as_is_within_safety_limits_judges_it() {
     for name in MODELS {
         let mut draw = Draw::new(29);
         let model = RobotModel::built_in(name).unwrap();
-        let bounds = ideal(name).safety_of_targets().unwrap();
+        let bounds = ideal(name).target_safety_bounds().unwrap();
         for _ in 0..60 {
             let mut any = |bend: f64| {
                 let mut q = core::array::from_fn(|_| draw.between(-2.0, 2.0));

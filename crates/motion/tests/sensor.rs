@@ -9,7 +9,7 @@ use crate::common;
 
 use common::{Bench, ideal, movej};
 use kinematics::{JointPositions, Payload, Pose, RobotModel, RpyPose, Wrench};
-use motion::external::{Load, LoadFrame};
+use motion::external::{TimedWrench, WrenchFrame};
 use motion::{CycleConfig, LimitOverrides, SensorNoise};
 use motion_api::{CommandKind, FreedriveFrame, Outcome, Refusal, RobotState, StopReason};
 use nalgebra::Vector3;
@@ -262,11 +262,11 @@ fn locked_axes_of_the_rigid_arm_hold_within_a_tenth_of_a_millimetre() {
         ] {
             let mut config = rigid();
             let wrench = [12.0, -30.0, 15.0, 1.0, 2.0, -1.5];
-            config.loads = vec![Load {
+            config.loads = vec![TimedWrench {
                 at: 0.1,
                 duration: 1.0,
                 wrench: Wrench::from_array(wrench),
-                frame: LoadFrame::Tool,
+                frame: WrenchFrame::Tool,
             }];
             config.sensor_noise = SensorNoise {
                 force: 0.2,

@@ -14,8 +14,8 @@ use crate::common;
 
 use common::{Bench, MODELS, movej};
 use kinematics::{JointPositions, JointTorques, Payload, Pose, RobotModel, RpyPose, Wrench};
-use motion::external::{Load, LoadFrame};
-use motion::{ConfigError, CycleConfig, Drivetrain, PlantKind, Truth};
+use motion::external::{TimedWrench, WrenchFrame};
+use motion::{ConfigError, CycleConfig, Drivetrain, PlantKind, PlantParameters};
 use motion_api::{CommandKind, FreedriveFrame, Outcome, RobotState, StopReason};
 use nalgebra::Vector3;
 
@@ -246,14 +246,14 @@ fn dry_friction_holds_a_standing_arm_without_a_tremble() {
 
 #[test]
 fn friction_takes_part_in_a_contact_that_comes_to_rest() {
-    use motion::contact::{Obstacle, Shape, Solid};
+    use motion::contact::{Obstacle, PlacedShape, Shape};
     let mut config = with("cs66", PlantKind::Rigid);
     config.tcp = RpyPose::from_array([0.0, 0.0, 0.1, 0.0, 0.0, 0.0]);
     config.truth.drivetrain = losses("cs66");
     let [_, _, z] = config.first_state().actual_tcp_pose.xyz;
     config.surroundings.obstacles = vec![Obstacle {
         name: "plate".to_owned(),
-        solid: Solid {
+        solid: PlacedShape {
             pose: Pose::from_translation(0.0, 0.0, z - 0.01),
             shape: Shape::Plane,
         },
@@ -281,13 +281,13 @@ fn friction_takes_part_in_a_contact_that_comes_to_rest() {
 fn a_push_in_the_first_cycle_is_felt_as_an_error_and_stops_nothing() {
     for plant in [PlantKind::Rigid, PlantKind::Rapier] {
         for model in MODELS {
-            for frame in [LoadFrame::Base, LoadFrame::Tool] {
+            for frame in [WrenchFrame::Base, WrenchFrame::Tool] {
                 for axis in 0..3 {
                     let mut config = with(model, plant);
                     config.tcp = RpyPose::from_array([0.02, 0.03, 0.12, 0.0, 0.0, 0.0]);
                     let mut wrench = [0.0; 6];
                     wrench[axis] = 20.0;
-                    config.loads = vec![Load {
+                    config.loads = vec![TimedWrench {
                         at: 0.0,
                         duration: 1.0,
                         wrench: Wrench::from_array(wrench),
@@ -312,7 +312,7 @@ fn a_push_in_the_first_cycle_is_felt_as_an_error_and_stops_nothing() {
 
 #[test]
 fn the_engine_of_others_agrees_with_our_own_equations() {
-    use motion::contact::{Obstacle, Shape, Solid};
+    use motion::contact::{Obstacle, PlacedShape, Shape};
     let run = |plant| {
         let mut config = with("cs612", plant);
         config.truth.payload = Some(payload(5.0));
@@ -320,7 +320,7 @@ fn the_engine_of_others_agrees_with_our_own_equations() {
         let [_, _, z] = config.first_state().actual_tcp_pose.xyz;
         config.surroundings.obstacles = vec![Obstacle {
             name: "plate".to_owned(),
-            solid: Solid {
+            solid: PlacedShape {
                 pose: Pose::from_translation(0.0, 0.0, z - 0.05),
                 shape: Shape::Plane,
             },
@@ -328,11 +328,11 @@ fn the_engine_of_others_agrees_with_our_own_equations() {
             damping: 20.0,
             friction: 0.3,
         }];
-        config.loads = vec![Load {
+        config.loads = vec![TimedWrench {
             at: 0.3,
             duration: 0.4,
             wrench: Wrench::from_array([10.0, -15.0, 5.0, 1.0, 0.0, 0.5]),
-            frame: LoadFrame::Base,
+            frame: WrenchFrame::Base,
         }];
         let home = config.home;
         let mut bench = Bench::new(config);
@@ -365,9 +365,9 @@ fn without_a_truth_of_its_own_nothing_differs() {
     let run = |truth: Option<Payload>| {
         let mut config = with("cs66", PlantKind::Rigid);
         config.payload = payload(2.0);
-        config.truth = Truth {
+        config.truth = PlantParameters {
             payload: truth,
-            ..Truth::default()
+            ..PlantParameters::default()
         };
         let home = config.home;
         let mut bench = Bench::new(config);
@@ -387,8 +387,10 @@ fn rapier_refuses_what_it_does_not_know() {
     let mut config = with("cs66", PlantKind::Rapier);
     config.truth.drivetrain.coulomb = JointTorques([1.0; 6]);
     let (motion, _script) =
-        motion_api::border(motion_api::BorderSizes::default(), &config.first_state());
-    let error = motion::Cycle::new(config, motion).map(|_| ()).unwrap_err();
+        motion_api::motion_channel(motion_api::RingCapacities::default(), &config.first_state());
+    let error = motion::ControlLoop::new(config, motion)
+        .map(|_| ())
+        .unwrap_err();
     assert!(matches!(error, ConfigError::Plant { .. }));
     assert!(error.to_string().contains("rapier") && error.to_string().contains("[arm]"));
 }

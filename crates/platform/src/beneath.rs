@@ -12,13 +12,13 @@ use crate::files::OpenMode;
 
 /// A folder, held open.
 #[derive(Debug)]
-pub struct Folder(imp::Held);
+pub struct ConfinedDir(imp::RawHandle);
 
 /// Something beneath it, held open: what was looked at is what is used.
 #[derive(Debug)]
-pub struct Found(imp::Held);
+pub struct ConfinedEntry(imp::RawHandle);
 
-impl Folder {
+impl ConfinedDir {
     /// Holds a folder open.
     ///
     /// # Errors
@@ -31,35 +31,35 @@ impl Folder {
     ///
     /// # Errors
     /// [`io::ErrorKind::CrossesDevices`] if it leads out; what the system says otherwise.
-    pub fn find(&self, way: &Path) -> io::Result<Found> {
-        imp::find(&self.0, way, false).map(Found)
+    pub fn find(&self, way: &Path) -> io::Result<ConfinedEntry> {
+        imp::find(&self.0, way, false).map(ConfinedEntry)
     }
 
     /// The same, and it has to be a folder.
     ///
     /// # Errors
-    /// As [`Folder::find`].
-    pub fn find_folder(&self, way: &Path) -> io::Result<Found> {
-        imp::find(&self.0, way, true).map(Found)
+    /// As [`ConfinedDir::find`].
+    pub fn find_folder(&self, way: &Path) -> io::Result<ConfinedEntry> {
+        imp::find(&self.0, way, true).map(ConfinedEntry)
     }
 
     /// Opens or makes a file. Nothing waits at opening, and no terminal becomes that of this process.
     ///
     /// # Errors
-    /// As [`Folder::find`].
+    /// As [`ConfinedDir::find`].
     pub fn file(&self, way: &Path, mode: OpenMode) -> io::Result<File> {
         imp::file(&self.0, way, mode)
     }
 }
 
-impl Found {
+impl ConfinedEntry {
     /// A path that leads there as long as this is held: nothing between here and there can be exchanged.
     pub fn path(&self) -> PathBuf {
         imp::path(&self.0)
     }
 
     /// A file that is open, as something that was found.
-    pub fn of(file: File) -> Self {
+    pub fn from_file(file: File) -> Self {
         Self(imp::of(file))
     }
 }
@@ -78,7 +78,7 @@ mod imp {
 
     use crate::files::OpenMode;
 
-    pub(super) type Held = OwnedFd;
+    pub(super) type RawHandle = OwnedFd;
 
     pub(super) fn open(path: &Path) -> io::Result<OwnedFd> {
         let flags = OFlag::O_PATH | OFlag::O_DIRECTORY | OFlag::O_CLOEXEC;
@@ -151,23 +151,23 @@ mod imp {
     /// No folder is ever opened.
     pub(super) type Held = File;
 
-    pub(super) fn open(_: &Path) -> io::Result<Held> {
+    pub(super) fn open(_: &Path) -> io::Result<RawHandle> {
         Err(crate::needs_linux(WHAT))
     }
 
-    pub(super) fn find(_: &Held, _: &Path, _: bool) -> io::Result<Held> {
+    pub(super) fn find(_: &RawHandle, _: &Path, _: bool) -> io::Result<RawHandle> {
         Err(crate::needs_linux(WHAT))
     }
 
-    pub(super) fn file(_: &Held, _: &Path, _: OpenMode) -> io::Result<File> {
+    pub(super) fn file(_: &RawHandle, _: &Path, _: OpenMode) -> io::Result<File> {
         Err(crate::needs_linux(WHAT))
     }
 
-    pub(super) fn path(_: &Held) -> PathBuf {
+    pub(super) fn path(_: &RawHandle) -> PathBuf {
         PathBuf::new()
     }
 
-    pub(super) fn of(file: File) -> Held {
+    pub(super) fn of(file: File) -> RawHandle {
         file
     }
 }
@@ -189,7 +189,7 @@ mod tests {
         std::fs::write(inner.join("own"), "y").unwrap();
         symlink(outside.path(), inner.join("up")).unwrap();
         symlink("own", inner.join("link")).unwrap();
-        let folder = Folder::open(&inner).unwrap();
+        let folder = ConfinedDir::open(&inner).unwrap();
         for way in [
             "../secret",
             "up/secret",

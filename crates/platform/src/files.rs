@@ -6,7 +6,7 @@ use std::path::Path;
 
 /// What `stat` tells. Where a system has no such number it is 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Details {
+pub struct FileStatus {
     /// Kind and permissions, as POSIX has them.
     pub mode: u32,
     /// Number in its file system.
@@ -48,7 +48,7 @@ pub struct OpenMode {
 
 /// Errors that are raised where the system is not asked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Refusal {
+pub enum FileError {
     /// There is nothing of this name.
     NotFound,
     /// It is a folder.
@@ -72,38 +72,38 @@ pub struct Access {
     pub run: bool,
 }
 
-impl From<Refusal> for io::Error {
-    fn from(refusal: Refusal) -> Self {
+impl From<FileError> for io::Error {
+    fn from(refusal: FileError) -> Self {
         #[cfg(unix)]
         {
             use nix::errno::Errno;
             match refusal {
-                Refusal::NotFound => Errno::ENOENT,
-                Refusal::IsAFolder => Errno::EISDIR,
-                Refusal::NotAFolder => Errno::ENOTDIR,
-                Refusal::TooManyOpen => Errno::EMFILE,
-                Refusal::NoText => Errno::EILSEQ,
+                FileError::NotFound => Errno::ENOENT,
+                FileError::IsAFolder => Errno::EISDIR,
+                FileError::NotAFolder => Errno::ENOTDIR,
+                FileError::TooManyOpen => Errno::EMFILE,
+                FileError::NoText => Errno::EILSEQ,
             }
             .into()
         }
         #[cfg(not(unix))]
         match refusal {
-            Refusal::NotFound => io::ErrorKind::NotFound.into(),
-            Refusal::IsAFolder => io::ErrorKind::IsADirectory.into(),
-            Refusal::NotAFolder => io::ErrorKind::NotADirectory.into(),
-            Refusal::TooManyOpen => io::Error::other("too many files are open"),
-            Refusal::NoText => io::ErrorKind::InvalidData.into(),
+            FileError::NotFound => io::ErrorKind::NotFound.into(),
+            FileError::IsAFolder => io::ErrorKind::IsADirectory.into(),
+            FileError::NotAFolder => io::ErrorKind::NotADirectory.into(),
+            FileError::TooManyOpen => io::Error::other("too many files are open"),
+            FileError::NoText => io::ErrorKind::InvalidData.into(),
         }
     }
 }
 
 /// What `stat` tells of what was found.
-pub fn details(found: &Metadata) -> Details {
+pub fn details(found: &Metadata) -> FileStatus {
     #[cfg(unix)]
     {
         use std::os::unix::fs::MetadataExt as _;
         let nanoseconds = |seconds: i64, rest: i64| seconds.saturating_mul(1_000_000_000) + rest;
-        Details {
+        FileStatus {
             mode: found.mode(),
             inode: found.ino(),
             device: found.dev(),
@@ -132,14 +132,14 @@ pub fn details(found: &Metadata) -> Details {
             true => 0o444,
             false => 0o666,
         };
-        Details {
+        FileStatus {
             mode: kind | permissions,
             links: 1,
             size: found.len(),
             accessed_ns: since(found.accessed()).unwrap_or(modified_ns),
             modified_ns,
             changed_ns: modified_ns,
-            ..Details::default()
+            ..FileStatus::default()
         }
     }
 }
@@ -245,7 +245,7 @@ pub fn set_mode(path: &Path, mode: u32) -> io::Result<()> {
 }
 
 /// Whether this process may do that with a file.
-pub fn may(path: &Path, access: Access) -> bool {
+pub fn can_access(path: &Path, access: Access) -> bool {
     #[cfg(unix)]
     {
         use nix::unistd::AccessFlags;
@@ -271,7 +271,7 @@ mod tests {
     #[test]
     fn refusals_have_the_systems_own_numbers() {
         let system = fs::read("/there/is/nothing").unwrap_err();
-        let own = io::Error::from(Refusal::NotFound);
+        let own = io::Error::from(FileError::NotFound);
         assert_eq!(own.raw_os_error(), system.raw_os_error());
         assert_eq!(own.kind(), system.kind());
     }
@@ -288,7 +288,7 @@ mod tests {
             read: true,
             ..Access::default()
         };
-        assert!(may(&path, wanted));
-        assert!(!may(&folder.path().join("other"), Access::default()));
+        assert!(can_access(&path, wanted));
+        assert!(!can_access(&folder.path().join("other"), Access::default()));
     }
 }

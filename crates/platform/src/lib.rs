@@ -17,7 +17,7 @@ mod said;
 pub mod signals;
 pub mod sockets;
 
-pub use said::said;
+pub use said::error_text;
 
 /// Refuses what this system cannot do.
 #[cfg(not(target_os = "linux"))]

@@ -17,7 +17,7 @@ pub const System: mimalloc::MiMalloc = mimalloc::MiMalloc;
 /// Bytes of a page.
 pub const PAGE: usize = 4096;
 
-pub use imp::{Left, map, remap, unmap};
+pub use imp::{DeferredUnmap, map, remap, unmap};
 
 /// What the allocator rounds a request up to, for accounts: it has blocks of every multiple of 16 bytes up to 128, and four sizes from one
 /// power of two to the next. With another allocator than mimalloc this is an estimate.
@@ -32,7 +32,7 @@ pub const fn rounded(size: usize) -> usize {
 
 /// How the allocator behaves. Set before the first block is asked for, which is before `main`.
 #[cfg(target_os = "linux")]
-mod behaviour {
+mod allocator_options {
     use std::ffi::c_long;
 
     use libmimalloc_sys::{mi_option_set, mi_option_t};
@@ -105,16 +105,16 @@ mod imp {
 
     /// Blocks that are given back bit by bit. Each has the next one, and its own size, written into its first bytes.
     #[derive(Clone, Copy)]
-    pub struct Left(*mut Block);
+    pub struct DeferredUnmap(*mut Block);
 
     struct Block {
-        next: Left,
+        next: DeferredUnmap,
         size: usize,
     }
 
-    impl Left {
+    impl DeferredUnmap {
         /// None at all.
-        pub const NONE: Self = Left(std::ptr::null_mut());
+        pub const NONE: Self = DeferredUnmap(std::ptr::null_mut());
 
         /// With one more.
         ///
@@ -125,7 +125,7 @@ mod imp {
             let block: *mut Block = block.cast();
             // SAFETY: the block is at the start of a page, bigger than that, and nobody else's any more.
             unsafe { block.write(Block { next: self, size }) };
-            Left(block)
+            DeferredUnmap(block)
         }
 
         /// Without up to `bytes` of them, a whole number of pages.
@@ -187,8 +187,8 @@ mod imp {
     #[derive(Clone, Copy)]
     pub struct Left;
 
-    impl Left {
-        pub const NONE: Self = Left;
+    impl DeferredUnmap {
+        pub const NONE: Self = DeferredUnmap;
 
         pub unsafe fn with(self, _: *mut u8, _: usize) -> Self {
             self
@@ -210,7 +210,7 @@ mod tests {
 
     #[test]
     fn the_allocator_behaves_as_it_has_been_told_to() {
-        for (option, value) in behaviour::SET {
+        for (option, value) in allocator_options::SET {
             // SAFETY: the call reads a number from a table.
             #[allow(unsafe_code)]
             let found = unsafe { libmimalloc_sys::mi_option_get(option) };

@@ -19,7 +19,7 @@ pub(crate) use imp::no_favour;
 ///
 /// # Errors
 /// What the system said, or that it has no such priorities.
-pub fn fifo(priority: u8) -> Result<(), String> {
+pub fn set_fifo_priority(priority: u8) -> Result<(), String> {
     imp::fifo(priority)
 }
 
@@ -64,7 +64,7 @@ mod imp {
         if now != 0 {
             return Ok(now == FAVOURED);
         }
-        set_nice(FAVOURED).map_err(|error| crate::said(&error))?;
+        set_nice(FAVOURED).map_err(|error| crate::error_text(&error))?;
         FAVOURS.store(true, Ordering::Relaxed);
         Ok(true)
     }
@@ -82,7 +82,7 @@ mod imp {
         let value = ThreadPriority::try_from(priority.min(99)).map_err(str::to_owned)?;
         set_thread_priority_and_policy(thread_native_id(), value, policy).map_err(|error| {
             match error {
-                Error::OS(code) => crate::said(&std::io::Error::from_raw_os_error(code)),
+                Error::OS(code) => crate::error_text(&std::io::Error::from_raw_os_error(code)),
                 other => format!("{other:?}"),
             }
         })
@@ -132,7 +132,7 @@ mod tests {
             let favoured = super::favour();
             let thread = std::thread::spawn(nice_of_this_thread).join().unwrap();
             let mut command = Command::new("nice");
-            crate::processes::end_with_this_one(&mut command).unwrap();
+            crate::processes::kill_with_parent(&mut command).unwrap();
             let output = command.output().unwrap();
             let process = String::from_utf8(output.stdout).unwrap();
             (favoured, thread, process.trim().parse::<i32>().unwrap())

@@ -9,7 +9,7 @@ use std::process::{Command, ExitStatus, Stdio};
 
 /// One line of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Entry {
+pub struct ProcessEntry {
     /// Number of the process that has it.
     pub parent: i32,
     /// Number of its group.
@@ -21,11 +21,11 @@ pub struct Entry {
 }
 
 /// The part of the system's table that descends from this process, by number.
-pub type Table = BTreeMap<i32, Entry>;
+pub type ProcessTable = BTreeMap<i32, ProcessEntry>;
 
 /// Whom a signal is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Whom {
+pub enum SignalTarget {
     /// One process.
     Process(i32),
     /// All of a group.
@@ -46,7 +46,8 @@ pub struct Identity {
 }
 
 pub use imp::{
-    adopt_orphans, end_with_this_one, identity, kill, own_group, reap, send, signal_of, table,
+    adopt_orphans, identity, kill, kill_with_parent, reap, send, set_process_group, signal_of,
+    table,
 };
 
 /// The exit code of a process, the negative number of the signal that ended it, or -1.
@@ -59,7 +60,7 @@ pub fn code_of(status: ExitStatus) -> i32 {
 ///
 /// # Errors
 /// The system gives no more handles.
-pub fn own_output() -> io::Result<Stdio> {
+pub fn clone_stdout() -> io::Result<Stdio> {
     #[cfg(unix)]
     {
         use std::os::fd::AsFd as _;
@@ -108,14 +109,14 @@ mod imp {
     use nix::sys::wait::{WaitPidFlag, waitpid};
     use nix::unistd::{Pid, getegid, geteuid, getgid, getpid, getppid, getuid};
 
-    use super::{Command, Entry, ExitStatus, Identity, Table, Whom, io};
+    use super::{Command, ExitStatus, Identity, ProcessEntry, ProcessTable, SignalTarget, io};
 
     /// The process gets a group of its own, and is killed when the thread that starts it ends in whatever way. What it has
     /// started itself is not.
     ///
     /// # Errors
     /// Where processes cannot be looked after.
-    pub fn end_with_this_one(command: &mut Command) -> io::Result<()> {
+    pub fn kill_with_parent(command: &mut Command) -> io::Result<()> {
         command.process_group(0);
         // SAFETY: the closure runs in the child of a `fork`, where only async-signal-safe functions may be called. It makes
         // two system calls (setpriority, prctl) and turns an error number into an `io::Error`, which does not allocate.
@@ -133,7 +134,7 @@ mod imp {
     }
 
     /// The process gets a group of its own: what a terminal sends to this one does not reach it.
-    pub fn own_group(command: &mut Command) {
+    pub fn set_process_group(command: &mut Command) {
         command.process_group(0);
     }
 
@@ -147,20 +148,20 @@ mod imp {
     ///
     /// # Errors
     /// There is no such signal or nobody to send it to, or it is not allowed.
-    pub fn send(whom: Whom, signal: i32) -> io::Result<()> {
+    pub fn send(whom: SignalTarget, signal: i32) -> io::Result<()> {
         let signal = match signal {
             0 => None,
             number => Some(Signal::try_from(number)?),
         };
         match whom {
-            Whom::Process(number) => nix::sys::signal::kill(Pid::from_raw(number), signal)?,
-            Whom::Group(number) => killpg(Pid::from_raw(number), signal)?,
+            SignalTarget::Process(number) => nix::sys::signal::kill(Pid::from_raw(number), signal)?,
+            SignalTarget::Group(number) => killpg(Pid::from_raw(number), signal)?,
         }
         Ok(())
     }
 
     /// Kills. Whoever has ended meanwhile is as good.
-    pub fn kill(whom: Whom) {
+    pub fn kill(whom: SignalTarget) {
         let _ = send(whom, Signal::SIGKILL as i32);
     }
 
@@ -186,9 +187,9 @@ mod imp {
     }
 
     /// All descendants; those that end while the table is read may be missing.
-    pub fn table() -> Table {
+    pub fn table() -> ProcessTable {
         let own = getpid().as_raw();
-        let mut found = Table::new();
+        let mut found = ProcessTable::new();
         let mut open = vec![own];
         while let Some(number) = open.pop() {
             let Some(children) = children(number) else {
@@ -227,9 +228,9 @@ mod imp {
         Some(found)
     }
 
-    fn whole_table() -> Table {
+    fn whole_table() -> ProcessTable {
         let Ok(folder) = std::fs::read_dir("/proc") else {
-            return Table::new();
+            return ProcessTable::new();
         };
         folder
             .flatten()
@@ -240,19 +241,19 @@ mod imp {
             .collect()
     }
 
-    fn entry(number: i32) -> Option<Entry> {
+    fn entry(number: i32) -> Option<ProcessEntry> {
         // As bytes: a process may have any name.
         parse(&std::fs::read(format!("/proc/{number}/stat")).ok()?)
     }
 
     /// `4711 (any ) name) S PARENT GROUP SESSION …` (proc_pid_stat(5)).
-    fn parse(stat: &[u8]) -> Option<Entry> {
+    fn parse(stat: &[u8]) -> Option<ProcessEntry> {
         let behind_the_name = stat.iter().rposition(|c| *c == b')')? + 1;
         let rest = std::str::from_utf8(&stat[behind_the_name..]).ok()?;
         let mut words = rest.split_ascii_whitespace();
         let state = words.next()?;
         let mut number = || words.next()?.parse().ok();
-        Some(Entry {
+        Some(ProcessEntry {
             parent: number()?,
             group: number()?,
             session: number()?,
@@ -267,7 +268,7 @@ mod imp {
         #[test]
         fn the_line_of_a_process_is_read_whatever_its_name() {
             let stat = b"4711 (a) S 1 \xff) R 10 20 30 0 -1";
-            let entry = Entry {
+            let entry = ProcessEntry {
                 parent: 10,
                 group: 20,
                 session: 30,
@@ -285,7 +286,7 @@ mod imp {
 
 #[cfg(not(target_os = "linux"))]
 mod imp {
-    use super::{Command, ExitStatus, Identity, Table, Whom, io};
+    use super::{Command, ExitStatus, Identity, ProcessTable, SignalTarget, io};
 
     const WHAT: &str = "starting processes for a program";
 
@@ -321,12 +322,12 @@ mod imp {
     ///
     /// # Errors
     /// Always.
-    pub fn send(_: Whom, _: i32) -> io::Result<()> {
+    pub fn send(_: SignalTarget, _: i32) -> io::Result<()> {
         Err(crate::needs_linux("sending signals from a program"))
     }
 
     /// There is nobody to kill.
-    pub fn kill(_: Whom) {}
+    pub fn kill(_: SignalTarget) {}
 
     /// The signal that ended a process.
     pub fn signal_of(status: ExitStatus) -> Option<i32> {
@@ -354,7 +355,7 @@ mod imp {
     pub fn reap(_: i32) {}
 
     /// There are no children.
-    pub fn table() -> Table {
-        Table::new()
+    pub fn table() -> ProcessTable {
+        ProcessTable::new()
     }
 }

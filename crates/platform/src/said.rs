@@ -3,7 +3,7 @@
 use std::io;
 
 /// The words of an error without the number that std puts behind them: "No such file or directory".
-pub fn said(error: &io::Error) -> String {
+pub fn error_text(error: &io::Error) -> String {
     let text = error.to_string();
     match error.raw_os_error() {
         Some(code) => match text.strip_suffix(&format!(" (os error {code})")) {
@@ -22,9 +22,13 @@ mod tests {
     fn words_come_without_the_number_and_own_words_as_they_are() {
         let missing = std::fs::metadata("/there/is/nothing").unwrap_err();
         assert!(missing.to_string().contains("os error"), "{missing}");
-        assert!(!said(&missing).contains("os error"), "{}", said(&missing));
+        assert!(
+            !error_text(&missing).contains("os error"),
+            "{}",
+            error_text(&missing)
+        );
         assert_eq!(
-            said(&io::Error::other("own (os error 2)")),
+            error_text(&io::Error::other("own (os error 2)")),
             "own (os error 2)"
         );
     }

@@ -6,9 +6,9 @@ use std::sync::Arc;
 use signal_hook::consts::{SIGINT, SIGTERM};
 
 /// Words to the process that it should end: SIGINT, SIGTERM. From the moment this is made on they end nothing by themselves.
-pub struct Ends(imp::Ends);
+pub struct TerminationSignals(imp::Ends);
 
-impl Ends {
+impl TerminationSignals {
     /// Listens.
     ///
     /// # Errors
@@ -30,7 +30,7 @@ impl Ends {
 ///
 /// # Errors
 /// The system gives no signals.
-pub fn hear_of_full_files_by_errors() -> io::Result<()> {
+pub fn suppress_sigxfsz() -> io::Result<()> {
     #[cfg(unix)]
     signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())?;
     Ok(())

@@ -131,8 +131,8 @@ impl Rows<6> {
     /// As an operand of a batch.
     pub(crate) fn operand(&self) -> Operand<'_> {
         match self {
-            Self::One(row) => Operand::Same(row),
-            Self::Many(copied) => Operand::Each(copied.rows()),
+            Self::One(row) => Operand::Broadcast(row),
+            Self::Many(copied) => Operand::PerRow(copied.rows()),
         }
     }
 }

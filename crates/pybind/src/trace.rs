@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use elite_runtime::message::Observer;
-use motion_api::Frame;
+use motion_api::CycleFrame;
 
 use crate::row::Row;
 
@@ -49,7 +49,7 @@ impl Trace {
 }
 
 impl Observer for Trace {
-    fn cycle_ended(&self, frame: &Frame) {
+    fn cycle_ended(&self, frame: &CycleFrame) {
         if self.most == 0 {
             return;
         }

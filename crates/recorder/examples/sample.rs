@@ -12,8 +12,8 @@ use kinematics::{
     DOF, JointAccelerations, JointPositions, JointSpeeds, JointTorques, Payload, Pose, RobotModel,
 };
 use motion_api::{
-    BorderSizes, Command, CommandId, CommandKind, MotionMode, Origin, ProgramId, Record,
-    RobotState, ThreadNumber, border,
+    Command, CommandId, CommandKind, MotionMode, Origin, ProgramId, Record, RingCapacities,
+    RobotState, ThreadNumber, motion_channel,
 };
 use nalgebra::Vector3;
 use recorder::{LogLevel, Recorder, RecorderConfig, Setup};
@@ -48,7 +48,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         patience: std::time::Duration::from_secs(60),
         on_failure: Box::new(|_| ()),
     };
-    let (mut motion, mut script) = border(BorderSizes::default(), &arm.state(0));
+    let (mut motion, mut script) = motion_channel(RingCapacities::default(), &arm.state(0));
     let records = script.records.take().ok_or("the border has no records")?;
     let mut ring = motion.records.take().ok_or("the border has no records")?;
 

@@ -163,7 +163,7 @@ impl Recording {
     /// Names of all topics in the file, sorted.
     ///
     /// # Errors
-    /// [`ReadError::Io`] when the file cannot be opened.
+    /// [`ReadError::IoSystem`] when the file cannot be opened.
     pub fn topics(&self) -> Result<BTreeSet<String>, ReadError> {
         let mut messages = self.messages()?;
         messages.by_ref().for_each(drop);
@@ -178,7 +178,7 @@ impl Recording {
     /// All messages from the beginning, undecoded.
     ///
     /// # Errors
-    /// [`ReadError::Io`] when the file cannot be opened.
+    /// [`ReadError::IoSystem`] when the file cannot be opened.
     pub fn messages(&self) -> Result<Messages, ReadError> {
         let failed = |source| ReadError::Io {
             path: self.name.clone(),
@@ -195,7 +195,7 @@ impl Recording {
     /// Messages of the given topics from the beginning, decoded, with their time in s.
     ///
     /// # Errors
-    /// [`ReadError::Io`] when the file cannot be opened; an item is [`ReadError::Message`] when a message is not what
+    /// [`ReadError::IoSystem`] when the file cannot be opened; an item is [`ReadError::Message`] when a message is not what
     /// its topic says.
     pub fn entries(&self, topics: &[Topic]) -> Result<Entries<'_>, ReadError> {
         Ok(Entries {

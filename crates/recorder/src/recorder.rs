@@ -19,7 +19,7 @@ use std::time::Duration;
 use kinematics::RobotModel;
 use mcap::McapError;
 use motion_api::RecordReader;
-use supervision::{Ended, Fault, Faults, Handle, Kind, catch};
+use supervision::{EndSignal, Fault, ThreadHandle, ThreadRole, ThreadSupervisor, catch};
 use thiserror::Error;
 
 use crate::extra::ExtraTopic;
@@ -120,7 +120,7 @@ pub(crate) fn report_once(report: &SharedReport, error: &RecordError) {
 pub struct Closer {
     shared: Arc<Shared>,
     notes: Arc<Notes>,
-    ended: Ended,
+    ended: EndSignal,
 }
 
 impl Closer {
@@ -151,7 +151,7 @@ impl Closer {
 pub struct Recorder {
     shared: Arc<Shared>,
     notes: Arc<Notes>,
-    thread: Option<Handle<Result<Totals, RecordError>>>,
+    thread: Option<ThreadHandle<Result<Totals, RecordError>>>,
 }
 
 impl Recorder {
@@ -194,10 +194,10 @@ impl Recorder {
         let (failed, report) = (Arc::clone(&shared), worker.report());
         let watched = report.clone();
         // A fault is told to whoever hears of failures, so nothing gets as far as the watcher of the thread.
-        let thread = Faults::default()
-            .start(Kind::Recorder, "recorder", move || {
+        let thread = ThreadSupervisor::default()
+            .start(ThreadRole::Recorder, "recorder", move || {
                 let given = catch(|| worker.run()).unwrap_or_else(|panicked| {
-                    let fault = Fault::new(Kind::Recorder, "recorder", panicked);
+                    let fault = Fault::new(ThreadRole::Recorder, "recorder", panicked);
                     Err(RecordError::Fault(fault))
                 });
                 if let Err(error) = &given {
@@ -211,7 +211,7 @@ impl Recorder {
             shared: Arc::clone(&shared),
             notes: Arc::clone(&notes),
             flow,
-            ended: thread.ended().clone(),
+            ended: thread.end_signal().clone(),
             report: watched,
             path,
         };
@@ -231,7 +231,7 @@ impl Recorder {
 
     /// For whoever must close it without the recorder at hand.
     pub fn closer(&self) -> Option<Closer> {
-        let ended = self.thread.as_ref()?.ended().clone();
+        let ended = self.thread.as_ref()?.end_signal().clone();
         Some(Closer {
             shared: Arc::clone(&self.shared),
             notes: Arc::clone(&self.notes),

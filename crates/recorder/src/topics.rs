@@ -5,7 +5,7 @@
 use std::borrow::Cow;
 
 use foxglove::Encode;
-use motion_api::points::Sample;
+use motion_api::points::PointValues;
 use motion_api::{Command, CommandId, Origin, PointList, ProgramId, ThreadNumber};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
@@ -286,7 +286,7 @@ impl CommandMessage {
     ///
     /// # Errors
     /// [`ArgumentError`] when it should, and what it holds are none.
-    pub fn to_points(&self) -> Result<Option<(bool, Vec<Sample>)>, ArgumentError> {
+    pub fn to_points(&self) -> Result<Option<(bool, Vec<PointValues>)>, ArgumentError> {
         if self.name != POINTS {
             return Ok(None);
         }

@@ -9,8 +9,8 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use motion_api::RecordFlow;
-use supervision::{Ended, Faults, Kind};
+use motion_api::RecordBackpressure;
+use supervision::{EndSignal, ThreadRole, ThreadSupervisor};
 
 use crate::handle::Shared;
 use crate::notes::Notes;
@@ -24,8 +24,8 @@ const LOOK: Duration = Duration::from_millis(50);
 pub(crate) struct Watcher {
     pub shared: Arc<Shared>,
     pub notes: Arc<Notes>,
-    pub flow: Arc<RecordFlow>,
-    pub ended: Ended,
+    pub flow: Arc<RecordBackpressure>,
+    pub ended: EndSignal,
     pub report: SharedReport,
     pub path: PathBuf,
 }
@@ -34,8 +34,10 @@ impl Watcher {
     /// Watches until the recorder's thread has ended or is given up.
     pub fn start(self, patience: Duration) -> io::Result<()> {
         let looks = patience.as_millis() / LOOK.as_millis();
-        Faults::default()
-            .start(Kind::Service, "recorder-watch", move || self.watch(looks))
+        ThreadSupervisor::default()
+            .start(ThreadRole::Service, "recorder-watch", move || {
+                self.watch(looks)
+            })
             .map(drop)
     }
 
@@ -60,7 +62,7 @@ impl Watcher {
     fn give_up(&self) {
         self.shared.given_up.store(true, Ordering::Release);
         self.shared.failed.store(true, Ordering::Release);
-        self.flow.give_up();
+        self.flow.abandon();
         self.notes.close();
         let path = self.path.clone();
         report_once(&self.report, &RecordError::GivenUp { path });

@@ -11,18 +11,18 @@ use crate::support;
 use std::sync::mpsc::channel;
 use std::time::Duration;
 
-use motion_api::{BorderSizes, Record, RobotState, border};
+use motion_api::{Record, RingCapacities, RobotState, motion_channel};
 use recorder::{LogLevel, RecordError, Recorder};
 use supervision::injection;
 
 #[test]
 fn a_panic_raises_the_alarm_and_nobody_waits_for_the_recorder() {
     let first = RobotState::at_start(kinematics::JointPositions::ZERO, 0.004);
-    let sizes = BorderSizes {
+    let sizes = RingCapacities {
         records: Some(64),
-        ..BorderSizes::default()
+        ..RingCapacities::default()
     };
-    let (mut motion, mut script) = border(sizes, &first);
+    let (mut motion, mut script) = motion_channel(sizes, &first);
     let (told, alarms) = channel();
     let mut config = support::config();
     config.notes_wait = true;

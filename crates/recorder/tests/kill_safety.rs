@@ -136,7 +136,7 @@ fn half_a_second_after_the_last_cycle_everything_is_in_the_file() {
 
 #[test]
 fn an_output_without_room_is_an_error_at_the_start() {
-    let (_motion, mut script) = motion_api::border(Default::default(), &state(0));
+    let (_motion, mut script) = motion_api::motion_channel(Default::default(), &state(0));
     let device = std::fs::OpenOptions::new()
         .write(true)
         .open("/dev/full")
@@ -154,7 +154,7 @@ fn an_output_without_room_is_an_error_at_the_start() {
 
 #[test]
 fn a_file_that_cannot_be_made_is_an_error_at_the_start() {
-    let (_motion, mut script) = motion_api::border(Default::default(), &state(0));
+    let (_motion, mut script) = motion_api::motion_channel(Default::default(), &state(0));
     let config = RecorderConfig {
         path: "/proc/nowhere/out.mcap".into(),
         ..config()

@@ -5,7 +5,7 @@ use crate::support;
 
 use std::path::PathBuf;
 
-use motion_api::{BorderSizes, ProgramId, Record, RobotState, ThreadNumber, border};
+use motion_api::{ProgramId, Record, RingCapacities, RobotState, ThreadNumber, motion_channel};
 use recorder::{Entry, PartEnd, Recorder, RecorderConfig, Recording, Rotation, Topic};
 use support::*;
 
@@ -18,7 +18,7 @@ fn in_parts(rotation: Rotation, cycles: u64) -> (tempfile::TempDir, Vec<PathBuf>
         ..config()
     };
     let first = RobotState::at_start(kinematics::JointPositions::ZERO, STEP);
-    let (mut motion, mut script) = border(BorderSizes::default(), &first);
+    let (mut motion, mut script) = motion_channel(RingCapacities::default(), &first);
     let (recorder, handle) = Recorder::start(config, script.records.take().unwrap()).unwrap();
     handle.program_started(0.0, ProgramId(1), "long.script", "movej(a)\nmovej(b)\n");
     handle.script_line(0.0, ProgramId(1), ThreadNumber(0), 2);

@@ -455,7 +455,7 @@ fn wrench(site: &Site, call: &mut NativeCall<'_>) -> R {
         duration: duration.get(),
         replaces: false,
     };
-    if let Err(refusal) = push.check_form() {
+    if let Err(refusal) = push.validate() {
         return Err(wrong(call, refusal.to_string()));
     }
     act(site, call, after, Act::Command(push))

@@ -11,7 +11,7 @@ use std::time::Duration;
 use controller::RobotConfig;
 use elite_runtime::LineCountsOfTexts;
 use motion_api::Seconds;
-use supervision::{Faults, Kind, catch};
+use supervision::{ThreadRole, ThreadSupervisor, catch};
 
 use crate::discover::TestCase;
 use crate::files::Files;
@@ -79,7 +79,7 @@ pub fn run(
     let next = Arc::new(AtomicUsize::new(0));
     let (results, inbox) = mpsc::channel();
     let jobs = options.jobs.get().min(planned.len().max(1));
-    let faults = Faults::default();
+    let faults = ThreadSupervisor::default();
     let mut workers = Vec::new();
     for number in 0..jobs {
         let (planned, next, results) = (planned.clone(), next.clone(), results.clone());
@@ -98,7 +98,7 @@ pub fn run(
                 }
             }
         };
-        workers.push(faults.start(Kind::Service, format!("tests-{number}"), work)?);
+        workers.push(faults.start(ThreadRole::Service, format!("tests-{number}"), work)?);
     }
     drop(results);
     for result in inbox {

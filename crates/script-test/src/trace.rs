@@ -6,7 +6,7 @@ use controller::Peaks;
 use controller::doing::{Doing, Follower};
 use elite_lang::TaskNode;
 use elite_runtime::message::Observer;
-use motion_api::{Frame, ProgramId, RobotState, ThreadNumber};
+use motion_api::{CycleFrame, ProgramId, RobotState, ThreadNumber};
 
 /// Cycles that are kept; what comes after them is counted only. At 4 ms it is the first 400 s of a test.
 const CYCLES_MAX: usize = 100_000;
@@ -104,7 +104,7 @@ impl Observer for Watcher {
         self.follower.program_ended();
     }
 
-    fn cycle_ended(&self, frame: &Frame) {
+    fn cycle_ended(&self, frame: &CycleFrame) {
         self.follower.cycle_ended(&frame.state);
         self.follower
             .with(|doing| self.trace.take(&frame.state, doing));

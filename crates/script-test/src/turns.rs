@@ -182,7 +182,7 @@ impl Timeline for Turns {
         }
     }
 
-    fn drive(&self, on: bool) {
+    fn set_driven(&self, on: bool) {
         let own = thread::current().id();
         let mut state = self.state();
         match on {
@@ -206,10 +206,10 @@ impl Timeline for Turns {
         }
         self.changed.notify_all();
         drop(state);
-        self.inner.drive(on);
+        self.inner.set_driven(on);
     }
 
-    fn rests_until(&self, cycle: u64) {
+    fn idle_until(&self, cycle: u64) {
         let mut state = self.state();
         if state.test == Some(thread::current().id()) {
             state.rests_until = cycle;

@@ -12,8 +12,10 @@
 use std::path::{Path, PathBuf};
 
 use kinematics::{JointPositions, Pose, RobotModel, RpyPose};
-use motion::{Cycle, CycleConfig, MotionLimits, PlantKind, Timing};
-use motion_api::{BorderSizes, CommandKind, Event, Origin, Outcome, RobotState, ScriptEnd, border};
+use motion::{ControlLoop, CycleConfig, CycleTiming, MotionLimits, PlantKind};
+use motion_api::{
+    CommandKind, Event, Origin, Outcome, RingCapacities, RobotState, ScriptEndpoint, motion_channel,
+};
 use server::plot::{Circle, Curve, CurveStyle, Figure, Marks, Panel};
 
 fn main() {
@@ -33,8 +35,8 @@ fn main() {
 
 /// An arm, and all it was told so far.
 struct Stage {
-    cycle: Cycle,
-    script: ScriptEnd,
+    cycle: ControlLoop,
+    script: ScriptEndpoint,
     states: Vec<RobotState>,
     limits: MotionLimits,
     /// Cycles in which commands ended.
@@ -49,11 +51,11 @@ impl Stage {
             step_time,
             ..CycleConfig::new(RobotModel::built_in("cs66").unwrap())
         };
-        let (motion, script) = border(BorderSizes::default(), &config.first_state());
+        let (motion, script) = motion_channel(RingCapacities::default(), &config.first_state());
         Self {
             limits: config.resolve().unwrap(),
             states: vec![config.first_state()],
-            cycle: Cycle::new(config, motion).unwrap(),
+            cycle: ControlLoop::new(config, motion).unwrap(),
             script,
             ended: Vec::new(),
         }
@@ -74,7 +76,7 @@ impl Stage {
     }
 
     fn tick(&mut self) {
-        self.cycle.tick(Timing::default());
+        self.cycle.tick(CycleTiming::default());
         while let Some(event) = self.script.events.next_event() {
             match event {
                 Event::Ended {
@@ -85,7 +87,7 @@ impl Stage {
                 Event::Ended { outcome, .. } => panic!("{outcome:?}"),
                 Event::Warned { warning, .. } => println!("{warning}"),
                 Event::Stopped { reason, .. } => panic!("{reason}"),
-                Event::Queued { .. } | Event::Due { .. } => {}
+                Event::ReadyForNext { .. } | Event::Due { .. } => {}
             }
         }
         self.states.push(self.script.snapshot.read());

@@ -14,7 +14,7 @@ use elite_runtime::message::{
     RECORDING_ALARM_CODE, REPLACED, Severity,
 };
 use elite_runtime::panel::VariableValue;
-use motion_api::{Frame, Origin, ProgramId, ThreadNumber};
+use motion_api::{CycleFrame, Origin, ProgramId, ThreadNumber};
 use recorder::lengths::cut;
 use tokio::sync::broadcast;
 use tracing::Span;
@@ -271,7 +271,7 @@ impl Observer for Announcer {
         let _ = std::io::stdout().flush();
     }
 
-    fn cycle_ended(&self, frame: &Frame) {
+    fn cycle_ended(&self, frame: &CycleFrame) {
         self.feed.cycle_ended(frame);
     }
 }

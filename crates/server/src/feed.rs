@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use elite_lang::TaskNode;
 use elite_runtime::{TaskState, TaskStatus as SupervisorStatus};
 use kinematics::{JointSpeeds, RobotModel};
-use motion_api::{Frame, RobotState, ThreadNumber};
+use motion_api::{CycleFrame, RobotState, ThreadNumber};
 use tokio::sync::{broadcast, watch};
 
 use crate::ports::description::{Peripherals, TaskStatus};
@@ -152,7 +152,7 @@ impl Feed {
     }
 
     /// Shows a cycle to whoever listens.
-    pub fn cycle_ended(&self, frame: &Frame) {
+    pub fn cycle_ended(&self, frame: &CycleFrame) {
         let is_beat = self.beats.begin_with(frame.state.time);
         let is_followed = self.samples.receiver_count() > 0;
         if !is_beat && !is_followed {
@@ -169,7 +169,7 @@ impl Feed {
     }
 
     /// What listeners are shown of a cycle.
-    pub fn sample(&self, frame: &Frame) -> Sample {
+    pub fn sample(&self, frame: &CycleFrame) -> Sample {
         let state = &frame.state;
         Sample {
             state: *state,
@@ -213,9 +213,9 @@ mod tests {
         Feed::new(Arc::new(RobotModel::built_in("cs66").unwrap()))
     }
 
-    fn frame(state: RobotState) -> Frame {
+    fn frame(state: RobotState) -> CycleFrame {
         let registers = RegisterImages::default();
-        Frame { state, registers }
+        CycleFrame { state, registers }
     }
 
     #[test]

@@ -13,7 +13,7 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
 use elite_runtime::message::InterpreterEvent;
 use motion_api::SnapshotCell;
-use supervision::{Faults, injection};
+use supervision::{ThreadSupervisor, injection};
 
 use crate::ports::ClientId;
 use crate::ports::shown::Escaped;
@@ -50,7 +50,11 @@ impl InterpreterLog {
     ///
     /// # Errors
     /// The folder or a file in it cannot be made.
-    pub fn open(folder: &Path, snapshot: Arc<SnapshotCell>, faults: &Faults) -> io::Result<Self> {
+    pub fn open(
+        folder: &Path,
+        snapshot: Arc<SnapshotCell>,
+        faults: &ThreadSupervisor,
+    ) -> io::Result<Self> {
         fs::create_dir_all(folder)?;
         let received = RotatingFile::open(folder, "interpreter", FILE_BYTES_MAX)?;
         let executed = RotatingFile::open(folder, "interpreter.execute", FILE_BYTES_MAX)?;

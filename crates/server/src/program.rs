@@ -7,7 +7,7 @@ use std::io::{ErrorKind, Write};
 use std::time::Duration;
 
 use clap::Parser;
-use supervision::{Fault, Kind, catch};
+use supervision::{Fault, ThreadRole, catch};
 
 use crate::cli::{Cli, Command, LogArgs};
 use crate::config::{RunConfig, ServeConfig};
@@ -34,7 +34,7 @@ pub fn program(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         }
         // A fault outside every thread that contains its own.
         Err(panicked) => {
-            let fault = Fault::new(Kind::Service, "the command", panicked);
+            let fault = Fault::new(ThreadRole::Service, "the command", panicked);
             logging::say(&format!("eliteserver: {fault}"));
             FAULT_EXIT
         }

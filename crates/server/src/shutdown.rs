@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use platform::signals::{self, exit_at_once};
 use recorder::Closer;
-use supervision::{Faults, Kind};
+use supervision::{ThreadRole, ThreadSupervisor};
 use tokio_util::sync::CancellationToken;
 
 use crate::logging;
@@ -69,11 +69,11 @@ impl Shutdown {
             }),
         };
         // Whoever writes into a file that may not grow hears of it as an error of the write.
-        signals::hear_of_full_files_by_errors()?;
-        let mut ends = signals::Ends::listen()?;
-        let faults = Faults::default();
+        signals::suppress_sigxfsz()?;
+        let mut ends = signals::TerminationSignals::listen()?;
+        let faults = ThreadSupervisor::default();
         let on_signal = shutdown.clone();
-        faults.start(Kind::Service, "signals", move || {
+        faults.start(ThreadRole::Service, "signals", move || {
             if let Some(name) = ends.wait() {
                 on_signal.begin(status);
                 tracing::info!("{name}: the end begins");
@@ -84,7 +84,7 @@ impl Shutdown {
             }
         })?;
         let at_deadline = shutdown.clone();
-        faults.start(Kind::Service, "deadline", move || {
+        faults.start(ThreadRole::Service, "deadline", move || {
             at_deadline.keep_deadline(orderly)
         })?;
         Ok(shutdown)

@@ -8,7 +8,7 @@ use std::task::{Context, Poll};
 
 /// What a panic said, and where.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Panicked {
+pub struct CaughtPanic {
     /// The words.
     pub message: String,
     /// `file:line`; known only with [`install_panic_hook`].
@@ -54,12 +54,12 @@ fn words(info: &PanicHookInfo<'_>) -> String {
 ///
 /// # Errors
 /// The panic.
-pub fn catch<T>(body: impl FnOnce() -> T) -> Result<T, Panicked> {
-    let _depth = Deeper::new();
+pub fn catch<T>(body: impl FnOnce() -> T) -> Result<T, CaughtPanic> {
+    let _depth = ContainmentGuard::new();
     catch_unwind(AssertUnwindSafe(body)).map_err(describe)
 }
 
-fn describe(payload: Box<dyn Any + Send>) -> Panicked {
+fn describe(payload: Box<dyn Any + Send>) -> CaughtPanic {
     let message = payload
         .downcast_ref::<&str>()
         .map(|text| (*text).to_owned())
@@ -68,30 +68,30 @@ fn describe(payload: Box<dyn Any + Send>) -> Panicked {
     // The payload is anybody's: its destructor may panic, too.
     let _ = catch_unwind(AssertUnwindSafe(move || drop(payload)));
     let place = PLACE.try_with(RefCell::take).ok().flatten();
-    Panicked { message, place }
+    CaughtPanic { message, place }
 }
 
-struct Deeper;
+struct ContainmentGuard;
 
-impl Deeper {
+impl ContainmentGuard {
     fn new() -> Self {
         DEPTH.with(|depth| depth.set(depth.get() + 1));
         Self
     }
 }
 
-impl Drop for Deeper {
+impl Drop for ContainmentGuard {
     fn drop(&mut self) {
         DEPTH.with(|depth| depth.set(depth.get() - 1));
     }
 }
 
 /// A future whose panic becomes its result. After a panic the inner future is dropped.
-pub struct Contained<F> {
+pub struct CatchPanic<F> {
     inner: Option<Pin<Box<F>>>,
 }
 
-impl<F: Future> Contained<F> {
+impl<F: Future> CatchPanic<F> {
     /// Contains a future.
     pub fn new(future: F) -> Self {
         Self {
@@ -100,8 +100,8 @@ impl<F: Future> Contained<F> {
     }
 }
 
-impl<F: Future> Future for Contained<F> {
-    type Output = Result<F::Output, Panicked>;
+impl<F: Future> Future for CatchPanic<F> {
+    type Output = Result<F::Output, CaughtPanic>;
 
     fn poll(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Self::Output> {
         let Some(inner) = &mut self.inner else {
@@ -120,7 +120,7 @@ impl<F: Future> Future for Contained<F> {
     }
 }
 
-impl<F> Drop for Contained<F> {
+impl<F> Drop for CatchPanic<F> {
     fn drop(&mut self) {
         if let Some(inner) = self.inner.take()
             && let Err(panicked) = catch(move || drop(inner))
@@ -145,15 +145,15 @@ mod tests {
         let runtime = tokio::runtime::Builder::new_current_thread()
             .build()
             .unwrap();
-        let given = runtime.block_on(Contained::new(async move {
+        let given = runtime.block_on(CatchPanic::new(async move {
             let _inside = inside;
             ready(()).await;
             panic!("halfway");
         }));
-        let given: Result<(), Panicked> = given;
+        let given: Result<(), CaughtPanic> = given;
         assert_eq!(given.unwrap_err().message, "halfway");
         assert_eq!(std::rc::Rc::strong_count(&held), 1);
-        assert_eq!(runtime.block_on(Contained::new(ready(7))), Ok(7));
+        assert_eq!(runtime.block_on(CatchPanic::new(ready(7))), Ok(7));
     }
 
     #[test]

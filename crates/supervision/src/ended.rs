@@ -4,28 +4,28 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::task::{Context, Poll, Waker};
 use std::time::{Duration, Instant};
 
-use crate::faults::Ending;
+use crate::faults::EndSignalFuture;
 
 /// Whether something has ended. Clones tell the same.
 #[derive(Clone, Default)]
-pub struct Ended {
-    shared: Arc<Shared>,
+pub struct EndSignal {
+    shared: Arc<SignalCore>,
 }
 
 #[derive(Default)]
-struct Shared {
-    state: Mutex<State>,
+struct SignalCore {
+    state: Mutex<SignalState>,
     raised: Condvar,
 }
 
 #[derive(Default)]
-struct State {
+struct SignalState {
     is_ended: bool,
     wakers: Vec<Waker>,
 }
 
-impl Ended {
-    fn state(&self) -> MutexGuard<'_, State> {
+impl EndSignal {
+    fn state(&self) -> MutexGuard<'_, SignalState> {
         // Whole at every moment, so a poisoned lock is as good as any.
         self.shared
             .state
@@ -82,8 +82,8 @@ impl Ended {
     }
 
     /// Waits for the end in a future, whatever runtime drives it.
-    pub fn ended(&self) -> impl Future<Output = ()> + Send + use<> {
-        Ending(self.clone())
+    pub fn wait_async(&self) -> impl Future<Output = ()> + Send + use<> {
+        EndSignalFuture(self.clone())
     }
 
     pub(crate) fn poll_ended(&self, context: &Context<'_>) -> Poll<()> {

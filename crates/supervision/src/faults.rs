@@ -10,13 +10,13 @@ use std::time::Duration;
 
 use thiserror::Error;
 
-use crate::Ended;
-use crate::contained::{Panicked, catch};
-use crate::thread::{Handle, start};
+use crate::EndSignal;
+use crate::contained::{CaughtPanic, catch};
+use crate::thread::{ThreadHandle, start};
 
 /// What a thread is for; with it the rule of what a fault in it may take down.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum ThreadRole {
     /// A program of a user. It ends with `InternalError: …`, the arm stops on its path, the next program runs.
     Task,
     /// One connection of a port. It ends; the port and its other connections live on.
@@ -30,8 +30,8 @@ pub enum Kind {
     Motion,
 }
 
-impl Kind {
-    /// Every kind, in the order of [`Faults::counts`].
+impl ThreadRole {
+    /// Every kind, in the order of [`ThreadSupervisor::counts`].
     pub const ALL: [Self; 5] = [
         Self::Task,
         Self::Port,
@@ -52,7 +52,7 @@ impl Kind {
     }
 }
 
-impl fmt::Display for Kind {
+impl fmt::Display for ThreadRole {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
     }
@@ -63,7 +63,7 @@ impl fmt::Display for Kind {
 #[error("a fault of ours in {name} ({kind}): {}; please report it", self.what())]
 pub struct Fault {
     /// What the thread was for.
-    pub kind: Kind,
+    pub kind: ThreadRole,
     /// Its name.
     pub name: String,
     /// What the panic said.
@@ -74,7 +74,7 @@ pub struct Fault {
 
 impl Fault {
     /// A fault in the thread or task `name`.
-    pub fn new(kind: Kind, name: impl Into<String>, panicked: Panicked) -> Self {
+    pub fn new(kind: ThreadRole, name: impl Into<String>, panicked: CaughtPanic) -> Self {
         Self {
             kind,
             name: name.into(),
@@ -94,42 +94,47 @@ impl Fault {
 
 /// Where faults are told. Clones share everything; each controller has one.
 #[derive(Clone, Default)]
-pub struct Faults {
-    shared: Arc<Shared>,
+pub struct ThreadSupervisor {
+    shared: Arc<SupervisorState>,
 }
 
 #[derive(Default)]
-struct Shared {
-    counts: [AtomicU64; Kind::ALL.len()],
+struct SupervisorState {
+    counts: [AtomicU64; ThreadRole::ALL.len()],
     /// The first fault of the control cycle: nothing can go on after it.
     fatal: OnceLock<Fault>,
-    is_fatal: Ended,
+    is_fatal: EndSignal,
 }
 
 /// First and longest pause before a service is started again.
 const PAUSE_MIN: Duration = Duration::from_millis(50);
 const PAUSE_MAX: Duration = Duration::from_secs(5);
 
-impl Faults {
-    /// Counts and logs a fault. One of [`Kind::Motion`] is fatal.
+impl ThreadSupervisor {
+    /// Counts and logs a fault. One of [`ThreadRole::Motion`] is fatal.
     pub fn tell(&self, fault: &Fault) {
-        let place = Kind::ALL.iter().position(|kind| *kind == fault.kind);
+        let place = ThreadRole::ALL.iter().position(|kind| *kind == fault.kind);
         if let Some(count) = place.map(|place| &self.shared.counts[place]) {
             count.fetch_add(1, Ordering::Relaxed);
         }
-        if fault.kind == Kind::Motion {
+        if fault.kind == ThreadRole::Motion {
             // Only the first counts; what follows from it would hide it.
             let _ = self.shared.fatal.set(fault.clone());
         }
         tracing::error!("{fault}");
-        if fault.kind == Kind::Motion {
+        if fault.kind == ThreadRole::Motion {
             self.shared.is_fatal.set();
         }
     }
 
     /// How many faults of each kind there were.
-    pub fn counts(&self) -> [(Kind, u64); Kind::ALL.len()] {
-        core::array::from_fn(|i| (Kind::ALL[i], self.shared.counts[i].load(Ordering::Relaxed)))
+    pub fn counts(&self) -> [(ThreadRole, u64); ThreadRole::ALL.len()] {
+        core::array::from_fn(|i| {
+            (
+                ThreadRole::ALL[i],
+                self.shared.counts[i].load(Ordering::Relaxed),
+            )
+        })
     }
 
     /// The fault after which the process must end, once there is one.
@@ -139,7 +144,7 @@ impl Faults {
 
     /// Returns once there is a fault after which the process must end.
     pub fn fatal_told(&self) -> impl Future<Output = ()> + Send + use<> {
-        self.shared.is_fatal.ended()
+        self.shared.is_fatal.wait_async()
     }
 
     /// Starts a thread.
@@ -148,14 +153,14 @@ impl Faults {
     /// The operating system gives none.
     pub fn start<T: Send + 'static>(
         &self,
-        kind: Kind,
+        kind: ThreadRole,
         name: impl Into<String>,
         body: impl FnOnce() -> T + Send + 'static,
-    ) -> io::Result<Handle<T>> {
+    ) -> io::Result<ThreadHandle<T>> {
         start(self.clone(), kind, name.into(), body)
     }
 
-    /// Starts a thread of [`Kind::Service`] whose body is run again, after a growing pause, when it panics. It ends when
+    /// Starts a thread of [`ThreadRole::Service`] whose body is run again, after a growing pause, when it panics. It ends when
     /// the body returns.
     ///
     /// # Errors
@@ -164,12 +169,12 @@ impl Faults {
         &self,
         name: &'static str,
         mut body: impl FnMut() + Send + 'static,
-    ) -> io::Result<Handle<()>> {
+    ) -> io::Result<ThreadHandle<()>> {
         let faults = self.clone();
-        self.start(Kind::Service, name, move || {
+        self.start(ThreadRole::Service, name, move || {
             let mut pause = PAUSE_MIN;
             while let Err(panicked) = catch(&mut body) {
-                faults.tell(&Fault::new(Kind::Service, name, panicked));
+                faults.tell(&Fault::new(ThreadRole::Service, name, panicked));
                 std::thread::sleep(pause);
                 pause = next_pause(pause);
             }
@@ -185,16 +190,16 @@ pub(crate) fn next_pause(pause: Duration) -> Duration {
 #[cfg(feature = "tokio")]
 pub(crate) const FIRST_PAUSE: Duration = PAUSE_MIN;
 
-impl fmt::Debug for Faults {
+impl fmt::Debug for ThreadSupervisor {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_map().entries(self.counts()).finish()
     }
 }
 
-/// The wait of [`Faults::fatal_told`] and [`Ended::ended`].
-pub(crate) struct Ending(pub(crate) Ended);
+/// The wait of [`ThreadSupervisor::fatal_told`] and [`EndSignal::wait_async`].
+pub(crate) struct EndSignalFuture(pub(crate) EndSignal);
 
-impl Future for Ending {
+impl Future for EndSignalFuture {
     type Output = ();
 
     fn poll(self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<()> {
@@ -209,7 +214,7 @@ mod tests {
 
     #[test]
     fn a_service_that_panics_is_started_again_until_it_returns() {
-        let faults = Faults::default();
+        let faults = ThreadSupervisor::default();
         let runs = Arc::new(AtomicU32::new(0));
         let counted = runs.clone();
         let service = faults.start_service("pump", move || {
@@ -217,20 +222,20 @@ mod tests {
         });
         service.unwrap().join().unwrap();
         assert_eq!(runs.load(Ordering::Relaxed), 3);
-        assert_eq!(faults.counts()[2], (Kind::Service, 2));
+        assert_eq!(faults.counts()[2], (ThreadRole::Service, 2));
         assert!(faults.fatal().is_none());
     }
 
     #[test]
     fn only_the_control_cycle_is_fatal_and_the_first_fault_is_the_reason() {
-        let faults = Faults::default();
-        for kind in Kind::ALL {
-            let is_motion = kind == Kind::Motion;
+        let faults = ThreadSupervisor::default();
+        for kind in ThreadRole::ALL {
+            let is_motion = kind == ThreadRole::Motion;
             let thread = faults.start(kind, format!("a-{kind}"), || panic!("here"));
             thread.unwrap().join().unwrap_err();
             assert_eq!(faults.fatal().is_some(), is_motion, "{kind}");
         }
-        let again = faults.start(Kind::Motion, "other", || panic!("there"));
+        let again = faults.start(ThreadRole::Motion, "other", || panic!("there"));
         again.unwrap().join().unwrap_err();
         assert_eq!(faults.fatal().unwrap().message, "here");
     }

@@ -25,7 +25,7 @@ mod on_demand {
     use std::sync::{Mutex, MutexGuard, PoisonError};
     use std::time::Duration;
 
-    use crate::{Faults, Kind};
+    use crate::{ThreadRole, ThreadSupervisor};
 
     /// How often the file is looked at.
     const LOOK: Duration = Duration::from_millis(2);
@@ -60,12 +60,13 @@ mod on_demand {
             return;
         };
         take_orders(&path);
-        let started = Faults::default().start(Kind::Service, "fault-injection", move || {
-            loop {
-                std::thread::sleep(LOOK);
-                take_orders(&path);
-            }
-        });
+        let started =
+            ThreadSupervisor::default().start(ThreadRole::Service, "fault-injection", move || {
+                loop {
+                    std::thread::sleep(LOOK);
+                    take_orders(&path);
+                }
+            });
         if let Err(error) = started {
             tracing::error!("no faults on demand: {error}");
         }

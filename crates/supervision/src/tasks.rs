@@ -3,15 +3,15 @@
 use tokio::runtime::Handle as Runtime;
 use tokio::task::JoinHandle;
 
-use crate::contained::Contained;
+use crate::contained::CatchPanic;
 use crate::faults::{FIRST_PAUSE, next_pause};
-use crate::{Fault, Faults, Kind};
+use crate::{Fault, ThreadRole, ThreadSupervisor};
 
-impl Faults {
+impl ThreadSupervisor {
     /// Makes a future whose panic is told here and becomes its result. For sets of tasks that others keep.
     pub fn contain<F>(
         &self,
-        kind: Kind,
+        kind: ThreadRole,
         name: &'static str,
         future: F,
     ) -> impl Future<Output = Result<F::Output, Fault>> + Send + use<F>
@@ -20,7 +20,7 @@ impl Faults {
         F::Output: Send,
     {
         let faults = self.clone();
-        let contained = Contained::new(future);
+        let contained = CatchPanic::new(future);
         async move {
             contained.await.map_err(|panicked| {
                 let fault = Fault::new(kind, name, panicked);
@@ -33,7 +33,7 @@ impl Faults {
     /// Starts a task on the current runtime.
     pub fn spawn<F>(
         &self,
-        kind: Kind,
+        kind: ThreadRole,
         name: &'static str,
         future: F,
     ) -> JoinHandle<Result<F::Output, Fault>>
@@ -48,7 +48,7 @@ impl Faults {
     pub fn spawn_on<F>(
         &self,
         runtime: &Runtime,
-        kind: Kind,
+        kind: ThreadRole,
         name: &'static str,
         future: F,
     ) -> JoinHandle<Result<F::Output, Fault>>
@@ -62,12 +62,16 @@ impl Faults {
 
     /// A service of futures: `begin` is called again, after a growing pause, when what it made has panicked. Ends with the
     /// first future that ends by itself.
-    pub async fn keep_up<F>(&self, name: &'static str, mut begin: impl FnMut() -> F + Send)
+    pub async fn run_restarting<F>(&self, name: &'static str, mut begin: impl FnMut() -> F + Send)
     where
         F: Future<Output = ()> + Send,
     {
         let mut pause = FIRST_PAUSE;
-        while self.contain(Kind::Service, name, begin()).await.is_err() {
+        while self
+            .contain(ThreadRole::Service, name, begin())
+            .await
+            .is_err()
+        {
             tokio::time::sleep(pause).await;
             pause = next_pause(pause);
         }
@@ -80,24 +84,24 @@ mod tests {
 
     #[tokio::test(flavor = "current_thread")]
     async fn a_task_that_panics_says_so_to_whoever_waits_and_to_the_watcher() {
-        let faults = Faults::default();
-        let task = faults.spawn(Kind::Port, "session", async { panic!("here") });
+        let faults = ThreadSupervisor::default();
+        let task = faults.spawn(ThreadRole::Port, "session", async { panic!("here") });
         let fault: Fault = task.await.unwrap().unwrap_err();
         assert_eq!(fault.message, "here");
-        assert_eq!(faults.counts()[1], (Kind::Port, 1));
+        assert_eq!(faults.counts()[1], (ThreadRole::Port, 1));
     }
 
     #[tokio::test(flavor = "current_thread")]
     async fn a_service_is_begun_again_until_it_ends_by_itself() {
-        let faults = Faults::default();
+        let faults = ThreadSupervisor::default();
         let mut begun = 0;
         faults
-            .keep_up("service", || {
+            .run_restarting("service", || {
                 begun += 1;
                 let is_ready = begun == 3;
                 async move { assert!(is_ready, "not yet") }
             })
             .await;
-        assert_eq!(faults.counts()[2], (Kind::Service, 2));
+        assert_eq!(faults.counts()[2], (ThreadRole::Service, 2));
     }
 }

@@ -6,24 +6,24 @@ use std::thread::{Builder, Thread};
 use std::time::Duration;
 
 use crate::contained::catch;
-use crate::{Ended, Fault, Faults, Kind};
+use crate::{EndSignal, Fault, ThreadRole, ThreadSupervisor};
 
 /// A running thread. Dropping the handle lets the thread go on.
-pub struct Handle<T> {
+pub struct ThreadHandle<T> {
     thread: Thread,
-    ended: Ended,
+    ended: EndSignal,
     result: Arc<Mutex<Option<Result<T, Fault>>>>,
 }
 
 pub(crate) fn start<T: Send + 'static>(
-    faults: Faults,
-    kind: Kind,
+    faults: ThreadSupervisor,
+    kind: ThreadRole,
     name: String,
     body: impl FnOnce() -> T + Send + 'static,
-) -> io::Result<Handle<T>> {
-    let ended = Ended::default();
+) -> io::Result<ThreadHandle<T>> {
+    let ended = EndSignal::default();
     let result = Arc::new(Mutex::new(None));
-    let (ends, gives) = (RaisedOnDrop(ended.clone()), result.clone());
+    let (ends, gives) = (SignalOnDrop(ended.clone()), result.clone());
     let called = name.clone();
     #[allow(
         clippy::disallowed_methods,
@@ -39,29 +39,29 @@ pub(crate) fn start<T: Send + 'static>(
             faults.tell(&fault);
         }
     })?;
-    Ok(Handle {
+    Ok(ThreadHandle {
         thread: joined.thread().clone(),
         ended,
         result,
     })
 }
 
-struct RaisedOnDrop(Ended);
+struct SignalOnDrop(EndSignal);
 
-impl Drop for RaisedOnDrop {
+impl Drop for SignalOnDrop {
     fn drop(&mut self) {
         self.0.set();
     }
 }
 
-impl<T> Handle<T> {
+impl<T> ThreadHandle<T> {
     /// For unparking.
     pub fn thread(&self) -> &Thread {
         &self.thread
     }
 
     /// Becomes true when the thread is gone, however it ended.
-    pub fn ended(&self) -> &Ended {
+    pub fn end_signal(&self) -> &EndSignal {
         &self.ended
     }
 
@@ -104,11 +104,13 @@ mod tests {
 
     #[test]
     fn whoever_waits_gets_the_result_or_the_fault() {
-        let faults = Faults::default();
-        let seven = faults.start(Kind::Task, "seven", || 7).unwrap();
+        let faults = ThreadSupervisor::default();
+        let seven = faults.start(ThreadRole::Task, "seven", || 7).unwrap();
         assert_eq!(seven.join(), Ok(7));
         let fault = faults
-            .start(Kind::Task, "unlucky", || -> u32 { panic!("no {}", 7) })
+            .start(ThreadRole::Task, "unlucky", || -> u32 {
+                panic!("no {}", 7)
+            })
             .unwrap()
             .join()
             .unwrap_err();
@@ -116,14 +118,14 @@ mod tests {
             (fault.name.as_str(), fault.message.as_str()),
             ("unlucky", "no 7")
         );
-        assert_eq!(faults.counts()[0], (Kind::Task, 1));
+        assert_eq!(faults.counts()[0], (ThreadRole::Task, 1));
     }
 
     #[test]
     fn a_wait_with_a_bound_ends_and_can_be_gone_on_with() {
         let (go, wait) = mpsc::channel::<()>();
-        let thread = Faults::default()
-            .start(Kind::Service, "waits", move || wait.recv().is_err())
+        let thread = ThreadSupervisor::default()
+            .start(ThreadRole::Service, "waits", move || wait.recv().is_err())
             .unwrap();
         let Err(thread) = thread.join_within(Duration::from_millis(5)) else {
             panic!("it waits for us");
@@ -140,13 +142,13 @@ mod tests {
                 panic!("on the way out");
             }
         }
-        let faults = Faults::default();
-        let odd = faults.start(Kind::Task, "odd", || std::panic::panic_any(7));
+        let faults = ThreadSupervisor::default();
+        let odd = faults.start(ThreadRole::Task, "odd", || std::panic::panic_any(7));
         assert_eq!(
             odd.unwrap().join().unwrap_err().message,
             "a panic without words"
         );
-        let drops = faults.start(Kind::Task, "drops", || drop(Unlucky));
+        let drops = faults.start(ThreadRole::Task, "drops", || drop(Unlucky));
         assert_eq!(drops.unwrap().join().unwrap_err().message, "on the way out");
     }
 }

@@ -7,10 +7,10 @@ use core::f64::consts::TAU;
 
 use kinematics::safety::{self, SafetyPlane, SafetySettingError, SafetyTool};
 use kinematics::{JointTorques, Payload, Pose, RpyPose, SafetyBounds, Wrench};
-use motion::contact::{self, Obstacle, Solid, Surroundings};
-use motion::external::{Load, LoadFrame};
+use motion::contact::{self, Environment, Obstacle, PlacedShape};
+use motion::external::{TimedWrench, WrenchFrame};
 use motion::modes::encoder::Belt;
-use motion::{Drivetrain, Truth};
+use motion::{Drivetrain, PlantParameters};
 
 use super::schema::{
     Conveyor, ExternalWrench, LoadFrame as TableFrame, PlaneMode, Shape, Six, Size, Tables,
@@ -46,9 +46,9 @@ pub(super) fn safety_bounds(tables: &Tables) -> Result<SafetyBounds, SafetySetti
 }
 
 /// `[payload]` and `[arm]`.
-pub(super) fn truth(tables: &Tables) -> Truth {
+pub(super) fn truth(tables: &Tables) -> PlantParameters {
     let arm = &tables.arm;
-    Truth {
+    PlantParameters {
         payload: tables.payload.as_ref().map(|table| Payload {
             mass: table.mass,
             cog: table.cog.into(),
@@ -63,7 +63,7 @@ pub(super) fn truth(tables: &Tables) -> Truth {
 }
 
 /// `[[obstacle]]` and `[tool]`.
-pub(super) fn surroundings(tables: &Tables) -> Surroundings {
+pub(super) fn surroundings(tables: &Tables) -> Environment {
     let obstacle = |table: &super::schema::Obstacle| Obstacle {
         name: table.name.clone(),
         solid: solid(table.shape, &table.size, table.pose),
@@ -72,17 +72,17 @@ pub(super) fn surroundings(tables: &Tables) -> Surroundings {
         friction: table.friction.unwrap_or(0.0),
     };
     let tool = tables.tool.as_ref();
-    Surroundings {
+    Environment {
         obstacles: tables.obstacle.iter().map(obstacle).collect(),
         tool: tool.map(|tool| solid(tool.shape, &tool.size, tool.pose)),
     }
 }
 
 /// A shape whose size was checked when the file was read.
-fn solid(shape: Shape, size: &Size, pose: Six) -> Solid {
+fn solid(shape: Shape, size: &Size, pose: Six) -> PlacedShape {
     let size = size.numbers();
     let number = |k: usize| size.get(k).copied().unwrap_or(f64::NAN);
-    Solid {
+    PlacedShape {
         pose: Pose::from_rpy(&RpyPose::from_array(pose)),
         shape: match shape {
             Shape::Box => contact::Shape::Box {
@@ -115,14 +115,14 @@ pub(super) fn belts(conveyors: &[Conveyor]) -> [Option<Belt>; 2] {
 }
 
 /// `[[wrench]]`.
-pub(super) fn loads(wrenches: &[ExternalWrench]) -> Vec<Load> {
-    let load = |table: &ExternalWrench| Load {
+pub(super) fn loads(wrenches: &[ExternalWrench]) -> Vec<TimedWrench> {
+    let load = |table: &ExternalWrench| TimedWrench {
         at: table.at,
         duration: table.duration,
         wrench: Wrench::from_array(table.wrench),
         frame: match table.frame {
-            TableFrame::Base => LoadFrame::Base,
-            TableFrame::Tool => LoadFrame::Tool,
+            TableFrame::Base => WrenchFrame::Base,
+            TableFrame::Tool => WrenchFrame::Tool,
         },
     };
     wrenches.iter().map(load).collect()

@@ -3,7 +3,7 @@
 use core::fmt;
 
 use motion::InputPair;
-use motion::contact::HARD;
+use motion::contact::RIGID_STIFFNESS;
 
 use super::point::{Direction, Point};
 use super::schema::{Conveyor, ModbusSignal, PointValue, Shape, Size, Tables};
@@ -153,9 +153,10 @@ pub(super) fn values(cell: &Tables) -> Checked {
         table.shape(obstacle.shape, &obstacle.size)?;
         table.finite("pose", &obstacle.pose)?;
         if let Some(stiffness) = obstacle.stiffness
-            && !(stiffness > 0.0 && stiffness <= HARD)
+            && !(stiffness > 0.0 && stiffness <= RIGID_STIFFNESS)
         {
-            let allowed = format!("more than 0 up to {HARD:e} N/m, or none for a hard one");
+            let allowed =
+                format!("more than 0 up to {RIGID_STIFFNESS:e} N/m, or none for a hard one");
             return Err(table.wrong("stiffness", stiffness, allowed));
         }
         table.at_most("damping", obstacle.damping.as_slice(), DAMPING_MAX)?;

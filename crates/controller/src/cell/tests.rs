@@ -189,7 +189,7 @@ fn the_truth_reaches_the_arm_and_is_none_without_its_tables() {
     assert_eq!(there.drivetrain.coulomb.0, [6.0, 6.0, 5.0, 2.0, 2.0, 2.0]);
     assert_eq!(there.drivetrain.viscous[2], 3.0);
     assert_eq!(there.drivetrain.rotor_inertia[5], 0.1);
-    assert_eq!(truth(""), Truth::default());
+    assert_eq!(truth(""), PlantParameters::default());
     // No mass is a truth as well.
     assert!(truth("[payload]\nmass = 0").payload.is_some());
 }

@@ -59,7 +59,7 @@ pub(super) const TARGETS: &[Target] = &[
                 Ok(cell) => {
                     _ = (cell.io(), cell.safety_inputs(), cell.belts(), cell.loads());
                     _ = (cell.surroundings(), cell.limits(), cell.drawn());
-                    _ = cell.fieldbus(&supervision::Faults::default(), None);
+                    _ = cell.fieldbus(&supervision::ThreadSupervisor::default(), None);
                 }
                 Err(error) => assert!(!error.to_string().is_empty()),
             }

@@ -36,7 +36,7 @@ mod wanted;
 use std::io::{BufRead, Write};
 use std::sync::mpsc::{SyncSender, sync_channel};
 
-use supervision::{Faults, Kind};
+use supervision::{ThreadRole, ThreadSupervisor};
 
 pub use attached::{AttachedSession, Inlet};
 pub use hub::{Hub, HubLink};
@@ -75,9 +75,10 @@ pub fn serve_attaching(
     let (sender, notes) = sync_channel(WAITING_MAX);
     let of_client = sender.clone();
     // It ends with the stream; a session that ends first leaves it waiting for a client that says no more.
-    let reading = Faults::default().start(Kind::Service, "debug client", move || {
-        read_all(input, &of_client);
-    })?;
+    let reading =
+        ThreadSupervisor::default().start(ThreadRole::Service, "debug client", move || {
+            read_all(input, &of_client);
+        })?;
     let mut frames = stream::Frames(output);
     let mut session = Session::new(&mut frames, launch, sender);
     session.attach = attach;

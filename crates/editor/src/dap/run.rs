@@ -12,7 +12,7 @@ use controller::{Manner, Prepared, RobotConfig};
 use elite_runtime::message::{Message, Observer, Severity};
 use elite_runtime::{Extras, Preset, ProgramText};
 use motion_api::ProgramId;
-use supervision::{Faults, Handle, Kind};
+use supervision::{ThreadHandle, ThreadRole, ThreadSupervisor};
 
 use super::breakpoints::Breakpoints;
 use super::link::{Event, Link, Note, Order, Purpose, lock};
@@ -50,7 +50,7 @@ pub struct Recorded {
 pub(crate) struct Run {
     pub(crate) link: Arc<Link>,
     orders: SyncSender<Order>,
-    thread: Option<Handle<()>>,
+    thread: Option<ThreadHandle<()>>,
     /// It goes on when nobody wants it any more.
     is_another: bool,
 }
@@ -71,7 +71,11 @@ impl Run {
     ///
     /// # Errors
     /// The operating system gives no thread.
-    pub(crate) fn start(faults: &Faults, what: &Debuggee, start: Start) -> std::io::Result<Self> {
+    pub(crate) fn start(
+        faults: &ThreadSupervisor,
+        what: &Debuggee,
+        start: Start,
+    ) -> std::io::Result<Self> {
         let (orders, receiver) = sync_channel(ORDERS_MAX);
         let is_first = matches!(start.purpose, Purpose::Run { .. });
         let link = Arc::new(Link {
@@ -111,7 +115,7 @@ impl Run {
                 shared.tell(Event::Ended(None));
             }
         };
-        let thread = faults.start(Kind::Service, "debugged run", body)?;
+        let thread = faults.start(ThreadRole::Service, "debugged run", body)?;
         Ok(Self {
             link,
             orders,
@@ -161,7 +165,7 @@ impl Run {
     }
 
     /// Nobody wants it any more. It ends by itself, soon.
-    pub(crate) fn give_up(mut self) -> Option<Handle<()>> {
+    pub(crate) fn give_up(mut self) -> Option<ThreadHandle<()>> {
         self.link.is_over.store(!self.is_another, Ordering::Release);
         self.thread.take()
     }

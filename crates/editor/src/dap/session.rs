@@ -13,7 +13,7 @@ use elite_lang::SourceFile;
 use elite_lang::debug::{Place, places};
 use elite_runtime::{ProgramText, TaskEnd};
 use serde_json::{Value as Json, json};
-use supervision::Faults;
+use supervision::ThreadSupervisor;
 
 use super::attached::Attachment;
 use super::backwards::Backwards;
@@ -81,13 +81,13 @@ pub(super) enum Phase {
 pub(crate) struct Session<'s> {
     pub(super) out: &'s mut dyn Out,
     pub(super) launch: &'s Launch<'s>,
-    pub(super) faults: Faults,
+    pub(super) faults: ThreadSupervisor,
     pub(super) events: SyncSender<Note>,
     pub(super) seq: i64,
     pub(super) phase: Phase,
     pub(super) launched: Option<Launched>,
     pub(super) run: Option<Run>,
-    given_up: Vec<supervision::Handle<()>>,
+    given_up: Vec<supervision::ThreadHandle<()>>,
     pub(super) generation: u64,
     pub(super) position: Position,
     pub(super) thread: u32,
@@ -138,7 +138,7 @@ impl<'s> Session<'s> {
         Self {
             out,
             launch,
-            faults: Faults::default(),
+            faults: ThreadSupervisor::default(),
             events,
             seq: 0,
             phase: Phase::Before,
@@ -435,7 +435,8 @@ impl<'s> Session<'s> {
         if let Some(run) = self.run.take() {
             self.given_up.extend(run.give_up());
         }
-        self.given_up.retain(|handle| !handle.ended().is_ended());
+        self.given_up
+            .retain(|handle| !handle.end_signal().is_ended());
     }
 
     fn end_run(&mut self) {
@@ -455,7 +456,7 @@ impl<'s> Session<'s> {
             && self
                 .given_up
                 .iter()
-                .any(|handle| !handle.ended().is_ended())
+                .any(|handle| !handle.end_signal().is_ended())
         {
             drain();
             std::thread::sleep(Duration::from_millis(1));

@@ -18,7 +18,7 @@ use std::io::{BufReader, Read, Write};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::time::{Duration, Instant};
 
-use supervision::{Faults, Kind};
+use supervision::{ThreadRole, ThreadSupervisor};
 
 use crate::analysis::words::Language;
 use frames::Incoming;
@@ -98,7 +98,7 @@ pub fn serve(
     options: &Options,
 ) -> Result<End, LspError> {
     let (sender, incoming) = sync_channel(WAITING_MAX);
-    let faults = Faults::default();
+    let faults = ThreadSupervisor::default();
     let reader = move || {
         let mut input = BufReader::new(input);
         // At the end of the stream, or of this server, the sender goes and the loop hears of it.
@@ -109,7 +109,7 @@ pub fn serve(
         }
     };
     faults
-        .start(Kind::Service, "lsp input", reader)
+        .start(ThreadRole::Service, "lsp input", reader)
         .map_err(LspError::Thread)?;
     session(&incoming, output, options)
 }

@@ -6,7 +6,7 @@ use std::fmt::Debug;
 use std::io::{self, SeekFrom};
 use std::rc::Rc;
 
-pub use platform::files::{Details as FileStat, OpenMode};
+pub use platform::files::{FileStatus as FileStat, OpenMode};
 
 /// The files that programs may reach. Every error is the system's, or a bound of the host.
 #[allow(clippy::missing_errors_doc)]

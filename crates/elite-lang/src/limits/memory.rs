@@ -39,7 +39,7 @@ struct Account {
     /// Big blocks are left to `tidy`.
     puts_off: Cell<bool>,
     /// Pages that are to be given back.
-    left: Cell<pages::Left>,
+    left: Cell<pages::DeferredUnmap>,
 }
 
 thread_local! {
@@ -50,7 +50,7 @@ thread_local! {
             fuel: Cell::new(0),
             withheld: Cell::new(None),
             puts_off: Cell::new(false),
-            left: Cell::new(pages::Left::NONE),
+            left: Cell::new(pages::DeferredUnmap::NONE),
         }
     };
 }

@@ -288,7 +288,7 @@ impl<'a, 'n> Call<'a, 'n> {
     /// A refusal is an exception at the call.
     pub fn set(&mut self, kind: CommandKind) -> Result<(), Raised> {
         // Planned motions and streams wait and have been refused already; these return at once and the arm moves later.
-        if kind.sets_in_motion() && self.context.is_secondary() {
+        if kind.starts_motion() && self.context.is_secondary() {
             let name = self.builtin.name;
             let text = match self.context.bounds() {
                 Bounds::Look => {
@@ -311,12 +311,12 @@ impl<'a, 'n> Call<'a, 'n> {
 
     /// The first motion of a program that has replaced another begins when the arm has come to rest.
     fn wait_for_rest(&mut self, kind: &CommandKind) -> Result<(), Raised> {
-        if kind.sets_in_motion()
+        if kind.starts_motion()
             && let Some(stop) = self.context.braking()
         {
             self.wait(Wait::Command(stop))?;
         }
-        if kind.sets_in_motion() {
+        if kind.starts_motion() {
             while let Some(motion) = self.context.first_left_behind() {
                 self.wait(Wait::Command(motion))?;
             }

@@ -195,7 +195,7 @@ fn encoder_unwind_delta_tick_count(call: &mut Call<'_, '_>) -> Result<Value, Rai
     let delta = call.number(1)?;
     let number = call.state().encoder_ranges[encoder];
     let range = EncoderRange::from_number(number).unwrap_or_default();
-    Ok(Value::Float(range.unwound(delta)))
+    Ok(Value::Float(range.unwrap_delta(delta)))
 }
 
 /// Ticks a unit of the belt's way: any number but 0.

@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 use elite_lang::{KnownNames, Program, SourceFile};
-use motion_api::{Frame, ProgramId};
+use motion_api::{CycleFrame, ProgramId};
 use thiserror::Error;
 use tokio::time::timeout;
 
@@ -142,7 +142,7 @@ impl Observer for Quiet {
     }
 
     /// Cycles that it lets pass are cycles of the robot.
-    fn cycle_ended(&self, frame: &Frame) {
+    fn cycle_ended(&self, frame: &CycleFrame) {
         self.0.cycle_ended(frame);
     }
 }

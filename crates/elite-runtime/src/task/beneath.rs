@@ -9,7 +9,7 @@ use std::io;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
-use platform::beneath::{Folder as Held, Found};
+use platform::beneath::{ConfinedDir as Held, ConfinedEntry};
 use platform::files::OpenMode;
 use thiserror::Error;
 
@@ -51,7 +51,7 @@ struct Folder {
 #[derive(Debug)]
 pub struct Place {
     path: PathBuf,
-    _held: Option<Found>,
+    _held: Option<ConfinedEntry>,
 }
 
 impl Place {
@@ -61,7 +61,7 @@ impl Place {
     }
 
     /// The system's own link to what is open.
-    fn held(opened: Found, name: &Path) -> Self {
+    fn held(opened: ConfinedEntry, name: &Path) -> Self {
         let path = opened.path();
         Self {
             path: if name.as_os_str().is_empty() {
@@ -159,7 +159,7 @@ impl Folders {
             return Err(io::Error::new(io::ErrorKind::Unsupported, text));
         }
         file.set_len(0)?;
-        Ok(Place::held(Found::of(file), Path::new("")))
+        Ok(Place::held(ConfinedEntry::from_file(file), Path::new("")))
     }
 
     /// Makes a folder and those around it, as far as they are not there.

@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use platform::processes::{self, Entry, Table, Whom, table};
+use platform::processes::{self, ProcessEntry, ProcessTable, SignalTarget, table};
 
 /// Whether this process has no other children than those of tasks.
 static ALL_CHILDREN: AtomicBool = AtomicBool::new(false);
@@ -64,7 +64,7 @@ impl Family {
             let all = ALL_CHILDREN.load(Ordering::Relaxed);
             let members = members(&table, own, &self.started, all);
             for number in &members {
-                processes::kill(Whom::Process(*number));
+                processes::kill(SignalTarget::Process(*number));
             }
             reap(&table, &self.started);
             if members.is_empty() {
@@ -77,8 +77,8 @@ impl Family {
 }
 
 /// Those who live and belong to the processes `started` by a task of process `own`; with `all`, every descendant does.
-fn members(table: &Table, own: i32, started: &BTreeSet<i32>, all: bool) -> Vec<i32> {
-    let is_member = |number: i32, entry: &Entry| {
+fn members(table: &ProcessTable, own: i32, started: &BTreeSet<i32>, all: bool) -> Vec<i32> {
+    let is_member = |number: i32, entry: &ProcessEntry| {
         let mut ancestors = 0;
         let (mut at, mut belongs) = (number, false);
         loop {
@@ -106,7 +106,7 @@ fn members(table: &Table, own: i32, started: &BTreeSet<i32>, all: bool) -> Vec<i
 
 /// Asks orphans that have ended how they ended, so that their numbers are free again. Who was started here is asked by
 /// whoever started it.
-fn reap(table: &Table, started: &BTreeSet<i32>) {
+fn reap(table: &ProcessTable, started: &BTreeSet<i32>) {
     if !ALL_CHILDREN.load(Ordering::Relaxed) {
         return;
     }
@@ -126,8 +126,8 @@ fn own_number() -> i32 {
 mod tests {
     use super::*;
 
-    fn entry(parent: i32, group: i32, session: i32) -> Entry {
-        Entry {
+    fn entry(parent: i32, group: i32, session: i32) -> ProcessEntry {
+        ProcessEntry {
             parent,
             group,
             session,
@@ -138,7 +138,7 @@ mod tests {
     #[test]
     fn who_descends_from_the_task_belongs_to_it_and_nobody_else() {
         let own = 100;
-        let table = Table::from([
+        let table = ProcessTable::from([
             (1, entry(0, 1, 1)),
             (100, entry(1, 100, 100)),
             // Started by the task, and what it has started.

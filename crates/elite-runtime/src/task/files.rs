@@ -11,7 +11,7 @@ use std::rc::Rc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use elite_lang::{FileStat, HostFile, HostFiles, OpenMode};
-use platform::files::{self, Access, Refusal};
+use platform::files::{self, Access, FileError};
 
 use super::beneath::{Folders, Place};
 
@@ -84,7 +84,7 @@ impl Files {
 fn text(path: PathBuf) -> io::Result<String> {
     path.into_os_string()
         .into_string()
-        .map_err(|_| io::Error::from(Refusal::NoText))
+        .map_err(|_| io::Error::from(FileError::NoText))
 }
 
 fn moment(ns: i64) -> SystemTime {
@@ -99,7 +99,7 @@ fn moment(ns: i64) -> SystemTime {
 /// `path` may be relative, and an empty one is no path.
 fn checked(path: &Path) -> io::Result<&Path> {
     match path.as_os_str().is_empty() {
-        true => Err(Refusal::NotFound.into()),
+        true => Err(FileError::NotFound.into()),
         false => Ok(path),
     }
 }
@@ -134,14 +134,14 @@ impl Files {
 impl HostFiles for Files {
     fn open(&self, path: &str, mode: OpenMode) -> io::Result<Rc<dyn HostFile>> {
         if self.open.get() >= FILES_MAX {
-            return Err(Refusal::TooManyOpen.into());
+            return Err(FileError::TooManyOpen.into());
         }
         // What would make `open` itself wait, or hands the task something that waits, is turned down.
         let found = self.target(path).and_then(fs::metadata);
         if let Ok(found) = found {
             let kind = found.file_type();
             if kind.is_dir() {
-                return Err(Refusal::IsAFolder.into());
+                return Err(FileError::IsAFolder.into());
             }
             if files::could_wait(kind) {
                 let text = "only regular files and character devices can be opened by scripts";
@@ -234,7 +234,7 @@ impl HostFiles for Files {
             run: mode & 1 != 0,
         };
         self.target(path)
-            .is_ok_and(|place| files::may(place.as_ref(), wanted))
+            .is_ok_and(|place| files::can_access(place.as_ref(), wanted))
     }
 
     fn current_dir(&self) -> String {
@@ -250,7 +250,7 @@ impl HostFiles for Files {
             None => fs::canonicalize(self.target(path)?)?,
         };
         if !folder.is_dir() {
-            return Err(Refusal::NotAFolder.into());
+            return Err(FileError::NotAFolder.into());
         }
         *self.folder.borrow_mut() = folder;
         Ok(())

@@ -12,7 +12,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use elite_lang::{HostSocket, Interest, ThreadId};
 use io_bus::{Link, names};
-use supervision::{Contained, Faults, Kind, Panicked};
+use supervision::{CatchPanic, CaughtPanic, ThreadRole, ThreadSupervisor};
 use tokio::net::{TcpListener, TcpSocket, TcpStream};
 use tokio::sync::Notify;
 use tokio::task::AbortHandle;
@@ -194,14 +194,14 @@ fn settle<T>(pending: &Mutex<Pending<T>>, result: io::Result<T>, outside: &Outsi
 
 /// Starts a future of the task's own runtime.
 fn start(future: impl Future<Output = ()> + Send + 'static) -> AbortHandle {
-    let task = Faults::default().spawn(Kind::Task, "socket", future);
+    let task = ThreadSupervisor::default().spawn(ThreadRole::Task, "socket", future);
     task.abort_handle()
 }
 
 /// A panic is an error of the socket, so that whoever waits goes on.
 async fn contained<T>(result: impl Future<Output = io::Result<T>>) -> io::Result<T> {
-    let fault = |panicked: Panicked| Err(io::Error::other(panicked.message));
-    Contained::new(result).await.unwrap_or_else(fault)
+    let fault = |panicked: CaughtPanic| Err(io::Error::other(panicked.message));
+    CatchPanic::new(result).await.unwrap_or_else(fault)
 }
 
 /// Ends the future, and says who waited for it.

@@ -9,7 +9,7 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
-use supervision::{Contained, Panicked};
+use supervision::{CatchPanic, CaughtPanic};
 use tokio::sync::Notify;
 use tokio::task::AbortHandle;
 
@@ -28,7 +28,7 @@ struct Shared {
     jobs: RefCell<Jobs>,
     news: Notify,
     /// A job has panicked; the task ends with it.
-    panicked: RefCell<Option<Panicked>>,
+    panicked: RefCell<Option<CaughtPanic>>,
 }
 
 #[derive(Default)]
@@ -54,7 +54,7 @@ impl Outside {
             reason = "the one place where jobs of a task start; a panic is contained and ends the task"
         )]
         let task = tokio::task::spawn_local(async move {
-            let result = Contained::new(future).await;
+            let result = CatchPanic::new(future).await;
             match (result, shared.jobs.borrow_mut().open.get_mut(&id)) {
                 (Ok(result), Some(job)) => {
                     job.result = Some(Box::new(result));
@@ -94,7 +94,7 @@ impl Outside {
     }
 
     /// The panic of a job, once.
-    pub fn take_panic(&self) -> Option<Panicked> {
+    pub fn take_panic(&self) -> Option<CaughtPanic> {
         self.shared.panicked.take()
     }
 

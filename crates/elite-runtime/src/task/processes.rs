@@ -12,8 +12,8 @@ use std::rc::Rc;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use elite_lang::{HostCommand, HostProcess, HostProcesses, ProcessOutput, ProcessStream, ThreadId};
-use platform::processes::{self, Whom};
-use supervision::{Faults, Kind};
+use platform::processes::{self, SignalTarget};
+use supervision::{ThreadRole, ThreadSupervisor};
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWriteExt};
 use tokio::process::{Child, ChildStdin, Command};
 use tokio::sync::Notify;
@@ -81,11 +81,11 @@ impl HostProcesses for Processes {
     }
 
     fn signal(&self, process: i32, signal: i32) -> io::Result<()> {
-        processes::send(Whom::Process(process), signal)
+        processes::send(SignalTarget::Process(process), signal)
     }
 
     fn signal_group(&self, group: i32, signal: i32) -> io::Result<()> {
-        processes::send(Whom::Group(group), signal)
+        processes::send(SignalTarget::Group(group), signal)
     }
 
     fn identity(&self) -> [u32; 6] {
@@ -118,7 +118,7 @@ fn start(command: HostCommand, files: &Files, outside: &Arc<Outside>) -> io::Res
         .kill_on_drop(true);
     // The thread that starts it is that of the task. What it has started itself is found at the end of the task, and outlives
     // a `kill -9` of the controller.
-    processes::end_with_this_one(system.as_std_mut())?;
+    processes::kill_with_parent(system.as_std_mut())?;
     if let Some(environment) = command.environment {
         system.env_clear().envs(environment);
     }
@@ -142,7 +142,7 @@ fn start(command: HostCommand, files: &Files, outside: &Arc<Outside>) -> io::Res
         (output, ProcessStream::WithOutput) => {
             system
                 .stdout(stdio(output)?)
-                .stderr(processes::own_output()?);
+                .stderr(processes::clone_stdout()?);
         }
         (output, errors) => {
             system.stdout(stdio(output)?).stderr(stdio(errors)?);
@@ -181,7 +181,7 @@ fn finish(
     });
     let mut futures = Vec::new();
     let mut run = |future: std::pin::Pin<Box<dyn Future<Output = ()> + Send>>| {
-        let task = Faults::default().spawn(Kind::Task, "process", future);
+        let task = ThreadSupervisor::default().spawn(ThreadRole::Task, "process", future);
         futures.push(task.abort_handle());
     };
     {
@@ -314,7 +314,7 @@ impl Process {
     /// Kills it and its group; the futures end with what they hold.
     fn end(&self) {
         if self.ended().is_none() {
-            processes::kill(Whom::Group(self.number));
+            processes::kill(SignalTarget::Group(self.number));
         }
         for future in &self.futures {
             future.abort();
@@ -334,7 +334,7 @@ impl HostProcess for Process {
     fn signal(&self, signal: i32) -> io::Result<()> {
         match self.ended() {
             Some(_) => Ok(()),
-            None => processes::send(Whom::Process(self.number), signal),
+            None => processes::send(SignalTarget::Process(self.number), signal),
         }
     }
 

@@ -17,7 +17,7 @@ use elite_lang::{
 };
 use io_bus::{Fieldbus, ProgramState};
 use motion_api::{CommandKind, Origin, ProgramId, StopReason, ThreadNumber};
-use supervision::{Contained, Fault, Faults, Kind, Panicked, catch, injection};
+use supervision::{CatchPanic, CaughtPanic, Fault, ThreadRole, ThreadSupervisor, catch, injection};
 use tokio::sync::{oneshot, watch};
 use tokio::time::Instant;
 
@@ -115,7 +115,7 @@ pub struct TaskSettings {
     /// Where tasks are kept.
     pub task_folder: TaskFolder,
     /// Who hears of faults in tasks.
-    pub faults: Faults,
+    pub faults: ThreadSupervisor,
     /// What only tests of programs ask for.
     pub extras: Extras,
     /// Whether what comes from outside is noted, or comes from a recording.
@@ -191,14 +191,14 @@ struct Driving(Arc<Robot>);
 
 impl Driving {
     fn begin(robot: Arc<Robot>) -> Self {
-        robot.timeline().drive(true);
+        robot.timeline().set_driven(true);
         Self(robot)
     }
 }
 
 impl Drop for Driving {
     fn drop(&mut self) {
-        self.0.timeline().drive(false);
+        self.0.timeline().set_driven(false);
     }
 }
 
@@ -308,7 +308,7 @@ impl Task {
     pub async fn run(mut self, program: Source) -> Ended {
         let _driving = Driving::begin(self.settings.robot.clone());
         self.context.robot().look();
-        let ran = Contained::new(self.run_program(program)).await;
+        let ran = CatchPanic::new(self.run_program(program)).await;
         let mut end = ran.unwrap_or_else(|panicked| self.met_fault(panicked));
         if let Some(attached) = self.attached.clone().filter(|_| !self.is_broken) {
             self.interpreter
@@ -342,10 +342,10 @@ impl Task {
     }
 
     /// Tells a fault as the error of the program. No script runs after it: what the language holds may be half changed.
-    fn met_fault(&mut self, panicked: Panicked) -> TaskEnd {
+    fn met_fault(&mut self, panicked: CaughtPanic) -> TaskEnd {
         self.is_broken = true;
         let program = self.context.program();
-        let fault = Fault::new(Kind::Task, format!("program {}", program.0), panicked);
+        let fault = Fault::new(ThreadRole::Task, format!("program {}", program.0), panicked);
         self.settings.faults.tell(&fault);
         let number = self.context.origin(0).thread;
         let line = catch(|| Some(self.threads.get(&number)?.script.current_line()));

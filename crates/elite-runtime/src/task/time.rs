@@ -144,7 +144,7 @@ impl Task {
     pub(super) fn tick(&self) {
         let robot = &self.settings.robot;
         if self.settings.extras.attendant.is_some() {
-            robot.timeline().rests_until(self.first_due());
+            robot.timeline().idle_until(self.first_due());
         }
         if let Some(attached) = &self.attached {
             self.interpreter.halted(|halt| attached.before_cycle(halt));

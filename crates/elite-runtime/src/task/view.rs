@@ -6,7 +6,7 @@ use std::cell::RefCell;
 use std::ops::Deref;
 use std::sync::Arc;
 
-use motion_api::{CommandId, IoImage, Moment, RobotState, StopReason};
+use motion_api::{CommandId, CycleTime, IoImage, RobotState, StopReason};
 
 use crate::foresight::Foreseen;
 use crate::robot::Robot;
@@ -52,14 +52,14 @@ impl View {
     }
 
     /// The latest moment there is, which says nothing to a program.
-    pub fn latest(&self) -> Moment {
+    pub fn latest(&self) -> CycleTime {
         self.robot.moment()
     }
 
     /// When that was.
-    pub fn moment(&self) -> Moment {
+    pub fn moment(&self) -> CycleTime {
         let seen = self.seen.borrow();
-        let of = |state: &RobotState| Moment::of(state);
+        let of = |state: &RobotState| CycleTime::of(state);
         seen.as_ref()
             .map_or_else(|| self.robot.moment(), |state| of(state))
     }

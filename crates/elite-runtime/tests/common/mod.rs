@@ -13,8 +13,8 @@ use elite_runtime::robot::ScriptEndWithoutRecords;
 use elite_runtime::{Message, Observer, ProgramText, Robot, Supervisor, TaskEnd, TaskSettings};
 use kinematics::{JointPositions, RobotModel, RpyPose, SafetyBounds};
 use motion_api::{
-    BorderSizes, CommandKind, Event, MotionEnd, Outcome, ProgramId, RobotState, ThreadNumber,
-    Timeline, border,
+    CommandKind, Event, MotionEndpoint, Outcome, ProgramId, RingCapacities, RobotState,
+    ThreadNumber, Timeline, motion_channel,
 };
 use std::sync::{Arc, Mutex};
 
@@ -62,7 +62,7 @@ pub struct Ran {
 }
 
 /// Time that passes when it is asked to.
-struct Still(Mutex<(MotionEnd, RobotState, Vec<CommandKind>)>);
+struct Still(Mutex<(MotionEndpoint, RobotState, Vec<CommandKind>)>);
 
 impl Timeline for Still {
     fn is_virtual(&self) -> bool {
@@ -89,7 +89,7 @@ impl Timeline for Still {
         true
     }
 
-    fn drive(&self, _on: bool) {}
+    fn set_driven(&self, _on: bool) {}
 }
 
 /// A line, and number and label of a node of the pendant's task.
@@ -170,11 +170,11 @@ pub fn run_while(
     let mut state = RobotState::at_start(JointPositions(standing.q), 0.004);
     state.tcp_offset = RpyPose::from_array(standing.tcp);
     state.digital_in = standing.digital_in;
-    let sizes = BorderSizes {
+    let sizes = RingCapacities {
         records: None,
-        ..BorderSizes::default()
+        ..RingCapacities::default()
     };
-    let (motion, script) = border(sizes, &state);
+    let (motion, script) = motion_channel(sizes, &state);
     let listener = Arc::new(Listener::default());
     let timeline = Arc::new(Still(Mutex::new((motion, state, Vec::new()))));
     let end = ScriptEndWithoutRecords::from(script);
@@ -188,7 +188,7 @@ pub fn run_while(
         seed: 0,
         fieldbus: Arc::default(),
         panel: Arc::new(Panel::new(Operator::Absent)),
-        faults: supervision::Faults::default(),
+        faults: supervision::ThreadSupervisor::default(),
         extras: elite_runtime::Extras::default(),
         course: elite_runtime::external::Course::Live,
     });

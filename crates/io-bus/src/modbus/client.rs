@@ -7,7 +7,7 @@ use std::sync::{Arc, MutexGuard, OnceLock};
 use std::time::Duration;
 
 use motion_api::RunStateChoice;
-use supervision::Faults;
+use supervision::ThreadSupervisor;
 use thiserror::Error;
 use tokio::time::{Instant, timeout_at};
 
@@ -100,13 +100,13 @@ pub struct ModbusClient {
     shared: Arc<Shared>,
     driver: OnceLock<Driver>,
     played: Played,
-    faults: Faults,
+    faults: ThreadSupervisor,
 }
 
 impl ModbusClient {
     /// A client without signals; `faults` hears of those on its thread, who stands in for devices is asked before the
     /// network is.
-    pub fn new(faults: Faults, stand_ins: Option<Arc<dyn StandIns>>) -> Self {
+    pub fn new(faults: ThreadSupervisor, stand_ins: Option<Arc<dyn StandIns>>) -> Self {
         let shared = Shared::beside(stand_ins);
         Self {
             shared: Arc::new(shared),

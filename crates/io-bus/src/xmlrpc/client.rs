@@ -14,7 +14,7 @@ use hyper::client::conn::http1::{SendRequest, handshake};
 use hyper::{Request, Response, StatusCode, header};
 use hyper_util::rt::TokioIo;
 use socket2::Socket;
-use supervision::{Faults, Kind};
+use supervision::{ThreadRole, ThreadSupervisor};
 use thiserror::Error;
 use tokio::sync::Mutex;
 use tokio::time::timeout;
@@ -287,10 +287,12 @@ impl RpcClient {
             .await
             .map_err(|error| self.not_sent(error.to_string()))?;
         // Its end shows at the next call.
-        let faults = Faults::default();
-        drop(faults.spawn(Kind::Service, "rpc connection", async move {
-            drop(connection.await);
-        }));
+        let faults = ThreadSupervisor::default();
+        drop(
+            faults.spawn(ThreadRole::Service, "rpc connection", async move {
+                drop(connection.await);
+            }),
+        );
         Ok(Connection { sender, socket })
     }
 }

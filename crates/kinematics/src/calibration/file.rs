@@ -10,8 +10,8 @@ use crate::joint::DOF;
 /// A calibration file larger than this is refused, bytes.
 const SIZE_MAX: usize = 1 << 20;
 
-const WHOLE: &str = "the file";
-const IN_TABLE: &str = "[modified_dh]";
+const FILE_SCOPE: &str = "the file";
+const TABLE_SCOPE: &str = "[modified_dh]";
 
 impl Calibration {
     /// From numbers, for a model as `--model` takes it; what errors call it is `path`.
@@ -34,7 +34,7 @@ impl Calibration {
             if let Some(element) = values.iter().position(|value| !value.is_finite()) {
                 return Err(CalibrationError::Value {
                     path: path.to_owned(),
-                    place: IN_TABLE,
+                    place: TABLE_SCOPE,
                     key: format!("{key}[{element}]"),
                     given: values[element].to_string(),
                     allowed: "finite numbers are needed".to_owned(),
@@ -82,16 +82,26 @@ impl Calibration {
             let line = 1 + text.bytes().take(upto).filter(|b| *b == b'\n').count();
             syntax(line, error.message().replace('\n', ", "))
         })?;
-        let reader = Reader { path };
-        reader.known(&whole, WHOLE, &["model", TABLE], "model and [modified_dh]")?;
+        let reader = ErrorContext { path };
+        reader.known(
+            &whole,
+            FILE_SCOPE,
+            &["model", TABLE],
+            "model and [modified_dh]",
+        )?;
         let model = match whole.get("model") {
             Some(toml::Value::String(model)) if !model.trim().is_empty() => model.as_str(),
             Some(other) => {
-                return Err(reader.value(WHOLE, "model", other, "a name as \"cs66\" is needed"));
+                return Err(reader.value(
+                    FILE_SCOPE,
+                    "model",
+                    other,
+                    "a name as \"cs66\" is needed",
+                ));
             }
             None => {
                 return Err(reader.missing(
-                    WHOLE,
+                    FILE_SCOPE,
                     "model",
                     "it says which arm was measured, as model = \"cs66\"",
                 ));
@@ -101,18 +111,23 @@ impl Calibration {
             Some(toml::Value::Table(table)) => table,
             Some(other) => {
                 let allowed = "a table with a, d, alpha and optionally theta is needed";
-                return Err(reader.value(WHOLE, TABLE, other, allowed));
+                return Err(reader.value(FILE_SCOPE, TABLE, other, allowed));
             }
             None => {
                 return Err(reader.missing(
-                    WHOLE,
+                    FILE_SCOPE,
                     TABLE,
                     "the table with a, d, alpha and optionally theta is needed",
                 ));
             }
         };
         let keys = ["a", "d", "alpha", "theta"];
-        reader.known(table, IN_TABLE, &keys, "a, d, alpha and optionally theta")?;
+        reader.known(
+            table,
+            TABLE_SCOPE,
+            &keys,
+            "a, d, alpha and optionally theta",
+        )?;
         let modified_dh = DhTable {
             a: reader.six(table, "a", "six lengths in m")?,
             d: reader.six(table, "d", "six lengths in m")?,
@@ -145,11 +160,11 @@ impl Calibration {
 }
 
 /// Makes errors of a file.
-struct Reader<'a> {
+struct ErrorContext<'a> {
     path: &'a Path,
 }
 
-impl Reader<'_> {
+impl ErrorContext<'_> {
     fn known(
         &self,
         table: &toml::Table,
@@ -205,14 +220,19 @@ impl Reader<'_> {
         what: &str,
     ) -> Result<[f64; DOF], CalibrationError> {
         let Some(given) = table.get(key) else {
-            return Err(self.missing(IN_TABLE, key, format!("{what} are needed")));
+            return Err(self.missing(TABLE_SCOPE, key, format!("{what} are needed")));
         };
         let toml::Value::Array(items) = given else {
-            return Err(self.value(IN_TABLE, key, given, format!("a list of {what} is needed")));
+            return Err(self.value(
+                TABLE_SCOPE,
+                key,
+                given,
+                format!("a list of {what} is needed"),
+            ));
         };
         if items.len() != DOF {
             let allowed = format!("{what} are needed, these are {}", items.len());
-            return Err(self.value(IN_TABLE, key, given, allowed));
+            return Err(self.value(TABLE_SCOPE, key, given, allowed));
         }
         let mut numbers = [0.0; DOF];
         for (element, (number, item)) in numbers.iter_mut().zip(items).enumerate() {
@@ -222,7 +242,7 @@ impl Reader<'_> {
                 toml::Value::Integer(number) => *number as f64,
                 other => {
                     let key = format!("{key}[{element}]");
-                    return Err(self.value(IN_TABLE, key, other, "a number is needed"));
+                    return Err(self.value(TABLE_SCOPE, key, other, "a number is needed"));
                 }
             };
         }

@@ -136,16 +136,16 @@ impl ClosedForm {
     /// Joint positions near which a chain that is nearly of this shape may reach a pose of joint frame 6, given in frame
     /// 1 at rest; `None` if there are none. With `free_q6`, wrists within `margin.sine` of the singularity are put into
     /// it, with that joint 6.
-    pub(super) fn starts(
+    pub(super) fn newton_seeds(
         &self,
         joint1_from_joint6: &Pose,
         margin: &Margin,
         free_q6: Option<f64>,
-    ) -> Option<Starts> {
+    ) -> Option<NewtonSeeds> {
         let shoulders = self.shoulders(joint1_from_joint6, Some(margin))?;
         // The nearer the two shoulders are to each other, the more joint 1 turns for a length.
         let mut wrist_margin = margin.sine + margin.length / shoulders.in_plane;
-        if shoulders.drawn_back {
+        if shoulders.is_clamped_inside {
             wrist_margin += 2.0 * shoulders.in_plane / self.d4.abs();
         }
         let free = FreeWrist {
@@ -154,11 +154,11 @@ impl ClosedForm {
         };
         let wrists = self.wrists(joint1_from_joint6, &shoulders, &free);
         let elbows = self.elbows(&wrists, Some(margin));
-        let mut starts = Starts {
+        let mut starts = NewtonSeeds {
             q: [[0.0; BRANCHES]; DOF],
-            used: core::array::from_fn(|branch| elbows.reachable[branch / 2]),
+            is_reachable: core::array::from_fn(|branch| elbows.reachable[branch / 2]),
             wrist_is_near: core::array::from_fn(|shoulder| wrists.s5[shoulder] < wrist_margin),
-            border_is_near: shoulders.drawn_back || elbows.drawn_back,
+            border_is_near: shoulders.is_clamped_inside || elbows.drawn_back,
         };
         for branch in 0..BRANCHES {
             let (wrist, shoulder) = (branch / 2, branch / 4);
@@ -181,7 +181,7 @@ impl ClosedForm {
         let w = shoulder_from_joint6.translation - z6 * self.d6;
         let rho = (w.x * w.x + w.y * w.y).sqrt();
         let (across, drawn_back) = margin.map_or((rho, false), |margin| {
-            margin.draw_back(rho, self.d4.abs(), f64::INFINITY)
+            margin.clamp_inside(rho, self.d4.abs(), f64::INFINITY)
         });
         // Half of the angle between the branches, seen from the base axis.
         let (sine, cosine) = border_sine(self.d4 / across)?;
@@ -201,7 +201,7 @@ impl ClosedForm {
             q1: atan2(&s1, &c1),
             two: sine != 0.0,
             in_plane: across * sine,
-            drawn_back,
+            is_clamped_inside: drawn_back,
         })
     }
 
@@ -290,7 +290,7 @@ impl ClosedForm {
                 let angle = margin.sine / wrists.s5[wrist / 2].max(margin.sine);
                 let margin = margin.widened_by(0.25 * self.d5.abs() * angle);
                 let (least, most) = ((a2.abs() - a3.abs()).abs(), a2.abs() + a3.abs());
-                let (reach, drawn_back) = margin.draw_back(squared.sqrt(), least, most);
+                let (reach, drawn_back) = margin.clamp_inside(squared.sqrt(), least, most);
                 elbows.drawn_back |= drawn_back;
                 reach * reach
             });
@@ -326,7 +326,7 @@ struct Shoulders {
     /// Distance of w from the base axis along the plane of the arm, m.
     in_plane: f64,
     /// The branches are where they would be if w were further out.
-    drawn_back: bool,
+    is_clamped_inside: bool,
 }
 
 /// The four wrist branches, those of one shoulder after the other.
@@ -362,11 +362,11 @@ pub(super) const BRANCHES: usize = 8;
 
 /// Places to iterate from, side by side.
 #[derive(Clone, Copy)]
-pub(super) struct Starts {
+pub(super) struct NewtonSeeds {
     /// By joint, then by branch: shoulder, wrist, elbow.
     pub(super) q: [[f64; BRANCHES]; DOF],
     /// Which branches are within reach.
-    pub(super) used: [bool; BRANCHES],
+    pub(super) is_reachable: [bool; BRANCHES],
     /// By shoulder: axes 4 and 6 are nearly parallel.
     pub(super) wrist_is_near: [bool; 2],
     /// Two branches nearly meet, or just do not.
@@ -397,7 +397,7 @@ impl Margin {
     /// A distance that must lie between `least` and `most`, taken inside where it is near a border; left alone further
     /// out. True when it was taken.
     #[inline]
-    fn draw_back(&self, distance: f64, least: f64, most: f64) -> (f64, bool) {
+    fn clamp_inside(&self, distance: f64, least: f64, most: f64) -> (f64, bool) {
         if distance < least + self.length && distance > least - self.length {
             (least + self.inside, true)
         } else if distance > most - self.length && distance < most + self.length {

@@ -9,7 +9,7 @@ mod refined;
 mod side_by_side;
 
 pub use closed_form::ClosedForm;
-pub use refined::Refined;
+pub use refined::RefinedClosedForm;
 
 use crate::chain::Chain;
 use crate::joint::{DOF, JointPositions};
@@ -26,7 +26,7 @@ pub const MAX_CLOSED_FORM_SOLUTIONS: usize = closed_form::BRANCHES;
 pub const MAX_SOLUTIONS: usize = 16;
 
 /// An iterated solution this near (rad², over all joints) to the wanted positions is taken without looking further.
-const ON_THE_PATH: f64 = 0.01;
+const CONTINUITY_RADIUS_SQUARED: f64 = 0.01;
 
 /// All joint positions that reach one flange pose, wrapped to [-pi, pi), in the order of the manual's example (3.2.3):
 /// shoulder branch, within it wrist branch, within it elbow branch.
@@ -67,7 +67,7 @@ pub enum IkMethod {
     /// The chain is exactly (to 1e-12) of the closed form's shape.
     ClosedForm(ClosedForm),
     /// Nearly of that shape (a calibrated arm): the closed form of the nearest shape, then Newton steps on the chain.
-    Refined(Refined),
+    RefinedClosedForm(RefinedClosedForm),
     /// Damped Newton steps, from the wanted positions and from a fixed set of starting points: up to a millisecond, and
     /// a solution may be missed.
     Iterative,
@@ -76,21 +76,23 @@ pub enum IkMethod {
 impl IkMethod {
     /// The method that fits a chain.
     pub fn of(chain: &Chain) -> Self {
-        match Refined::nearest(chain, &[0.0; DOF]) {
+        match RefinedClosedForm::nearest(chain, &[0.0; DOF]) {
             Some((arm, deviation)) if deviation <= closed_form::EXACT => Self::ClosedForm(arm.form),
-            Some((arm, deviation)) if deviation <= closed_form::NEARBY => Self::Refined(arm),
+            Some((arm, deviation)) if deviation <= closed_form::NEARBY => {
+                Self::RefinedClosedForm(arm)
+            }
             _ => Self::Iterative,
         }
     }
 
     /// The method that fits the chain of a calibrated arm, whose joints read zero at `theta` (rad) of its model's.
     pub(crate) fn of_calibrated(chain: &Chain, theta: &[f64; DOF]) -> Self {
-        match Refined::nearest(chain, theta) {
+        match RefinedClosedForm::nearest(chain, theta) {
             Some((arm, deviation)) if deviation <= closed_form::EXACT && *theta == [0.0; DOF] => {
                 Self::ClosedForm(arm.form)
             }
             // Calibrations are near their models by the check of their numbers.
-            Some((arm, _)) => Self::Refined(arm),
+            Some((arm, _)) => Self::RefinedClosedForm(arm),
             None => Self::Iterative,
         }
     }
@@ -99,7 +101,7 @@ impl IkMethod {
     pub const fn max_solutions(&self) -> usize {
         match self {
             Self::ClosedForm(_) => MAX_CLOSED_FORM_SOLUTIONS,
-            Self::Refined(_) | Self::Iterative => MAX_SOLUTIONS,
+            Self::RefinedClosedForm(_) | Self::Iterative => MAX_SOLUTIONS,
         }
     }
 
@@ -107,7 +109,7 @@ impl IkMethod {
     pub fn all(&self, chain: &Chain, base_from_flange: &Pose, free_q6: f64) -> IkSolutions {
         match self {
             Self::ClosedForm(form) => form.solve(chain, base_from_flange, free_q6),
-            Self::Refined(arm) => arm.solve(chain, base_from_flange, free_q6),
+            Self::RefinedClosedForm(arm) => arm.solve(chain, base_from_flange, free_q6),
             Self::Iterative => iterative::search_all(chain, base_from_flange),
         }
     }
@@ -125,12 +127,12 @@ impl IkMethod {
             return None;
         }
         let q = iterative::refine(chain, base_from_flange, near)?;
-        turned_towards(&q.map(wrap_angle), near, limits)
+        unwrap_towards(&q.map(wrap_angle), near, limits)
     }
 
     /// The solution for the next place of a path that was at `near`: as [`Self::nearest`], but an iterated arm is not
     /// searched for other branches, so it takes some 10 µs at most.
-    pub fn following(
+    pub fn nearest_continuous(
         &self,
         chain: &Chain,
         limits: &JointLimits,
@@ -157,12 +159,12 @@ impl IkMethod {
     ) -> Option<JointPositions> {
         // Following a path, the next solution is right here: no need to look at every branch.
         let beside = self.iterated(chain, limits, base_from_flange, near);
-        if let Some(q) = beside.filter(|q| q.distance_squared(near) < ON_THE_PATH) {
+        if let Some(q) = beside.filter(|q| q.distance_squared(near) < CONTINUITY_RADIUS_SQUARED) {
             return Some(q);
         }
         let mut best = beside.map(|q| (q.distance_squared(near), q));
         let consider = |best: &mut Option<(f64, JointPositions)>, q: &JointPositions| {
-            if let Some(q) = turned_towards(q, near, limits) {
+            if let Some(q) = unwrap_towards(q, near, limits) {
                 let distance = q.distance_squared(near);
                 if best.is_none_or(|(least, _)| distance < least) {
                     *best = Some((distance, q));
@@ -182,7 +184,7 @@ impl IkMethod {
 }
 
 /// `q` with each joint moved by whole turns as near to `near` as its limits allow; `None` if no turn is inside them.
-pub fn turned_towards(
+pub fn unwrap_towards(
     q: &JointPositions,
     near: &JointPositions,
     limits: &JointLimits,

@@ -5,8 +5,8 @@
 //! elbow, wrist at its least distance from the base axis) they may be there for one arm and not for the other, so
 //! places to either side are tried. Where axes 4 and 6 are nearly parallel, joint 6 can be anywhere: the whole turn is.
 
-use super::closed_form::{BRANCHES, ClosedForm, Margin, Starts};
-use super::side_by_side::{Lane, newton, newton_held};
+use super::closed_form::{BRANCHES, ClosedForm, Margin, NewtonSeeds};
+use super::side_by_side::{Lane, newton, newton_with_fixed_q6};
 use super::{IkSolutions, iterative};
 use crate::chain::Chain;
 use crate::joint::{DOF, JointPositions};
@@ -28,7 +28,7 @@ const MARGIN: f64 = 12.0;
 const LENGTH_MAX: f64 = 0.1;
 const SINE_MAX: f64 = 0.4;
 /// Where places near a border are put, as parts of the margin; the first for all poses, the others where one is near.
-const INSIDE: [f64; 4] = [1.0, 0.1, 0.01, 4.0];
+const BORDER_OFFSETS: [f64; 4] = [1.0, 0.1, 0.01, 4.0];
 /// Newton steps from places side by side; those that need more go on by themselves.
 const STEPS: usize = 8;
 /// The same from places that are many and mostly lead nowhere.
@@ -38,17 +38,17 @@ const NEARLY_SINGULAR: f64 = 0.1;
 /// How far away that one may be, rad: places a little further are tried.
 const TWIN_STEPS: [f64; 4] = [0.002, 0.02, 0.1, 0.5];
 /// A solution this near to a branch of the form, rad, belongs to it.
-const BESIDE: f64 = 0.8;
+const BRANCH_RADIUS: f64 = 0.8;
 /// Places around the turn of joint 6.
 const RING: usize = 16;
 /// So many of them are looked at side by side, with both elbows.
-const HELD_AT_ONCE: usize = BRANCHES / 2;
+const FIXED_Q6_LANES: usize = BRANCHES / 2;
 /// Around the turn with joint 6 held, this much (m and rad) may be missing.
-const HELD: f64 = 1e-6;
+const FIXED_Q6_TOLERANCE: f64 = 1e-6;
 
 /// An arm nearly of the closed form's shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Refined {
+pub struct RefinedClosedForm {
     /// The nearest arm that has a closed form.
     pub form: ClosedForm,
     /// What the joints of that arm read when those of this one read zero, rad.
@@ -56,7 +56,7 @@ pub struct Refined {
     margin: Margin,
 }
 
-impl Refined {
+impl RefinedClosedForm {
     /// The nearest form to a chain whose joints carry offsets, and how far the chain is from it; `None` as
     /// [`ClosedForm::nearest`].
     pub(super) fn nearest(chain: &Chain, theta: &[f64; DOF]) -> Option<(Self, f64)> {
@@ -77,7 +77,7 @@ impl Refined {
         let length = (MARGIN * deviation).clamp(1e-9, LENGTH_MAX);
         let margin = Margin {
             length,
-            inside: length * INSIDE[0],
+            inside: length * BORDER_OFFSETS[0],
             sine: (MARGIN * deviation / link).clamp(1e-9, SINE_MAX),
         };
         let refined = Self {
@@ -96,7 +96,7 @@ impl Refined {
         base_from_flange: &Pose,
         free_q6: f64,
     ) -> IkSolutions {
-        let mut search = Search {
+        let mut search = SolutionSearch {
             arm: self,
             chain,
             base_from_flange,
@@ -109,16 +109,16 @@ impl Refined {
             return search.found;
         };
         if starts.border_is_near || starts.wrist_is_near.contains(&true) {
-            search.look_around(&starts, free_q6);
+            search.search_near_singularity(&starts, free_q6);
         } else {
-            search.add(&starts.q, &starts.used);
+            search.add(&starts.q, &starts.is_reachable);
         }
         search.found
     }
 }
 
-struct Search<'a> {
-    arm: &'a Refined,
+struct SolutionSearch<'a> {
+    arm: &'a RefinedClosedForm,
     chain: &'a Chain,
     base_from_flange: &'a Pose,
     /// Joint frame 6 in frame 1 at rest.
@@ -130,11 +130,11 @@ fn place(lanes: &[Lane; DOF], branch: usize) -> JointPositions {
     JointPositions(core::array::from_fn(|joint| lanes[joint][branch]))
 }
 
-impl Search<'_> {
+impl SolutionSearch<'_> {
     /// The form's branches as this arm's joints read them.
-    fn starts(&self, margin: &Margin, free_q6: Option<f64>) -> Option<Starts> {
+    fn starts(&self, margin: &Margin, free_q6: Option<f64>) -> Option<NewtonSeeds> {
         let free_q6 = free_q6.map(|q6| q6 + self.arm.offsets[DOF - 1]);
-        let mut starts = self.arm.form.starts(&self.target, margin, free_q6)?;
+        let mut starts = self.arm.form.newton_seeds(&self.target, margin, free_q6)?;
         for (lane, offset) in starts.q.iter_mut().zip(&self.arm.offsets) {
             for q in lane {
                 *q -= offset;
@@ -148,7 +148,7 @@ impl Search<'_> {
         let mut q = *places;
         let left = newton(self.chain, &self.target, &mut q, used, STEPS);
         for branch in (0..BRANCHES).filter(|branch| used[*branch]) {
-            let solution = if left.missing[branch] < TOLERANCE {
+            let solution = if left.error[branch] < TOLERANCE {
                 Some(place(&q, branch))
             } else {
                 iterative::refine(self.chain, self.base_from_flange, &place(places, branch))
@@ -161,37 +161,37 @@ impl Search<'_> {
 
     /// Near a singularity: from the branches as well, and from other places.
     #[cold]
-    fn look_around(&mut self, starts: &Starts, free_q6: f64) {
+    fn search_near_singularity(&mut self, starts: &NewtonSeeds, free_q6: f64) {
         for shoulder in 0..2 {
             if starts.wrist_is_near[shoulder] {
-                self.go_round(shoulder, free_q6);
+                self.search_q6_circle(shoulder, free_q6);
             }
         }
-        self.add(&starts.q, &starts.used);
+        self.add(&starts.q, &starts.is_reachable);
         if starts.border_is_near {
-            self.cross_border(starts, free_q6);
+            self.search_across_branch_limits(starts, free_q6);
         }
-        self.add_twins();
+        self.add_paired_solutions();
         // Solutions come and go in pairs: one of an odd number stands alone.
         if self.found.is_empty() || self.found.len() % 2 == 1 {
             iterative::search(self.chain, self.base_from_flange, |q| self.push(q));
         }
-        self.found.sort_like(starts);
+        self.found.sort_by_nearest_seed(starts);
     }
 
     /// From places to either side of where two branches meet, at several distances, and all around where the wrist is
     /// singular as well.
-    fn cross_border(&mut self, starts: &Starts, free_q6: f64) {
+    fn search_across_branch_limits(&mut self, starts: &NewtonSeeds, free_q6: f64) {
         let both = starts.wrist_is_near.contains(&true);
-        for inside in INSIDE {
+        for inside in BORDER_OFFSETS {
             let margin = Margin {
                 inside: inside * self.arm.margin.length,
                 ..self.arm.margin
             };
-            if inside != INSIDE[0]
+            if inside != BORDER_OFFSETS[0]
                 && let Some(starts) = self.starts(&margin, None)
             {
-                self.add(&starts.q, &starts.used);
+                self.add(&starts.q, &starts.is_reachable);
             }
             for at in 0..if both { RING } else { 0 } {
                 let q6 = free_q6 + TAU * at as f64 / RING as f64;
@@ -201,16 +201,16 @@ impl Search<'_> {
                 for branch in 0..BRANCHES {
                     // Exactly in the singularity joint 5 would be moved by second order only.
                     starts.q[4][branch] += self.arm.margin.sine;
-                    starts.used[branch] &= starts.wrist_is_near[branch / 4];
+                    starts.is_reachable[branch] &= starts.wrist_is_near[branch / 4];
                 }
-                self.add_of_many(&mut starts.q, &starts.used);
+                self.add_converging(&mut starts.q, &starts.is_reachable);
             }
         }
     }
 
     /// Solutions that are about to meet lie opposite each other along the direction in which the arm hardly moves its
     /// flange: from one the other is found.
-    fn add_twins(&mut self) {
+    fn add_paired_solutions(&mut self) {
         let mut at = 0;
         while let Some(q) = self.found.get(at).copied() {
             at += 1;
@@ -229,15 +229,15 @@ impl Search<'_> {
                     lanes[joint][branch] = q[joint] + step * along[joint];
                 }
             }
-            self.add_of_many(&mut lanes, &[true; BRANCHES]);
+            self.add_converging(&mut lanes, &[true; BRANCHES]);
         }
     }
 
     /// As [`Self::add`], but places that do not arrive soon are left.
-    fn add_of_many(&mut self, q: &mut [Lane; DOF], used: &[bool; BRANCHES]) {
+    fn add_converging(&mut self, q: &mut [Lane; DOF], used: &[bool; BRANCHES]) {
         let left = newton(self.chain, &self.target, q, used, STEPS_OF_MANY);
         for branch in (0..BRANCHES).filter(|branch| used[*branch]) {
-            if left.missing[branch] < TOLERANCE {
+            if left.error[branch] < TOLERANCE {
                 self.push(place(q, branch).map(wrap_angle));
             }
         }
@@ -245,19 +245,19 @@ impl Search<'_> {
 
     /// Wrist nearly singular: for every joint 6 there are joint positions that miss the pose by one rotation only. Where
     /// that changes its sign around the turn is a solution.
-    fn go_round(&mut self, shoulder: usize, free_q6: f64) {
+    fn search_q6_circle(&mut self, shoulder: usize, free_q6: f64) {
         const STEP: f64 = TAU / RING as f64;
         let mut ring = [[OUT_OF_REACH; 2]; RING];
         for (at, places) in ring
-            .as_chunks_mut::<HELD_AT_ONCE>()
+            .as_chunks_mut::<FIXED_Q6_LANES>()
             .0
             .iter_mut()
             .enumerate()
         {
-            let first = free_q6 + STEP * (at * HELD_AT_ONCE) as f64;
-            *places = self.held(shoulder, first, STEP);
+            let first = free_q6 + STEP * (at * FIXED_Q6_LANES) as f64;
+            *places = self.solve_with_fixed_q6(shoulder, first, STEP);
         }
-        let mut batch = Batch::default();
+        let mut batch = SeedBatch::default();
         // Where joint 6 is free, the first places are the ones that are wanted.
         for first in &ring[0] {
             batch.push(self, &first.q, first.blocked.abs() < TOLERANCE);
@@ -278,8 +278,8 @@ impl Search<'_> {
             let q6 = free_q6 + STEP * at as f64;
             for (neighbour, side) in [(&before, -1.0), (&after, 1.0)] {
                 if !here[0].blocked.is_nan() && neighbour[0].blocked.is_nan() {
-                    let step = side * STEP / (HELD_AT_ONCE + 1) as f64;
-                    let beyond = self.held(shoulder, q6 + step, step);
+                    let step = side * STEP / (FIXED_Q6_LANES + 1) as f64;
+                    let beyond = self.solve_with_fixed_q6(shoulder, q6 + step, step);
                     let mut last = here;
                     for next in &beyond {
                         for elbow in 0..2 {
@@ -298,30 +298,35 @@ impl Search<'_> {
     }
 
     /// Both elbows at four places of joint 6, `step` apart, with nothing asked of the blocked rotation.
-    fn held(&self, shoulder: usize, first_q6: f64, step: f64) -> [[Held; 2]; HELD_AT_ONCE] {
+    fn solve_with_fixed_q6(
+        &self,
+        shoulder: usize,
+        first_q6: f64,
+        step: f64,
+    ) -> [[FixedQ6Candidate; 2]; FIXED_Q6_LANES] {
         let mut lanes = [[0.0; BRANCHES]; DOF];
         let mut used = [false; BRANCHES];
-        for at in 0..HELD_AT_ONCE {
+        for at in 0..FIXED_Q6_LANES {
             let starts = self.starts(&self.arm.margin, Some(first_q6 + step * at as f64));
             let Some(starts) = starts else {
                 continue;
             };
             for elbow in 0..2 {
                 let (from, to) = (4 * shoulder + elbow, 2 * at + elbow);
-                used[to] = starts.used[from];
+                used[to] = starts.is_reachable[from];
                 for (lane, q) in lanes.iter_mut().zip(&starts.q) {
                     lane[to] = q[from];
                 }
             }
         }
-        let left = newton_held(self.chain, &self.target, &mut lanes, &used, STEPS);
+        let left = newton_with_fixed_q6(self.chain, &self.target, &mut lanes, &used, STEPS);
         core::array::from_fn(|at| {
             core::array::from_fn(|elbow| {
                 let branch = 2 * at + elbow;
-                if used[branch] && left.missing[branch] < HELD {
-                    Held {
+                if used[branch] && left.error[branch] < FIXED_Q6_TOLERANCE {
+                    FixedQ6Candidate {
                         q: place(&lanes, branch),
-                        blocked: left.blocked[branch],
+                        blocked: left.unreachable_rotation[branch],
                     }
                 } else {
                     OUT_OF_REACH
@@ -358,9 +363,9 @@ impl Search<'_> {
 
 impl IkSolutions {
     /// Brings the solutions into the order of the branches that they are nearest to; the rest stays behind.
-    fn sort_like(&mut self, starts: &Starts) {
+    fn sort_by_nearest_seed(&mut self, starts: &NewtonSeeds) {
         let mut sorted = 0;
-        for branch in (0..BRANCHES).filter(|branch| starts.used[*branch]) {
+        for branch in (0..BRANCHES).filter(|branch| starts.is_reachable[*branch]) {
             let start = place(&starts.q, branch);
             let distance = |q: &JointPositions| {
                 (0..DOF).fold(0.0, |most: f64, joint| {
@@ -371,7 +376,7 @@ impl IkSolutions {
                 .map(|at| (at, distance(&self.solutions[at])))
                 .min_by(|a, b| a.1.total_cmp(&b.1));
             if let Some((at, distance)) = nearest
-                && distance < BESIDE
+                && distance < BRANCH_RADIUS
             {
                 self.solutions[sorted..=at].rotate_right(1);
                 sorted += 1;
@@ -382,27 +387,27 @@ impl IkSolutions {
 
 /// A place with joint 6 held.
 #[derive(Clone, Copy)]
-struct Held {
+struct FixedQ6Candidate {
     q: JointPositions,
     /// What is missing to the pose, rad; NaN where the arm does not reach.
     blocked: f64,
 }
 
-const OUT_OF_REACH: Held = Held {
+const OUT_OF_REACH: FixedQ6Candidate = FixedQ6Candidate {
     q: JointPositions::ZERO,
     blocked: f64::NAN,
 };
 
 /// Places that wait until there are eight.
 #[derive(Default)]
-struct Batch {
+struct SeedBatch {
     lanes: [Lane; DOF],
     used: [bool; BRANCHES],
     count: usize,
 }
 
-impl Batch {
-    fn push(&mut self, search: &mut Search<'_>, q: &JointPositions, wanted: bool) {
+impl SeedBatch {
+    fn push(&mut self, search: &mut SolutionSearch<'_>, q: &JointPositions, wanted: bool) {
         if !wanted {
             return;
         }
@@ -417,7 +422,13 @@ impl Batch {
     }
 
     /// A place between two, nearer to the one where less is missing; nothing where one is out of reach.
-    fn push_between(&mut self, search: &mut Search<'_>, a: &Held, b: &Held, wanted: bool) {
+    fn push_between(
+        &mut self,
+        search: &mut SolutionSearch<'_>,
+        a: &FixedQ6Candidate,
+        b: &FixedQ6Candidate,
+        wanted: bool,
+    ) {
         let sum = a.blocked.abs() + b.blocked.abs();
         if !wanted || sum.is_nan() {
             return;
@@ -432,7 +443,7 @@ impl Batch {
         self.push(search, &JointPositions(q), true);
     }
 
-    fn flush(&mut self, search: &mut Search<'_>) {
+    fn flush(&mut self, search: &mut SolutionSearch<'_>) {
         if self.count > 0 {
             search.add(&self.lanes, &self.used);
         }

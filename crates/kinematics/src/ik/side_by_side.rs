@@ -30,11 +30,11 @@ const DONE_HELD: f64 = 1e-8;
 const STEP_MAX: f64 = 0.5;
 
 /// What is missing at each place.
-pub(super) struct Left {
-    /// m and rad, the largest component; without `blocked` where joint 6 is held.
-    pub(super) missing: Lane,
+pub(super) struct NewtonResidual {
+    /// m and rad, the largest component; without `unreachable_rotation` where joint 6 is held.
+    pub(super) error: Lane,
     /// The rotation about the direction across axes 4 and 5, rad: what an arm with parallel axes 4 and 6 cannot make.
-    pub(super) blocked: Lane,
+    pub(super) unreachable_rotation: Lane,
 }
 
 /// Takes the places that are `used` to solutions, in so many steps at most.
@@ -46,18 +46,18 @@ pub(super) fn newton(
     q: &mut [Lane; DOF],
     used: &[bool; BRANCHES],
     steps: usize,
-) -> Left {
+) -> NewtonResidual {
     dispatch::<false>(chain, target, q, used, steps)
 }
 
-/// The same with joint 6 held and nothing asked of the rotation that is `blocked` where the wrist is singular.
-pub(super) fn newton_held(
+/// The same with joint 6 held and nothing asked of the rotation that is `unreachable_rotation` where the wrist is singular.
+pub(super) fn newton_with_fixed_q6(
     chain: &Chain,
     target: &Pose,
     q: &mut [Lane; DOF],
     used: &[bool; BRANCHES],
     steps: usize,
-) -> Left {
+) -> NewtonResidual {
     dispatch::<true>(chain, target, q, used, steps)
 }
 
@@ -68,7 +68,7 @@ fn dispatch<const HELD: bool>(
     q: &mut [Lane; DOF],
     used: &[bool; BRANCHES],
     most: usize,
-) -> Left {
+) -> NewtonResidual {
     #[cfg(target_arch = "x86_64")]
     {
         #[target_feature(enable = "avx2")]
@@ -78,7 +78,7 @@ fn dispatch<const HELD: bool>(
             q: &mut [Lane; DOF],
             used: &[bool; BRANCHES],
             most: usize,
-        ) -> Left {
+        ) -> NewtonResidual {
             steps::<HELD>(chain, target, q, used, most)
         }
         if std::arch::is_x86_feature_detected!("avx2") {
@@ -97,22 +97,22 @@ fn steps<const HELD: bool>(
     q: &mut [Lane; DOF],
     used: &[bool; BRANCHES],
     most: usize,
-) -> Left {
-    let mut places = Places {
+) -> NewtonResidual {
+    let mut places = LaneFrames {
         axes: [[ZERO; 3]; DOF],
         origins: [[ZERO; 3]; DOF],
         rotation: [ZERO; 9],
     };
-    let mut left = Left {
-        missing: ZERO,
-        blocked: ZERO,
+    let mut left = NewtonResidual {
+        error: ZERO,
+        unreachable_rotation: ZERO,
     };
     for step in 0..=most {
         places.forward(chain, q);
         let mut missing = places.missing(target);
         let blocked = places.blocked_direction();
         if HELD {
-            left.blocked = without(&mut missing, &blocked);
+            left.unreachable_rotation = project_out(&mut missing, &blocked);
         }
         let mut worst = 0.0_f64;
         for i in 0..BRANCHES {
@@ -120,7 +120,7 @@ fn steps<const HELD: bool>(
             for row in &missing[1..] {
                 largest = largest.max(row[i].abs());
             }
-            left.missing[i] = largest;
+            left.error[i] = largest;
             // NaN is left out here; nobody takes it for a solution.
             worst = worst.max(if used[i] { largest } else { 0.0 });
         }
@@ -130,7 +130,7 @@ fn steps<const HELD: bool>(
         let mut columns = places.jacobian();
         if HELD {
             for column in &mut columns[..DOF - 1] {
-                without(column, &blocked);
+                project_out(column, &blocked);
             }
             columns[DOF - 1] = [ZERO; DOF];
         }
@@ -150,7 +150,7 @@ fn steps<const HELD: bool>(
             }
         }
     }
-    // A rotation that is half a turn off looks like none in `missing`: the columns must point the same way.
+    // A rotation that is half a turn off looks like none in `error`: the columns must point the same way.
     let wanted = target.rotation.matrix();
     for i in 0..BRANCHES {
         let mut along = 0.0;
@@ -160,7 +160,7 @@ fn steps<const HELD: bool>(
             }
         }
         if along < 2.0 {
-            left.missing[i] = f64::INFINITY;
+            left.error[i] = f64::INFINITY;
         }
     }
     left
@@ -168,7 +168,7 @@ fn steps<const HELD: bool>(
 
 /// Takes the rotation about `direction` out of twists or errors; back comes what it was.
 #[inline(always)]
-fn without(vector: &mut [Lane; DOF], direction: &Vectors) -> Lane {
+fn project_out(vector: &mut [Lane; DOF], direction: &Vectors) -> Lane {
     let mut along = ZERO;
     for i in 0..BRANCHES {
         let (x, y, z) = (direction[0][i], direction[1][i], direction[2][i]);
@@ -181,13 +181,13 @@ fn without(vector: &mut [Lane; DOF], direction: &Vectors) -> Lane {
 }
 
 /// Joint axes and origins of the places in frame 1 at rest, and the rotations of joint frame 6, row by row.
-struct Places {
+struct LaneFrames {
     axes: [Vectors; DOF],
     origins: [Vectors; DOF],
     rotation: [Lane; 9],
 }
 
-impl Places {
+impl LaneFrames {
     #[inline(always)]
     fn forward(&mut self, chain: &Chain, q: &[Lane; DOF]) {
         let (sines, cosines) = trig::sin_cos(&q[0]);
@@ -396,14 +396,17 @@ mod tests {
             let (mut wide, mut plain) = (begun, begun);
             let of_wide = newton(chain, &target, &mut wide, &used, most);
             let of_plain = steps::<false>(chain, &target, &mut plain, &used, most);
-            assert_eq!((wide, of_wide.missing), (plain, of_plain.missing));
+            assert_eq!((wide, of_wide.error), (plain, of_plain.error));
             let (mut wide, mut plain) = (begun, begun);
-            let of_wide = newton_held(chain, &target, &mut wide, &used, most);
+            let of_wide = newton_with_fixed_q6(chain, &target, &mut wide, &used, most);
             let of_plain = steps::<true>(chain, &target, &mut plain, &used, most);
-            assert_eq!((wide, of_wide.blocked), (plain, of_plain.blocked));
+            assert_eq!(
+                (wide, of_wide.unreachable_rotation),
+                (plain, of_plain.unreachable_rotation)
+            );
             assert!(wide[5] == begun[5], "joint 6 is held");
         }
         let left = newton(chain, &target, &mut begun, &used, 12);
-        assert!(left.missing.iter().all(|missing| *missing < 1e-12));
+        assert!(left.error.iter().all(|missing| *missing < 1e-12));
     }
 }

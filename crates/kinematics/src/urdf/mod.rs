@@ -16,7 +16,7 @@ use crate::payload::{RigidBody, is_physical, principal_moments};
 use crate::pose::Pose;
 use extension::Extension;
 use nalgebra::{Matrix3, Vector3};
-use tree::{Tree, Walk, pose_of};
+use tree::{JointChain, Tree, pose_of};
 use urdf_rs::Link;
 
 /// Acceleration limit of a joint for which a URDF names none, rad/s². Ours; see `robots/README.md`.
@@ -38,7 +38,7 @@ pub enum ModelError {
         "the robot `{name}` exists, but its dimensions and masses are not public, so it cannot be simulated; \
          built in are {known}"
     )]
-    NoFigures { name: String, known: String },
+    UnsupportedModel { name: String, known: String },
     #[error("the robot model {path} cannot be read: {source}")]
     Unreadable {
         path: String,
@@ -99,24 +99,24 @@ impl RobotModel {
         let extension = Extension::read(text)?;
         let robot = urdf_rs::read_from_string(text)?;
         let tree = Tree::new(&robot)?;
-        let walk = tree.walk()?;
-        Assembly::default().finish(&tree, &walk, &robot.name, &extension)
+        let walk = tree.joint_chain()?;
+        ModelBuilder::default().finish(&tree, &walk, &robot.name, &extension)
     }
 }
 
 /// The parts of the model as they come together.
 #[derive(Default)]
-struct Assembly {
+struct ModelBuilder {
     bodies: [RigidBody; DOF],
     capsules: [Vec<Capsule>; LINKS],
     warnings: Vec<String>,
 }
 
-impl Assembly {
+impl ModelBuilder {
     fn finish(
         mut self,
         tree: &Tree<'_>,
-        walk: &Walk<'_>,
+        walk: &JointChain<'_>,
         name: &str,
         extension: &Extension,
     ) -> Result<RobotModel, ModelError> {
@@ -199,7 +199,7 @@ impl Assembly {
 
     fn limits(
         &mut self,
-        walk: &Walk<'_>,
+        walk: &JointChain<'_>,
         extension: &Extension,
     ) -> Result<JointLimits, ModelError> {
         let mut limits = JointLimits {
@@ -260,7 +260,7 @@ impl Assembly {
 /// Link names of `<never_collide>` to body indices.
 fn resolve_pairs(
     tree: &Tree<'_>,
-    walk: &Walk<'_>,
+    walk: &JointChain<'_>,
     extension: &Extension,
 ) -> Result<Vec<(usize, usize)>, ModelError> {
     let body_of = |name: &str| {

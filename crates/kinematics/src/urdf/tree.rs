@@ -19,7 +19,7 @@ pub(super) struct Tree<'a> {
 
 /// The moving joints in order, and where every link sits: the index of its moving joint (0 for the base) and its pose
 /// in that joint's frame (in the root for the base).
-pub(super) struct Walk<'a> {
+pub(super) struct JointChain<'a> {
     pub(super) joints: Vec<&'a Joint>,
     pub(super) links: Vec<(&'a Link, usize, Pose)>,
     /// Joint origin in the frame of the joint before (the root for the first), z turned into the joint axis.
@@ -88,8 +88,8 @@ impl<'a> Tree<'a> {
     }
 
     /// Follows the joints from the root outwards, fixed parts first, so that a branch is noticed.
-    pub(super) fn walk(&self) -> Result<Walk<'a>, ModelError> {
-        let mut walk = Walk {
+    pub(super) fn joint_chain(&self) -> Result<JointChain<'a>, ModelError> {
+        let mut walk = JointChain {
             joints: Vec::new(),
             links: Vec::new(),
             parent_from_joint: Vec::new(),

@@ -7,14 +7,14 @@
 
 use nalgebra::Vector3;
 
-use super::entry::{Entries, WayOut};
-use super::nearest::Place;
-use super::{Obstacle, Part};
+use super::entry::{EntryFaces, ExitDirection};
+use super::nearest::ContactPoint;
+use super::{ArmPart, Obstacle};
 
 /// An increase of depth that does not count, m.
-const DEEPER: f64 = 1e-6;
+const DEPTH_TOLERANCE: f64 = 1e-6;
 /// Faces whose normals' product is larger may belong to one surface.
-const ALIKE: f64 = 0.5;
+const SAME_SURFACE_COSINE: f64 = 0.5;
 
 /// Where the ball of the tool, its center and radius given, touches the obstacle `number` of `obstacles`, or nearly.
 pub(super) fn ball(
@@ -22,58 +22,60 @@ pub(super) fn ball(
     number: usize,
     obstacles: &[Obstacle],
     margin: f64,
-    entries: &mut Entries,
-) -> Option<Place> {
+    entries: &mut EntryFaces,
+) -> Option<ContactPoint> {
     let solid = &obstacles[number].solid;
-    let is_held = entries.known(Part::Tool, number, solid, center).is_some();
+    let is_held = entries
+        .remembered_exit(ArmPart::Tool, number, solid, center)
+        .is_some();
     if !is_held && radius - solid.distance(center).0 <= -margin {
         return None;
     }
-    let ball = Ball {
+    let ball = ToolBall {
         center,
         radius,
         obstacles,
         entries,
     };
-    let way = ball.way_out(number);
-    let depth = ball.depth_beside_others(number, &way);
+    let way = ball.exit_direction(number);
+    let depth = ball.depth_beside_neighbors(number, &way);
     if way.distance < 0.0 {
-        entries.remember(Part::Tool, number, solid, &way);
+        entries.remember(ArmPart::Tool, number, solid, &way);
     }
-    depth.map(|depth| Place {
+    depth.map(|depth| ContactPoint {
         point: center - way.normal * radius,
         normal: way.normal,
         depth,
     })
 }
 
-struct Ball<'a> {
+struct ToolBall<'a> {
     center: Vector3<f64>,
     radius: f64,
     obstacles: &'a [Obstacle],
-    entries: &'a Entries,
+    entries: &'a EntryFaces,
 }
 
-impl Ball<'_> {
+impl ToolBall<'_> {
     /// The way by which the ball came in, or the nearest way out of an obstacle, if they lead into no other one; the nearest
     /// if all do.
-    fn way_out(&self, number: usize) -> WayOut {
+    fn exit_direction(&self, number: usize) -> ExitDirection {
         let leads_into_another = |(distance, normal): &(f64, Vector3<f64>)| {
             let outside = self.center + normal * (self.radius - distance);
             self.obstacles.iter().enumerate().any(|(other, obstacle)| {
                 let before = obstacle.solid.distance(self.center).0.min(0.0);
-                other != number && obstacle.solid.distance(outside).0 < before - DEEPER
+                other != number && obstacle.solid.distance(outside).0 < before - DEPTH_TOLERANCE
             })
         };
         let solid = &self.obstacles[number].solid;
         let nearest = solid.distance(self.center);
         let mut chosen = nearest;
         let (entries, center) = (self.entries, self.center);
-        if let Some(known) = entries.known(Part::Tool, number, solid, center) {
+        if let Some(known) = entries.remembered_exit(ArmPart::Tool, number, solid, center) {
             return known;
         }
         if nearest.0 < 0.0 {
-            if let Some(entering) = entries.entering(Part::Tool, solid, center)
+            if let Some(entering) = entries.exit_by_entry_face(ArmPart::Tool, solid, center)
                 && !leads_into_another(&(entering.distance, entering.normal))
             {
                 return entering;
@@ -86,16 +88,16 @@ impl Ball<'_> {
             let free = free.max_by(|a, b| a.0.total_cmp(&b.0));
             chosen = free.copied().unwrap_or(nearest);
         }
-        WayOut {
+        ExitDirection {
             distance: chosen.0,
             normal: chosen.1,
-            has_given_way: chosen.0 < nearest.0 - DEEPER,
+            is_detour: chosen.0 < nearest.0 - DEPTH_TOLERANCE,
         }
     }
 
     /// How deep the ball is in an obstacle whose way out is given, for what its neighbours leave of it; `None` when they
     /// leave nothing.
-    fn depth_beside_others(&self, number: usize, way: &WayOut) -> Option<f64> {
+    fn depth_beside_neighbors(&self, number: usize, way: &ExitDirection) -> Option<f64> {
         let solid = &self.obstacles[number].solid;
         let mut depth = self.radius - way.distance;
         let is_inside = way.distance < 0.0;
@@ -104,12 +106,12 @@ impl Ball<'_> {
             if other == number || neighbour.solid.distance(self.center).0 >= self.radius {
                 continue;
             }
-            let its = self.way_out(other);
+            let its = self.exit_direction(other);
             // Of two that are alike the deeper counts, then the earlier.
             let comes_first = (its.distance, other) < (way.distance, number);
-            let is_alike = its.normal.dot(&way.normal) > ALIKE;
+            let is_alike = its.normal.dot(&way.normal) > SAME_SURFACE_COSINE;
             if is_inside {
-                if way.has_given_way && its.has_given_way && is_alike && comes_first {
+                if way.is_detour && its.is_detour && is_alike && comes_first {
                     return None;
                 }
             } else if comes_first && (is_at_an_edge || !is_alike) {
@@ -127,7 +129,7 @@ impl Ball<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Shape, Solid};
+    use super::super::{PlacedShape, Shape};
     use super::*;
     use kinematics::{Pose, RpyPose};
 
@@ -136,7 +138,7 @@ mod tests {
     fn block(x: f64, z: f64, tilt: f64) -> Obstacle {
         Obstacle {
             name: String::new(),
-            solid: Solid {
+            solid: PlacedShape {
                 pose: Pose::from_rpy(&RpyPose::from_array([x, 0.0, z, 0.0, tilt, 0.0])),
                 shape: Shape::Box {
                     half: [0.015, 0.1, 0.02],
@@ -152,7 +154,7 @@ mod tests {
     fn push(obstacles: &[Obstacle], x: f64, z: f64) -> Vector3<f64> {
         let mut sum = Vector3::zeros();
         let center = Vector3::new(x, 0.0, z);
-        let mut entries = Entries::new(obstacles.len());
+        let mut entries = EntryFaces::new(obstacles.len());
         for number in 0..obstacles.len() {
             let place = ball((center, RADIUS), number, obstacles, 0.006, &mut entries);
             sum += place.map_or(Vector3::zeros(), |p| p.normal * p.depth.max(0.0));

@@ -7,8 +7,8 @@
 use kinematics::{DOF, Frames, Pose};
 use nalgebra::Vector3;
 
-use super::nearest::Place;
-use super::{Part, Solid};
+use super::nearest::ContactPoint;
+use super::{ArmPart, PlacedShape};
 
 /// The links and the tool.
 const PARTS: usize = DOF + 1;
@@ -17,143 +17,155 @@ const ON_SURFACE: f64 = 1e-9;
 
 /// A way out of an obstacle: distance from that face, m, negative inside; unit vector out, base frame.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct WayOut {
+pub(super) struct ExitDirection {
     pub distance: f64,
     pub normal: Vector3<f64>,
     /// A nearer one led into another obstacle.
-    pub has_given_way: bool,
+    pub is_detour: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Entry {
+struct EntryFace {
     /// Obstacle frame.
     normal: Vector3<f64>,
     has_given_way: bool,
-    seen: u64,
+    last_update: u64,
 }
 
 /// What is remembered of every part and every obstacle.
 #[derive(Clone, Debug)]
-pub(super) struct Entries {
-    entries: Vec<Option<Entry>>,
+pub(super) struct EntryFaces {
+    entries: Vec<Option<EntryFace>>,
     obstacles: usize,
     /// Number of the look.
-    now: u64,
-    at: [Pose; PARTS],
-    before: [Pose; PARTS],
+    update_count: u64,
+    poses: [Pose; PARTS],
+    previous_poses: [Pose; PARTS],
 }
 
-impl Entries {
+impl EntryFaces {
     pub(super) fn new(obstacles: usize) -> Self {
         Self {
             entries: vec![None; PARTS * obstacles],
             obstacles,
-            now: 0,
-            at: [Pose::IDENTITY; PARTS],
-            before: [Pose::IDENTITY; PARTS],
+            update_count: 0,
+            poses: [Pose::IDENTITY; PARTS],
+            previous_poses: [Pose::IDENTITY; PARTS],
         }
     }
 
     /// Looks anew, at an arm that has moved on to `frames`.
-    pub(super) fn begin(&mut self, frames: &Frames) {
+    pub(super) fn update(&mut self, frames: &Frames) {
         let mut at = [frames.base_from_flange; PARTS];
         at[..DOF].copy_from_slice(&frames.base_from_joint);
-        self.before = if self.now == 0 { at } else { self.at };
-        self.at = at;
-        self.now += 1;
+        self.previous_poses = if self.update_count == 0 {
+            at
+        } else {
+            self.poses
+        };
+        self.poses = at;
+        self.update_count += 1;
     }
 
     /// The way out that a part has had since it went in; `None` for one that has only just come, or left to the side. One
     /// that has gone through to the far side is still held.
-    pub(super) fn known(
+    pub(super) fn remembered_exit(
         &self,
-        part: Part,
+        part: ArmPart,
         number: usize,
-        solid: &Solid,
+        solid: &PlacedShape,
         point: Vector3<f64>,
-    ) -> Option<WayOut> {
-        let entry = self.entries.get(self.place(part, number))?.as_ref()?;
-        if entry.seen + 1 < self.now {
+    ) -> Option<ExitDirection> {
+        let entry = self.entries.get(self.index(part, number))?.as_ref()?;
+        if entry.last_update + 1 < self.update_count {
             return None;
         }
         let (distance, normal) = solid.exit_towards(point, entry.normal)?;
-        Some(WayOut {
+        Some(ExitDirection {
             distance,
             normal,
-            has_given_way: entry.has_given_way,
+            is_detour: entry.has_given_way,
         })
     }
 
     /// The way by which a part came in since the last look, if it was outside then.
-    pub(super) fn entering(
+    pub(super) fn exit_by_entry_face(
         &self,
-        part: Part,
-        solid: &Solid,
+        part: ArmPart,
+        solid: &PlacedShape,
         point: Vector3<f64>,
-    ) -> Option<WayOut> {
+    ) -> Option<ExitDirection> {
         let slot = slot(part);
-        let (at, before) = (&self.at[slot], &self.before[slot]);
+        let (at, before) = (&self.poses[slot], &self.previous_poses[slot]);
         let came_from = before.transform_point(at.inverse().transform_point(point));
         let (gap, out) = solid.distance(came_from);
         if gap < 0.0 {
             return None;
         }
         let (distance, normal) = solid.exit_towards(point, solid.pose.rotate_back(out))?;
-        Some(WayOut {
+        Some(ExitDirection {
             distance,
             normal,
-            has_given_way: false,
+            is_detour: false,
         })
     }
 
     /// A part is inside and will leave by `way`.
-    pub(super) fn remember(&mut self, part: Part, number: usize, solid: &Solid, way: &WayOut) {
-        let place = self.place(part, number);
+    pub(super) fn remember(
+        &mut self,
+        part: ArmPart,
+        number: usize,
+        solid: &PlacedShape,
+        way: &ExitDirection,
+    ) {
+        let place = self.index(part, number);
         if let Some(entry) = self.entries.get_mut(place) {
-            *entry = Some(Entry {
+            *entry = Some(EntryFace {
                 normal: solid.pose.rotate_back(way.normal),
-                has_given_way: way.has_given_way,
-                seen: self.now,
+                has_given_way: way.is_detour,
+                last_update: self.update_count,
             });
         }
     }
 
     /// The place of a ball of `radius` (0 for a point) around `center`, as found with the nearest way out, turned to the way by
     /// which its part came in.
-    pub(super) fn turned(
+    pub(super) fn reorient_to_entry_face(
         &mut self,
-        part: Part,
-        (number, solid): (usize, &Solid),
+        part: ArmPart,
+        (number, solid): (usize, &PlacedShape),
         (center, radius): (Vector3<f64>, f64),
-        found: Place,
-    ) -> Place {
+        found: ContactPoint,
+    ) -> ContactPoint {
         let (distance, normal) = solid.distance(center);
         let is_inside = distance < -ON_SURFACE;
-        let way = match self.known(part, number, solid, center) {
+        let way = match self.remembered_exit(part, number, solid, center) {
             Some(known) if known.distance < -ON_SURFACE => known,
             _ if !is_inside => return found,
-            _ => self.entering(part, solid, center).unwrap_or(WayOut {
-                distance,
-                normal,
-                has_given_way: false,
-            }),
+            _ => self
+                .exit_by_entry_face(part, solid, center)
+                .unwrap_or(ExitDirection {
+                    distance,
+                    normal,
+                    is_detour: false,
+                }),
         };
         self.remember(part, number, solid, &way);
-        Place {
+        ContactPoint {
             point: center - way.normal * radius,
             normal: way.normal,
             depth: radius - way.distance,
         }
     }
 
-    fn place(&self, part: Part, number: usize) -> usize {
+    fn index(&self, part: ArmPart, number: usize) -> usize {
         slot(part) * self.obstacles + number
     }
 }
 
-const fn slot(part: Part) -> usize {
+const fn slot(part: ArmPart) -> usize {
     match part {
-        Part::Link(link) => link,
-        Part::Tool => DOF,
+        ArmPart::Link(link) => link,
+        ArmPart::Tool => DOF,
     }
 }

@@ -2,41 +2,41 @@
 //!
 //! Normal: F = k d + c d', never pulling, with d the depth at the end of the step. The depth depends on the force: both
 //! are solved for together (projected Gauss-Seidel over all places), so that any stiffness is stable at any step, and an
-//! arm at rest reads exactly k d. Friction: Coulomb's, with a viscous core below [`CREEP`]. Bodies that touch in several
+//! arm at rest reads exactly k d. Friction: Coulomb's, with a viscous core below [`FRICTION_REGULARIZATION_SPEED`]. Bodies that touch in several
 //! places share the stiffness in proportion to the depths there: together they push with k times the greatest depth. Dry
 //! friction of the joints is solved for in the same rounds.
 
 use kinematics::{DOF, Frames, JointSpeeds, JointTorques, Wrench};
 use nalgebra::{Cholesky, Const, Matrix3x6, Matrix6, Matrix6x3, Vector3, Vector6};
 
-use super::{Obstacle, Part, TOUCHES_MAX, Touch, Touches};
+use super::{ArmPart, Contact, ContactList, MAX_CONTACTS, Obstacle};
 use kinematics::bounds::within;
 
 /// Stiffness of an obstacle without one, N/m: 100 N press it in by a micrometre.
-pub const HARD: f64 = 1e8;
+pub const RIGID_STIFFNESS: f64 = 1e8;
 /// How fast a hard obstacle pushes out what is inside it already, m/s.
-const PUSH_OUT: f64 = 0.5;
+const MAX_RECOVERY_SPEED: f64 = 0.5;
 /// Speed at which friction reaches Coulomb's, m/s.
-pub const CREEP: f64 = 1e-5;
+pub const FRICTION_REGULARIZATION_SPEED: f64 = 1e-5;
 /// Most rounds over all places, and the change of a force at which they end, N.
 const ROUNDS: usize = 60;
-const SETTLED: f64 = 1e-7;
+const FORCE_TOLERANCE: f64 = 1e-7;
 
 /// How the arm answers to forces within the step.
-pub(crate) struct Answer {
+pub(crate) struct ArmResponse {
     /// The mass matrix, factored.
     pub mass: Cholesky<f64, Const<6>>,
     /// Length of the step, s.
     pub step: f64,
     /// Largest dry friction of the joints, and what it was a step ago, Nm.
-    pub dry: Option<(JointTorques, JointTorques)>,
+    pub dry_friction: Option<(JointTorques, JointTorques)>,
 }
 
 /// What the contacts do to the arm.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ContactForces {
     /// Force on the arm at each place, N, base axes; in the order of the touches.
-    pub forces: [Vector3<f64>; TOUCHES_MAX],
+    pub forces: [Vector3<f64>; MAX_CONTACTS],
     /// What touches the tool: base axes, about the TCP.
     pub tool: Wrench,
     /// Joint torques of what touches the tool, Nm.
@@ -52,7 +52,7 @@ pub(crate) struct ContactForces {
 impl ContactForces {
     /// Nothing touches.
     pub(crate) const NONE: Self = Self {
-        forces: [Vector3::new(0.0, 0.0, 0.0); TOUCHES_MAX],
+        forces: [Vector3::new(0.0, 0.0, 0.0); MAX_CONTACTS],
         tool: Wrench {
             force: Vector3::new(0.0, 0.0, 0.0),
             moment: Vector3::new(0.0, 0.0, 0.0),
@@ -66,7 +66,7 @@ impl ContactForces {
 
 /// One place as the solver sees it.
 #[derive(Clone, Copy)]
-struct Row {
+struct ContactRow {
     jacobian: Matrix3x6<f64>,
     /// Change of the joint speeds by a force of 1 N over the step.
     effect: Matrix6x3<f64>,
@@ -80,28 +80,28 @@ struct Row {
 }
 
 /// Dry friction of the joints: Coulomb's, which holds a joint up to its size and opposes its turning with it.
-struct Bearings {
-    most: JointTorques,
+struct JointFriction {
+    max_torque: JointTorques,
     torque: JointTorques,
     /// Change of the joint speeds by a torque of 1 Nm over the step, a column a joint.
     effect: Matrix6<f64>,
 }
 
-impl Bearings {
-    fn new(answer: &Answer) -> Option<Self> {
-        let (most, before) = answer.dry?;
+impl JointFriction {
+    fn new(answer: &ArmResponse) -> Option<Self> {
+        let (most, before) = answer.dry_friction?;
         Some(Self {
-            most,
+            max_torque: most,
             torque: before,
             effect: answer.mass.inverse() * answer.step,
         })
     }
 
     /// Turns each joint's torque to what stops it, or to its most; the largest change, Nm.
-    fn rub(&mut self, speeds: &mut Vector6<f64>) -> f64 {
+    fn relax(&mut self, speeds: &mut Vector6<f64>) -> f64 {
         let mut change = 0.0_f64;
         for joint in 0..DOF {
-            let most = self.most[joint];
+            let most = self.max_torque[joint];
             if most == 0.0 {
                 continue;
             }
@@ -119,42 +119,42 @@ impl Bearings {
 /// Forces on the arm at `touches`: on one that answers within the step, or on one that moves with `qd` whatever they are.
 /// `frames` say where it is, `tcp` where moments are about, base frame.
 pub(crate) fn solve(
-    touches: &Touches,
+    touches: &ContactList,
     obstacles: &[Obstacle],
     frames: &Frames,
     tcp: Vector3<f64>,
     qd: &JointSpeeds,
-    answer: Option<&Answer>,
+    answer: Option<&ArmResponse>,
 ) -> ContactForces {
     let touches = touches.as_slice();
-    let mut bearings = answer.and_then(Bearings::new);
+    let mut bearings = answer.and_then(JointFriction::new);
     if touches.is_empty() && bearings.is_none() {
         return ContactForces::NONE;
     }
     let step = answer.map_or(0.0, |answer| answer.step);
     let mut speeds = qd.to_vector();
-    let (mut rows, mut depths) = rows(touches, obstacles, frames, &speeds, answer);
+    let (mut rows, mut depths) = build_rows(touches, obstacles, frames, &speeds, answer);
     let mut forces = ContactForces::NONE;
     if let Some(bearings) = &bearings {
         speeds += bearings.effect * bearings.torque.to_vector();
     }
     // Shared by the depths that would be reached without contact, then by those that are.
     for _ in 0..2 {
-        share(touches, obstacles, &depths, &mut rows);
+        distribute_stiffness(touches, obstacles, &depths, &mut rows);
         for _ in 0..ROUNDS {
             let mut change = 0.0_f64;
             for (k, touch) in touches.iter().enumerate() {
                 let Some(row) = &rows[k] else { continue };
-                let next = row.next(&touch.place.normal, &forces.forces[k], &speeds, step);
+                let next = row.updated_force(&touch.place.normal, &forces.forces[k], &speeds, step);
                 let more = next - forces.forces[k];
                 speeds += row.effect * more;
                 forces.forces[k] = next;
                 change = change.max(more.amax());
             }
             if let Some(bearings) = &mut bearings {
-                change = change.max(bearings.rub(&mut speeds));
+                change = change.max(bearings.relax(&mut speeds));
             }
-            if change < SETTLED || answer.is_none() {
+            if change < FORCE_TOLERANCE || answer.is_none() {
                 break;
             }
         }
@@ -166,7 +166,7 @@ pub(crate) fn solve(
             depths[k] = row.depth - step * touch.place.normal.dot(&(row.jacobian * speeds));
         }
     }
-    forces.add_up(touches, &rows, tcp);
+    forces.sum_forces(touches, &rows, tcp);
     forces.friction = bearings.map_or(JointTorques::ZERO, |bearings| bearings.torque);
     forces.speeds = speeds.into();
     forces
@@ -174,14 +174,19 @@ pub(crate) fn solve(
 
 impl ContactForces {
     /// What the forces at the places come to.
-    fn add_up(&mut self, touches: &[Touch], rows: &[Option<Row>; TOUCHES_MAX], tcp: Vector3<f64>) {
+    fn sum_forces(
+        &mut self,
+        touches: &[Contact],
+        rows: &[Option<ContactRow>; MAX_CONTACTS],
+        tcp: Vector3<f64>,
+    ) {
         let (mut all, mut tool) = (Vector6::zeros(), Vector6::zeros());
         for (k, touch) in touches.iter().enumerate() {
             let Some(row) = &rows[k] else { continue };
             let force = self.forces[k];
             let torque = row.jacobian.transpose() * force;
             all += torque;
-            if touch.part == Part::Tool {
+            if touch.part == ArmPart::Tool {
                 tool += torque;
                 self.tool.force += force;
                 self.tool.moment += (touch.place.point - tcp).cross(&force);
@@ -193,16 +198,16 @@ impl ContactForces {
 }
 
 /// The places that would be touched at the end of the step if nothing pushed back, and how deep all would be then.
-fn rows(
-    touches: &[Touch],
+fn build_rows(
+    touches: &[Contact],
     obstacles: &[Obstacle],
     frames: &Frames,
     speeds: &Vector6<f64>,
-    answer: Option<&Answer>,
-) -> ([Option<Row>; TOUCHES_MAX], [f64; TOUCHES_MAX]) {
+    answer: Option<&ArmResponse>,
+) -> ([Option<ContactRow>; MAX_CONTACTS], [f64; MAX_CONTACTS]) {
     let step = answer.map_or(0.0, |answer| answer.step);
-    let mut rows = [None::<Row>; TOUCHES_MAX];
-    let mut depths = [0.0_f64; TOUCHES_MAX];
+    let mut rows = [None::<ContactRow>; MAX_CONTACTS];
+    let mut depths = [0.0_f64; MAX_CONTACTS];
     for (k, touch) in touches.iter().enumerate() {
         let mut jacobian: Matrix3x6<f64> =
             frames.jacobian(touch.place.point).fixed_rows::<3>(0).into();
@@ -222,10 +227,10 @@ fn rows(
         let compliance = jacobian * effect;
         let along = normal.dot(&(compliance * normal));
         let depth = match (obstacle.stiffness, answer) {
-            (None, Some(_)) => touch.place.depth.min(PUSH_OUT * step),
+            (None, Some(_)) => touch.place.depth.min(MAX_RECOVERY_SPEED * step),
             _ => touch.place.depth,
         };
-        rows[k] = Some(Row {
+        rows[k] = Some(ContactRow {
             jacobian,
             effect,
             normal: along,
@@ -240,11 +245,11 @@ fn rows(
 }
 
 /// Shares the stiffness and damping of an obstacle among the places where one part touches it, in proportion to `depths`.
-fn share(
-    touches: &[Touch],
+fn distribute_stiffness(
+    touches: &[Contact],
     obstacles: &[Obstacle],
-    depths: &[f64; TOUCHES_MAX],
-    rows: &mut [Option<Row>; TOUCHES_MAX],
+    depths: &[f64; MAX_CONTACTS],
+    rows: &mut [Option<ContactRow>; MAX_CONTACTS],
 ) {
     for (k, touch) in touches.iter().enumerate() {
         let Some(row) = &mut rows[k] else { continue };
@@ -262,7 +267,7 @@ fn share(
         // The place's own share of the force is depth / sum of k times the greatest depth.
         let share = if depths[k] > 0.0 { most / sum } else { 0.0 };
         let obstacle = &obstacles[touch.obstacle];
-        row.stiffness = obstacle.stiffness.unwrap_or(HARD) * share;
+        row.stiffness = obstacle.stiffness.unwrap_or(RIGID_STIFFNESS) * share;
         // Damping begins with the touch, not with the step in which it will come.
         row.damping = if touch.place.depth > 0.0 {
             obstacle.damping * share
@@ -272,9 +277,9 @@ fn share(
     }
 }
 
-impl Row {
+impl ContactRow {
     /// The force that goes with the present speeds, when it was `force` that made them.
-    fn next(
+    fn updated_force(
         &self,
         normal: &Vector3<f64>,
         force: &Vector3<f64>,
@@ -288,7 +293,7 @@ impl Row {
         let pushing = (pushing + (wanted - pushing) / (1.0 + drag * self.normal)).max(0.0);
         let most = self.friction * pushing;
         let across = speed - normal * away;
-        let grip = most / CREEP;
+        let grip = most / FRICTION_REGULARIZATION_SPEED;
         let rubbing = force - normal * normal.dot(force);
         let rubbing = rubbing - (across * grip + rubbing) / (1.0 + grip * self.tangential);
         let norm = rubbing.norm();

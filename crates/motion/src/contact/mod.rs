@@ -16,12 +16,12 @@ use kinematics::{
 };
 use nalgebra::Vector3;
 
-use entry::Entries;
+use entry::EntryFaces;
 use law::ContactForces;
-pub use law::HARD;
-use near::Near;
-use nearest::Place;
-pub use solid::{Shape, Solid};
+pub use law::RIGID_STIFFNESS;
+use near::BroadPhase;
+use nearest::ContactPoint;
+pub use solid::{PlacedShape, Shape};
 
 /// Radius of the ball that touches when no tool is given, m. Its foremost point is the TCP.
 pub const TCP_BALL: f64 = 0.001;
@@ -30,7 +30,7 @@ pub const TCP_BALL: f64 = 0.001;
 const MARGIN: f64 = 0.006;
 
 /// Most places at which the arm touches at once; of more the shallowest are left out.
-pub(crate) const TOUCHES_MAX: usize = 24;
+pub(crate) const MAX_CONTACTS: usize = 24;
 
 /// Something in the cell that the arm can hit.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,7 +38,7 @@ pub struct Obstacle {
     /// For messages.
     pub name: String,
     /// In the base frame.
-    pub solid: Solid,
+    pub solid: PlacedShape,
     /// N/m; `None` is hard.
     pub stiffness: Option<f64>,
     /// N s/m, against going deeper and against coming back.
@@ -49,23 +49,27 @@ pub struct Obstacle {
 
 /// What stands around the arm, and the tool on its flange.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Surroundings {
+pub struct Environment {
     /// What can be hit.
     pub obstacles: Vec<Obstacle>,
     /// The tool, in the flange frame. Without it a ball at the TCP touches.
-    pub tool: Option<Solid>,
+    pub tool: Option<PlacedShape>,
 }
 
-impl Surroundings {
+impl Environment {
     /// The links (1 to 6) that stand in an obstacle when the arm is at `home`, with the index of the obstacle. They never
     /// touch it: a table drawn through the foot of the arm must not throw the arm out.
-    pub fn standing_in(&self, model: &RobotModel, home: &JointPositions) -> Vec<(usize, usize)> {
+    pub fn links_inside_obstacles(
+        &self,
+        model: &RobotModel,
+        home: &JointPositions,
+    ) -> Vec<(usize, usize)> {
         let frames = model.forward(home);
         let mut pairs = Vec::new();
         for (number, obstacle) in self.obstacles.iter().enumerate() {
             for link in 1..=DOF {
                 let mut is_inside = false;
-                for capsule in model.collision().placed(link, &frames) {
+                for capsule in model.collision().capsules_in_base(link, &frames) {
                     nearest::capsule(&capsule, &obstacle.solid, 0.0, &mut |place| {
                         is_inside |= !is_beyond_flange(link, &place, &frames);
                     });
@@ -80,21 +84,21 @@ impl Surroundings {
 }
 
 /// The last link ends at the flange; its capsule is rounder than that.
-fn is_beyond_flange(link: usize, place: &Place, frames: &Frames) -> bool {
+fn is_beyond_flange(link: usize, place: &ContactPoint, frames: &Frames) -> bool {
     let flange = &frames.base_from_flange;
     link == DOF && flange.rotate_back(place.point - flange.translation).z > 0.0
 }
 
 /// A part of the arm that touches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Part {
+pub(crate) enum ArmPart {
     /// Link that moves with this joint, from 0.
     Link(usize),
     /// Beyond the flange: felt by the force sensor.
     Tool,
 }
 
-impl Part {
+impl ArmPart {
     /// The joint it moves with, from 0.
     pub(crate) const fn link(self) -> usize {
         match self {
@@ -106,48 +110,48 @@ impl Part {
 
 /// One place where a part touches an obstacle, or will within the step.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Touch {
-    pub part: Part,
+pub(crate) struct Contact {
+    pub part: ArmPart,
     /// Index of the obstacle.
     pub obstacle: usize,
-    pub place: Place,
+    pub place: ContactPoint,
 }
 
 /// All of them.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Touches {
-    touches: [Touch; TOUCHES_MAX],
+pub(crate) struct ContactList {
+    touches: [Contact; MAX_CONTACTS],
     len: usize,
 }
 
-impl Touches {
+impl ContactList {
     fn new() -> Self {
-        let nothing = Touch {
-            part: Part::Tool,
+        let nothing = Contact {
+            part: ArmPart::Tool,
             obstacle: 0,
-            place: Place {
+            place: ContactPoint {
                 point: Vector3::zeros(),
                 normal: Vector3::zeros(),
                 depth: 0.0,
             },
         };
         Self {
-            touches: [nothing; TOUCHES_MAX],
+            touches: [nothing; MAX_CONTACTS],
             len: 0,
         }
     }
 
-    pub(crate) fn as_slice(&self) -> &[Touch] {
+    pub(crate) fn as_slice(&self) -> &[Contact] {
         &self.touches[..self.len]
     }
 
-    fn push(&mut self, touch: Touch) {
-        if self.len < TOUCHES_MAX {
+    fn push(&mut self, touch: Contact) {
+        if self.len < MAX_CONTACTS {
             self.touches[self.len] = touch;
             self.len += 1;
             return;
         }
-        let depth = |t: &Touch| t.place.depth;
+        let depth = |t: &Contact| t.place.depth;
         let shallowest = self
             .touches
             .iter_mut()
@@ -162,34 +166,34 @@ impl Touches {
 
 /// The arm among obstacles.
 #[derive(Clone, Debug)]
-pub(crate) struct Contacts {
+pub(crate) struct ContactModel {
     pub obstacles: Vec<Obstacle>,
-    tool: Option<Solid>,
+    tool: Option<PlacedShape>,
     links: CollisionModel,
     chain: Chain,
     /// Links and obstacles that never touch.
-    apart: Vec<(usize, usize)>,
-    entries: Entries,
-    near: Near,
+    excluded_pairs: Vec<(usize, usize)>,
+    entry_faces: EntryFaces,
+    broad_phase: BroadPhase,
 }
 
-impl Contacts {
+impl ContactModel {
     /// `home` is where the arm stands at the start.
     pub(crate) fn new(
-        surroundings: Surroundings,
+        surroundings: Environment,
         model: &RobotModel,
         home: &JointPositions,
     ) -> Self {
         let links = model.collision();
         let extents = core::array::from_fn(|part| match &surroundings.tool {
-            Some(tool) if part == DOF => tool.pose.translation.norm() + tool.reach(),
+            Some(tool) if part == DOF => tool.pose.translation.norm() + tool.bounding_radius(),
             None if part == DOF => TCP_BALL,
-            _ => links.extent(part + 1),
+            _ => links.bounding_radius(part + 1),
         });
         Self {
-            apart: surroundings.standing_in(model, home),
-            entries: Entries::new(surroundings.obstacles.len()),
-            near: Near::new(surroundings.obstacles.len(), extents),
+            excluded_pairs: surroundings.links_inside_obstacles(model, home),
+            entry_faces: EntryFaces::new(surroundings.obstacles.len()),
+            broad_phase: BroadPhase::new(surroundings.obstacles.len(), extents),
             obstacles: surroundings.obstacles,
             tool: surroundings.tool,
             links: model.collision().clone(),
@@ -208,7 +212,7 @@ impl Contacts {
     }
 
     /// Forces on an arm that is at `q` and moves with `qd` whatever they are.
-    pub(crate) fn pressed(
+    pub(crate) fn forces_at(
         &mut self,
         q: &JointPositions,
         qd: &JointSpeeds,
@@ -218,19 +222,19 @@ impl Contacts {
             return ContactForces::NONE;
         }
         let frames = self.chain.forward(q);
-        let touches = self.touches(&frames, flange_from_tcp);
+        let touches = self.find_contacts(&frames, flange_from_tcp);
         let tcp = (frames.base_from_flange * *flange_from_tcp).translation;
         law::solve(&touches, &self.obstacles, &frames, tcp, qd, None)
     }
 
     /// Where the arm touches or nearly touches.
-    pub(crate) fn touches(&mut self, frames: &Frames, flange_from_tcp: &Pose) -> Touches {
-        let mut touches = Touches::new();
+    pub(crate) fn find_contacts(&mut self, frames: &Frames, flange_from_tcp: &Pose) -> ContactList {
+        let mut touches = ContactList::new();
         if self.is_empty() {
             return touches;
         }
-        self.entries.begin(frames);
-        self.near.begin(frames, flange_from_tcp);
+        self.entry_faces.update(frames);
+        self.broad_phase.update(frames, flange_from_tcp);
         for link in 0..DOF {
             self.touches_of_link(link, frames, &mut touches);
         }
@@ -239,22 +243,22 @@ impl Contacts {
     }
 
     /// `link` moves with that joint, from 0.
-    fn touches_of_link(&mut self, link: usize, frames: &Frames, touches: &mut Touches) {
+    fn touches_of_link(&mut self, link: usize, frames: &Frames, touches: &mut ContactList) {
         let Self {
             obstacles,
             links,
-            apart,
-            entries,
-            near,
+            excluded_pairs: apart,
+            entry_faces: entries,
+            broad_phase: near,
             ..
         } = self;
-        near.look(link, |number| {
+        near.check_due_pairs(link, |number| {
             if apart.contains(&(link + 1, number)) {
                 return f64::INFINITY;
             }
             let solid = &obstacles[number].solid;
             let mut gap = f64::INFINITY;
-            for capsule in links.placed(link + 1, frames) {
+            for capsule in links.capsules_in_base(link + 1, frames) {
                 let away = nearest::capsule_gap(&capsule, solid);
                 gap = gap.min(away - MARGIN);
                 if away > MARGIN {
@@ -264,13 +268,13 @@ impl Contacts {
                     if is_beyond_flange(link + 1, &place, frames) {
                         return;
                     }
-                    let part = Part::Link(link);
+                    let part = ArmPart::Link(link);
                     let center = place.point + place.normal * capsule.radius;
                     let ball = (center, capsule.radius);
-                    touches.push(Touch {
+                    touches.push(Contact {
                         part,
                         obstacle: number,
-                        place: entries.turned(part, (number, solid), ball, place),
+                        place: entries.reorient_to_entry_face(part, (number, solid), ball, place),
                     });
                 });
             }
@@ -282,13 +286,13 @@ impl Contacts {
         &mut self,
         base_from_flange: &Pose,
         flange_from_tcp: &Pose,
-        touches: &mut Touches,
+        touches: &mut ContactList,
     ) {
         let Self {
             obstacles,
             tool,
-            entries,
-            near,
+            entry_faces: entries,
+            broad_phase: near,
             ..
         } = self;
         let tool = tool.map(|tool| tool.expressed_in(base_from_flange));
@@ -298,21 +302,21 @@ impl Contacts {
                 let center = tcp.transform_point(Vector3::new(0.0, 0.0, -TCP_BALL));
                 Some((center, TCP_BALL))
             }
-            Some(Solid {
+            Some(PlacedShape {
                 pose,
                 shape: Shape::Sphere { radius },
             }) => Some((pose.translation, radius)),
             Some(_) => None,
         };
-        let part = Part::Tool;
-        near.look(DOF, |obstacle| {
+        let part = ArmPart::Tool;
+        near.check_due_pairs(DOF, |obstacle| {
             let solid = &obstacles[obstacle].solid;
             if let Some((center, radius)) = ball {
                 let mut gap = solid.distance(center).0 - radius - MARGIN;
                 let place = among::ball((center, radius), obstacle, obstacles, MARGIN, entries);
                 if let Some(place) = place {
                     gap = 0.0;
-                    touches.push(Touch {
+                    touches.push(Contact {
                         part,
                         obstacle,
                         place,
@@ -325,13 +329,13 @@ impl Contacts {
             };
             nearest::solid(tool, solid, MARGIN, &mut |place| {
                 let point = (place.point, 0.0);
-                touches.push(Touch {
+                touches.push(Contact {
                     part,
                     obstacle,
-                    place: entries.turned(part, (obstacle, solid), point, place),
+                    place: entries.reorient_to_entry_face(part, (obstacle, solid), point, place),
                 });
             });
-            solid.distance(tool.pose.translation).0 - tool.reach() - MARGIN
+            solid.distance(tool.pose.translation).0 - tool.bounding_radius() - MARGIN
         });
     }
 }

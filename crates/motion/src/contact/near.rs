@@ -10,65 +10,65 @@ pub(super) const PARTS: usize = DOF + 1;
 
 /// See the module.
 #[derive(Clone, Debug)]
-pub(super) struct Near {
+pub(super) struct BroadPhase {
     /// At which way of the part a pair is due, m.
-    due: Vec<f64>,
+    next_check: Vec<f64>,
     obstacles: usize,
     earliest: [f64; PARTS],
-    gone: [f64; PARTS],
-    at: [Pose; PARTS],
+    travelled: [f64; PARTS],
+    previous_poses: [Pose; PARTS],
     flange_from_tcp: Pose,
     /// How far the farthest point of a part is from its origin, m.
     extents: [f64; PARTS],
 }
 
-impl Near {
+impl BroadPhase {
     /// `extents` are those of the links and of the tool, beside what its TCP adds.
     pub(super) fn new(obstacles: usize, extents: [f64; PARTS]) -> Self {
         Self {
-            due: vec![f64::NEG_INFINITY; PARTS * obstacles],
+            next_check: vec![f64::NEG_INFINITY; PARTS * obstacles],
             obstacles,
             earliest: [f64::NEG_INFINITY; PARTS],
-            gone: [0.0; PARTS],
-            at: [Pose::IDENTITY; PARTS],
+            travelled: [0.0; PARTS],
+            previous_poses: [Pose::IDENTITY; PARTS],
             flange_from_tcp: Pose::IDENTITY,
             extents,
         }
     }
 
     /// The arm has moved on to `frames`.
-    pub(super) fn begin(&mut self, frames: &Frames, flange_from_tcp: &Pose) {
+    pub(super) fn update(&mut self, frames: &Frames, flange_from_tcp: &Pose) {
         if self.flange_from_tcp != *flange_from_tcp {
             self.flange_from_tcp = *flange_from_tcp;
             self.earliest[DOF] = f64::NEG_INFINITY;
             let tool = DOF * self.obstacles..;
-            self.due[tool].fill(f64::NEG_INFINITY);
+            self.next_check[tool].fill(f64::NEG_INFINITY);
         }
         let tcp_away = flange_from_tcp.translation.norm();
         for part in 0..PARTS {
             let now = frames.base_from_joint.get(part);
             let now = now.unwrap_or(&frames.base_from_flange);
-            let before = &self.at[part];
+            let before = &self.previous_poses[part];
             let turned = (now.rotation.matrix() - before.rotation.matrix()).norm();
             let extent = match part {
                 DOF => self.extents[part].max(tcp_away),
                 _ => self.extents[part],
             };
-            self.gone[part] += (now.translation - before.translation).norm() + extent * turned;
-            self.at[part] = *now;
+            self.travelled[part] += (now.translation - before.translation).norm() + extent * turned;
+            self.previous_poses[part] = *now;
         }
     }
 
-    /// Calls `look` for every obstacle that is due for a part. It says how wide the gap is at least, m, within which nothing
+    /// Calls `check_due_pairs` for every obstacle that is due for a part. It says how wide the gap is at least, m, within which nothing
     /// needs to be done.
-    pub(super) fn look(&mut self, part: usize, mut look: impl FnMut(usize) -> f64) {
-        let gone = self.gone[part];
+    pub(super) fn check_due_pairs(&mut self, part: usize, mut look: impl FnMut(usize) -> f64) {
+        let gone = self.travelled[part];
         if gone < self.earliest[part] {
             return;
         }
         let mut earliest = f64::INFINITY;
         let range = part * self.obstacles..(part + 1) * self.obstacles;
-        for (number, due) in self.due[range].iter_mut().enumerate() {
+        for (number, due) in self.next_check[range].iter_mut().enumerate() {
             if gone >= *due {
                 let gap = look(number);
                 *due = if gap > 0.0 { gone + gap } else { gone };
@@ -87,7 +87,7 @@ mod tests {
     #[test]
     fn a_pair_is_due_before_the_gap_can_be_gone() {
         let model = RobotModel::built_in("cs66").unwrap();
-        let mut near = Near::new(1, [0.2; PARTS]);
+        let mut near = BroadPhase::new(1, [0.2; PARTS]);
         let mut looks = 0;
         let (mut seen, mut way) = (Pose::IDENTITY.translation, 0.0);
         for k in 0..2000 {
@@ -95,7 +95,7 @@ mod tests {
             q[0] = f64::from(k) * 1e-3;
             q[1] += f64::from(k) * 4e-4;
             let frames = model.forward(&q);
-            near.begin(&frames, &Pose::IDENTITY);
+            near.update(&frames, &Pose::IDENTITY);
             // A point 0.2 m before the flange, in any direction.
             let point = frames
                 .base_from_flange
@@ -104,7 +104,7 @@ mod tests {
                 way += (point - seen).norm();
             }
             seen = point;
-            near.look(DOF, |_| {
+            near.check_due_pairs(DOF, |_| {
                 looks += 1;
                 way = 0.0;
                 0.05

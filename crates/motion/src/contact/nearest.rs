@@ -9,11 +9,11 @@ use kinematics::elementary::{cos, sin};
 use kinematics::Capsule;
 use nalgebra::Vector3;
 
-use super::solid::{Shape, Solid};
+use super::solid::{PlacedShape, Shape};
 
 /// A place where two bodies touch or nearly touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Place {
+pub(crate) struct ContactPoint {
     /// On the surface of the body that touches, base frame, m.
     pub point: Vector3<f64>,
     /// Unit vector out of the obstacle.
@@ -34,14 +34,14 @@ const DEEPER: f64 = 1e-9;
 pub(super) fn ball(
     center: Vector3<f64>,
     radius: f64,
-    obstacle: &Solid,
+    obstacle: &PlacedShape,
     margin: f64,
-    found: &mut impl FnMut(Place),
+    found: &mut impl FnMut(ContactPoint),
 ) {
     let (distance, normal) = obstacle.distance(center);
     let depth = radius - distance;
     if depth > -margin {
-        found(Place {
+        found(ContactPoint {
             point: center - normal * radius,
             normal,
             depth,
@@ -50,7 +50,7 @@ pub(super) fn ball(
 }
 
 /// How far a capsule is from `obstacle` at least, m.
-pub(super) fn capsule_gap(capsule: &Capsule, obstacle: &Solid) -> f64 {
+pub(super) fn capsule_gap(capsule: &Capsule, obstacle: &PlacedShape) -> f64 {
     let (p0, p1) = (capsule.p0, capsule.p1);
     let length = (p1 - p0).norm();
     obstacle.distance((p0 + p1) / 2.0).0 - length / 2.0 - capsule.radius
@@ -59,9 +59,9 @@ pub(super) fn capsule_gap(capsule: &Capsule, obstacle: &Solid) -> f64 {
 /// Where a capsule touches `obstacle`: its ends, and the nearest place between them.
 pub(super) fn capsule(
     capsule: &Capsule,
-    obstacle: &Solid,
+    obstacle: &PlacedShape,
     margin: f64,
-    found: &mut impl FnMut(Place),
+    found: &mut impl FnMut(ContactPoint),
 ) {
     let (p0, p1, radius) = (capsule.p0, capsule.p1, capsule.radius);
     let length = (p1 - p0).norm();
@@ -79,9 +79,14 @@ pub(super) fn capsule(
 }
 
 /// Where a box, cylinder or ball touches `obstacle`.
-pub(super) fn solid(body: &Solid, obstacle: &Solid, margin: f64, found: &mut impl FnMut(Place)) {
+pub(super) fn solid(
+    body: &PlacedShape,
+    obstacle: &PlacedShape,
+    margin: f64,
+    found: &mut impl FnMut(ContactPoint),
+) {
     let center = body.pose.translation;
-    if obstacle.distance(center).0 - body.reach() > margin {
+    if obstacle.distance(center).0 - body.bounding_radius() > margin {
         return;
     }
     if let Shape::Sphere { radius } = body.shape {
@@ -91,7 +96,7 @@ pub(super) fn solid(body: &Solid, obstacle: &Solid, margin: f64, found: &mut imp
         // Seen from the body, and turned round.
         let (distance, out) = body.distance(obstacle.pose.translation);
         if distance - radius < margin {
-            found(Place {
+            found(ContactPoint {
                 point: obstacle.pose.translation - out * distance,
                 normal: -out,
                 depth: radius - distance,
@@ -100,7 +105,7 @@ pub(super) fn solid(body: &Solid, obstacle: &Solid, margin: f64, found: &mut imp
         return;
     }
     features(body, obstacle, margin, &mut |point, distance, out| {
-        found(Place {
+        found(ContactPoint {
             point,
             normal: out,
             depth: -distance,
@@ -108,7 +113,7 @@ pub(super) fn solid(body: &Solid, obstacle: &Solid, margin: f64, found: &mut imp
     });
     if obstacle.shape != Shape::Plane {
         features(obstacle, body, margin, &mut |point, distance, out| {
-            found(Place {
+            found(ContactPoint {
                 point,
                 normal: -out,
                 depth: -distance,
@@ -119,8 +124,8 @@ pub(super) fn solid(body: &Solid, obstacle: &Solid, margin: f64, found: &mut imp
 
 /// The corners, edges and rims of `body` that come nearest to `other`, within `margin`.
 fn features(
-    body: &Solid,
-    other: &Solid,
+    body: &PlacedShape,
+    other: &PlacedShape,
     margin: f64,
     found: &mut impl FnMut(Vector3<f64>, f64, Vector3<f64>),
 ) {
@@ -180,10 +185,10 @@ fn features(
 /// The direction from `center` across `axis` to the place of the circle that is nearest to `other`, and the one at right
 /// angles to it. A circle has no convex distance: it is sampled, then narrowed down around the best sample.
 fn rim(
-    body: &Solid,
+    body: &PlacedShape,
     center: Vector3<f64>,
     axis: Vector3<f64>,
-    other: &Solid,
+    other: &PlacedShape,
 ) -> (Vector3<f64>, Vector3<f64>) {
     let radius = match body.shape {
         Shape::Cylinder { radius, .. } => radius,
@@ -205,7 +210,7 @@ fn rim(
     // A rim that lies flat touches everywhere alike.
     if most - least > DEEPER {
         let around = TAU / f64::from(RIM_SAMPLES);
-        best = least_between(best - around, best + around, RIM_SECTIONS, at).0;
+        best = golden_section_minimum(best - around, best + around, RIM_SECTIONS, at).0;
     }
     let direction = towards(best);
     (direction, axis.cross(&direction))
@@ -214,7 +219,7 @@ fn rim(
 /// The place strictly between `p0` and `p1` that is nearest to `other`, if it is nearer than both ends and within
 /// `margin`.
 fn inner_minimum(
-    other: &Solid,
+    other: &PlacedShape,
     p0: Vector3<f64>,
     p1: Vector3<f64>,
     margin: f64,
@@ -225,12 +230,12 @@ fn inner_minimum(
     if other.shape == Shape::Plane || (first + last - (p1 - p0).norm()) / 2.0 > margin {
         return None;
     }
-    let (t, least) = least_between(0.0, 1.0, SECTIONS, at);
+    let (t, least) = golden_section_minimum(0.0, 1.0, SECTIONS, at);
     (least < first.min(last) - DEEPER && least < margin).then(|| p0 + (p1 - p0) * t)
 }
 
 /// Where between `low` and `high` a function with one minimum has it, and the minimum: golden section.
-fn least_between(
+fn golden_section_minimum(
     mut low: f64,
     mut high: f64,
     sections: usize,
@@ -275,19 +280,19 @@ mod tests {
         ]
     }
 
-    fn placed(shape: impl Strategy<Value = Shape>) -> impl Strategy<Value = Solid> {
+    fn placed(shape: impl Strategy<Value = Shape>) -> impl Strategy<Value = PlacedShape> {
         let pose = (
             prop::array::uniform3(-1.0..1.0_f64),
             prop::array::uniform3(-3.0..3.0_f64),
         );
-        (shape, pose).prop_map(|(shape, (xyz, rpy))| Solid {
+        (shape, pose).prop_map(|(shape, (xyz, rpy))| PlacedShape {
             pose: Pose::from_rpy(&RpyPose { xyz, rpy }),
             shape,
         })
     }
 
-    fn deepest(body: &Solid, obstacle: &Solid, margin: f64) -> Option<Place> {
-        let mut most: Option<Place> = None;
+    fn deepest(body: &PlacedShape, obstacle: &PlacedShape, margin: f64) -> Option<ContactPoint> {
+        let mut most: Option<ContactPoint> = None;
         solid(body, obstacle, margin, &mut |place| {
             if most.is_none_or(|m| m.depth < place.depth) {
                 most = Some(place);
@@ -323,13 +328,13 @@ mod tests {
         ) {
             // Against a plane everything is exact.
             let (height, normal) = obstacle.distance(tool.pose.translation);
-            let near = Solid {
+            let near = PlacedShape {
                 pose: Pose::new(tool.pose.rotation, tool.pose.translation - normal * height),
                 shape: tool.shape,
             };
             let place = deepest(&near, &obstacle, 1e-9).expect("its middle is in the plane");
             prop_assert!(place.depth > 0.0);
-            let shifted = Solid {
+            let shifted = PlacedShape {
                 pose: Pose::new(near.pose.rotation, near.pose.translation + normal * place.depth),
                 shape: near.shape,
             };
@@ -387,7 +392,7 @@ mod tests {
     #[test]
     fn crossed_edges_meet_between_their_ends() {
         let half = [0.5, 0.02, 0.02];
-        let beam = |z: f64, turn: f64| Solid {
+        let beam = |z: f64, turn: f64| PlacedShape {
             pose: Pose::from_rpy(&RpyPose::from_array([
                 0.0,
                 0.0,
@@ -410,7 +415,7 @@ mod tests {
 
     #[test]
     fn a_capsule_across_a_beam_touches_in_its_middle() {
-        let beam = Solid {
+        let beam = PlacedShape {
             pose: Pose::IDENTITY,
             shape: Shape::Box {
                 half: [0.5, 0.02, 0.02],

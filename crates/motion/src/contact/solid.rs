@@ -32,14 +32,14 @@ pub enum Shape {
 
 /// A shape somewhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Solid {
+pub struct PlacedShape {
     /// Where it is: in the base frame for obstacles, in the flange frame for tools.
     pub pose: Pose,
     /// What it is.
     pub shape: Shape,
 }
 
-impl Solid {
+impl PlacedShape {
     /// The same solid seen from frame a instead of frame b.
     pub(super) fn expressed_in(&self, a_from_b: &Pose) -> Self {
         Self {
@@ -121,10 +121,10 @@ impl Solid {
                 } else if p.z.abs() > half_length {
                     return None;
                 } else {
-                    out_of_round(Vector3::new(p.x, p.y, 0.0), radius, aside.normalize())?
+                    exit_from_ball(Vector3::new(p.x, p.y, 0.0), radius, aside.normalize())?
                 }
             }
-            Shape::Sphere { radius } => out_of_round(p, radius, towards)?,
+            Shape::Sphere { radius } => exit_from_ball(p, radius, towards)?,
             Shape::Plane => (p.z, Vector3::z()),
         };
         (distance < 0.0).then(|| (distance, self.pose.rotate(out)))
@@ -144,7 +144,7 @@ impl Solid {
     }
 
     /// Radius of the ball around the origin of its frame that holds it, m; infinite for a plane.
-    pub(super) fn reach(&self) -> f64 {
+    pub(super) fn bounding_radius(&self) -> f64 {
         match self.shape {
             Shape::Box { half } => Vector3::from(half).norm(),
             Shape::Cylinder {
@@ -158,7 +158,7 @@ impl Solid {
 }
 
 /// The way out of a ball, or of a circle, around the origin from `p`; `towards` is the one before. `None` beside it.
-fn out_of_round(
+fn exit_from_ball(
     p: Vector3<f64>,
     radius: f64,
     towards: Vector3<f64>,

@@ -1,7 +1,7 @@
 //! One joint under online control: which next states leave a way to rest inside all limits.
 //!
 //! A state is *safe* when braking from it as fast as acceleration and jerk allow exceeds neither the joint's speed nor
-//! its range. [`Axis::restrain`] lets only safe states pass, so by induction every online mode can always stop in time:
+//! its range. [`AxisLimits::clamp_to_safe`] lets only safe states pass, so by induction every online mode can always stop in time:
 //! when nothing else is safe, the braking that made the state before safe still is.
 
 use crate::scalar::ScalarState;
@@ -10,7 +10,7 @@ use kinematics::bounds::within;
 
 /// What a joint may do.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Axis {
+pub struct AxisLimits {
     /// Smallest position.
     pub min: f64,
     /// Largest position.
@@ -44,9 +44,9 @@ pub fn braking_speed(distance: f64, slope: f64, braking: f64) -> f64 {
 /// Room for rounding, relative to a limit.
 const SLACK: f64 = 1e-9;
 
-impl Axis {
+impl AxisLimits {
     /// Whether braking from `state` keeps every limit.
-    pub fn is_safe(&self, state: &ScalarState) -> bool {
+    pub fn can_brake_within_limits(&self, state: &ScalarState) -> bool {
         let (v, a) = (state.speed, state.acceleration);
         if !(state.position.is_finite() && v.is_finite() && a.is_finite()) {
             return false;
@@ -97,13 +97,13 @@ impl Axis {
 
     /// `wanted` if it is safe, otherwise the safe state nearest to it that constant jerk leads to in `step` seconds,
     /// otherwise the first step of braking. `now` must be safe.
-    pub fn restrain(
+    pub fn clamp_to_safe(
         &self,
         now: &ScalarState,
         wanted: &ScalarState,
         step: f64,
     ) -> (ScalarState, bool) {
-        if self.is_safe(wanted) && self.is_slow_between(now, wanted, step) {
+        if self.can_brake_within_limits(wanted) && self.is_slow_between(now, wanted, step) {
             return (*wanted, false);
         }
         (self.nearest_safe(now, wanted.acceleration, step), true)
@@ -119,12 +119,12 @@ impl Axis {
         let after = |jerk: f64| now.after(step, jerk);
         let is_good = |jerk: f64| {
             let next = after(jerk);
-            self.is_safe(&next) && self.is_slow_between(now, &next, step)
+            self.can_brake_within_limits(&next) && self.is_slow_between(now, &next, step)
         };
         if is_good(jerk) {
             return after(jerk);
         }
-        let braked = self.braked(now, step);
+        let braked = self.brake_step(now, step);
         let towards = within(
             (braked.acceleration - now.acceleration) / step,
             -self.jerk,
@@ -160,8 +160,12 @@ impl Axis {
             };
             even.after(step, 0.0)
         };
-        let is_good = |acceleration: f64| self.is_safe(&after(acceleration));
-        let braking = within((self.braked(now, step).speed - now.speed) / step, low, high);
+        let is_good = |acceleration: f64| self.can_brake_within_limits(&after(acceleration));
+        let braking = within(
+            (self.brake_step(now, step).speed - now.speed) / step,
+            low,
+            high,
+        );
         // As a mean the acceleration may change by twice of what braking within the step changes it by.
         let kept = [braking, low, high].into_iter().find(|a| is_good(*a));
         let Some(kept) = kept else {
@@ -210,12 +214,12 @@ impl Axis {
     }
 
     /// The state after `step` seconds of braking.
-    pub fn braked(&self, now: &ScalarState, step: f64) -> ScalarState {
-        self.towards_speed(now, 0.0, step)
+    pub fn brake_step(&self, now: &ScalarState, step: f64) -> ScalarState {
+        self.step_towards_speed(now, 0.0, step)
     }
 
     /// The state after `step` seconds on the fastest way to a speed.
-    pub fn towards_speed(&self, now: &ScalarState, goal: f64, step: f64) -> ScalarState {
+    pub fn step_towards_speed(&self, now: &ScalarState, goal: f64, step: f64) -> ScalarState {
         let way = ramp(
             now.speed,
             now.acceleration,
@@ -256,7 +260,7 @@ mod tests {
     use proptest::prelude::*;
     use proptest::test_runner::RngSeed;
 
-    const AXIS: Axis = Axis {
+    const AXIS: AxisLimits = AxisLimits {
         min: -1.0,
         max: 1.5,
         speed: 3.0,
@@ -271,12 +275,12 @@ mod tests {
             speed,
             acceleration: 0.0,
         };
-        assert!(AXIS.is_safe(&at(1.5, 0.0)));
-        assert!(AXIS.is_safe(&at(1.5, -1.0)));
-        assert!(!AXIS.is_safe(&at(1.5, 1e-3)));
-        assert!(!AXIS.is_safe(&at(1.3, 2.5)));
-        assert!(!AXIS.is_safe(&at(0.0, 3.1)));
-        assert!(!AXIS.is_safe(&at(f64::NAN, 0.0)));
+        assert!(AXIS.can_brake_within_limits(&at(1.5, 0.0)));
+        assert!(AXIS.can_brake_within_limits(&at(1.5, -1.0)));
+        assert!(!AXIS.can_brake_within_limits(&at(1.5, 1e-3)));
+        assert!(!AXIS.can_brake_within_limits(&at(1.3, 2.5)));
+        assert!(!AXIS.can_brake_within_limits(&at(0.0, 3.1)));
+        assert!(!AXIS.can_brake_within_limits(&at(f64::NAN, 0.0)));
     }
 
     proptest! {
@@ -287,7 +291,7 @@ mod tests {
             step in prop::sample::select(vec![0.001, 0.002, 0.004, 0.008]),
         ) {
             // Braking from the very edge of what is safe is safe up to rounding.
-            let wider = Axis {
+            let wider = AxisLimits {
                 min: AXIS.min - 1e-7,
                 max: AXIS.max + 1e-7,
                 speed: AXIS.speed + 1e-7,
@@ -298,7 +302,7 @@ mod tests {
             for (acceleration, cycles) in wishes {
                 for _ in 0..cycles {
                     let next = AXIS.nearest_safe(&state, acceleration, step);
-                    prop_assert!(wider.is_safe(&next), "{state:?} {next:?}");
+                    prop_assert!(wider.can_brake_within_limits(&next), "{state:?} {next:?}");
                     prop_assert!((next.acceleration - state.acceleration).abs() <= AXIS.jerk * step * (1.0 + 1e-9));
                     state = next;
                 }

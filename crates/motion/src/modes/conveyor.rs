@@ -9,8 +9,8 @@ use kinematics::elementary::atan2;
 use kinematics::{JointAccelerations, JointSpeeds, Pose, RobotModel, Twist};
 use nalgebra::{Rotation3, Unit, Vector3};
 
-use super::axis::Axis;
-use super::follower::Follower;
+use super::axis::AxisLimits;
+use super::follower::TrackingLaw;
 use crate::constants::ACCELERATION_RISE;
 use crate::scalar::ScalarState;
 use crate::setpoint::Setpoint;
@@ -24,13 +24,13 @@ const BANDWIDTH: f64 = 40.0;
 /// A belt that is this near is caught up with, m or rad; one that never is is waited for so long, s.
 const CAUGHT_UP: f64 = 1e-4;
 /// See [`CAUGHT_UP`].
-const PATIENCE: f64 = 5.0;
+const CATCH_UP_TIMEOUT: f64 = 5.0;
 /// Nearer to the centre of a turntable than this its angle counts as if the tool were here, m.
 const RADIUS_MIN: f64 = 0.1;
 
 /// The way of the belt in space.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Route {
+pub enum ConveyorPath {
     /// Along a unit vector of the base frame.
     Linear(Unit<Vector3<f64>>),
     /// About an axis through a point of the base frame.
@@ -64,20 +64,20 @@ const PACE_AFTER_BRAKING: f64 = 0.5;
 
 /// Tracking under way.
 #[derive(Clone, Copy, Debug)]
-pub struct Tracking {
-    route: Route,
+pub struct ConveyorTracking {
+    route: ConveyorPath,
     /// Encoder, 0 or 1.
     pub encoder: usize,
     /// m or rad a tick.
     per_tick: f64,
     /// Ticks of the encoder when tracking began.
-    start: f64,
+    start_ticks: f64,
     /// The arm's way: m or rad.
-    way: ScalarState,
-    axis: Axis,
+    displacement: ScalarState,
+    axis: AxisLimits,
     /// Acceleration and speed where the joints allow them, in units of the way.
-    hardest: f64,
-    fastest: f64,
+    max_acceleration: f64,
+    max_speed: f64,
     /// Share of its speed at which a motion on the belt goes on, so that it and the belt together keep what joints, TCP and elbow
     /// can do.
     pace: f64,
@@ -85,16 +85,16 @@ pub struct Tracking {
     waiting: f64,
     /// The motion under way began before the belt was tracked.
     has_early_motion: bool,
-    law: Follower,
+    law: TrackingLaw,
     is_stopping: bool,
     /// For so long, s, motions wait until the belt is caught up with.
-    patience: f64,
+    catch_up_timeout: f64,
 }
 
-impl Tracking {
-    /// From rest, with the tool at `tcp` in the base frame and the encoder at `start` ticks.
+impl ConveyorTracking {
+    /// From rest, with the tool at `tcp` in the base frame and the encoder at `start_ticks` ticks.
     pub fn new(
-        route: Route,
+        route: ConveyorPath,
         encoder: usize,
         per_tick: f64,
         start: f64,
@@ -102,8 +102,8 @@ impl Tracking {
         step: f64,
     ) -> Self {
         let lever = match route {
-            Route::Linear(_) => 1.0,
-            Route::Circular { center, axis, .. } => {
+            ConveyorPath::Linear(_) => 1.0,
+            ConveyorPath::Circular { center, axis, .. } => {
                 (tcp - center).cross(&axis).norm().max(RADIUS_MIN)
             }
         };
@@ -112,29 +112,29 @@ impl Tracking {
             route,
             encoder,
             per_tick,
-            start,
-            way: ScalarState::default(),
-            axis: Axis {
+            start_ticks: start,
+            displacement: ScalarState::default(),
+            axis: AxisLimits {
                 min: f64::NEG_INFINITY,
                 max: f64::INFINITY,
                 speed: SPEED_MAX / lever,
                 acceleration,
                 jerk: acceleration / ACCELERATION_RISE,
             },
-            hardest: acceleration,
-            fastest: SPEED_MAX / lever,
+            max_acceleration: acceleration,
+            max_speed: SPEED_MAX / lever,
             pace: 1.0,
             waiting: 0.0,
             has_early_motion: false,
-            law: Follower::new(BANDWIDTH, step),
+            law: TrackingLaw::new(BANDWIDTH, step),
             is_stopping: false,
-            patience: 0.0,
+            catch_up_timeout: 0.0,
         }
     }
 
     /// Which way the arm's way leads next, 1 or -1, when the encoder was at `ticks` with `rate` ticks/s.
     pub fn heading(&self, (ticks, rate): (f64, f64)) -> f64 {
-        let gap = (ticks - self.start) * self.per_tick - self.way.position;
+        let gap = (ticks - self.start_ticks) * self.per_tick - self.displacement.position;
         let leads = if gap.abs() > 10.0 * CAUGHT_UP {
             gap
         } else {
@@ -145,7 +145,7 @@ impl Tracking {
 
     /// Speed of the arm's way now, m/s or rad/s with its sign.
     pub fn way_speed(&self) -> f64 {
-        self.way.speed
+        self.displacement.speed
     }
 
     /// The share of its speed at which a motion on the belt goes on.
@@ -199,7 +199,7 @@ impl Tracking {
 
     /// The TCP is carried round, the tool keeps its angle.
     pub fn carries_without_turning(&self) -> bool {
-        let Route::Circular { rotate_tool, .. } = self.route else {
+        let ConveyorPath::Circular { rotate_tool, .. } = self.route else {
             return false;
         };
         !rotate_tool
@@ -207,7 +207,7 @@ impl Tracking {
 
     /// The counter of the encoder was set by so many ticks; the belt has not moved.
     pub fn recount(&mut self, ticks: f64) {
-        self.start += ticks;
+        self.start_ticks += ticks;
     }
 
     /// Comes to rest wherever the belt goes.
@@ -217,15 +217,15 @@ impl Tracking {
 
     /// The arm's way stands where it is: something else brakes the arm.
     pub fn halt(&mut self) {
-        self.way = ScalarState::at_rest(self.way.position);
+        self.displacement = ScalarState::at_rest(self.displacement.position);
     }
 
     /// The arm stands with its tool at `to` (base frame), which would be at `from` if the belt had never moved: the arm's way
     /// becomes the one that comes nearest to that.
-    pub fn take_up(&mut self, from: &Vector3<f64>, to: &Vector3<f64>) {
+    pub fn resync(&mut self, from: &Vector3<f64>, to: &Vector3<f64>) {
         let way = match self.route {
-            Route::Linear(along) => along.dot(&(to - from)),
-            Route::Circular { center, axis, .. } => {
+            ConveyorPath::Linear(along) => along.dot(&(to - from)),
+            ConveyorPath::Circular { center, axis, .. } => {
                 let across = |point: &Vector3<f64>| {
                     let lever = point - center;
                     lever - *axis * axis.dot(&lever)
@@ -233,17 +233,17 @@ impl Tracking {
                 let (from, to) = (across(from), across(to));
                 let turn = atan2(axis.dot(&from.cross(&to)), from.dot(&to));
                 // The angle is known up to whole turns.
-                let turns = ((self.way.position - turn) / core::f64::consts::TAU).round();
+                let turns = ((self.displacement.position - turn) / core::f64::consts::TAU).round();
                 turn + turns * core::f64::consts::TAU
             }
         };
-        self.way = ScalarState::at_rest(way);
-        self.patience = PATIENCE;
+        self.displacement = ScalarState::at_rest(way);
+        self.catch_up_timeout = CATCH_UP_TIMEOUT;
     }
 
     /// The belt went on while the arm was held, and has not been caught up with yet.
     pub fn is_behind(&self) -> bool {
-        self.patience > 0.0 && !self.is_stopping
+        self.catch_up_timeout > 0.0 && !self.is_stopping
     }
 
     /// Coming to rest, and not there yet.
@@ -253,17 +253,17 @@ impl Tracking {
 
     /// Has come to rest after a stop.
     pub fn has_stopped(&self) -> bool {
-        self.is_stopping && self.way.speed == 0.0 && self.way.acceleration == 0.0
+        self.is_stopping && self.displacement.speed == 0.0 && self.displacement.acceleration == 0.0
     }
 
     /// Velocity of the tool at `tcp` (base frame) when its way grows by 1 a second.
     pub fn unit_twist(&self, tcp: Vector3<f64>) -> Twist {
         match self.route {
-            Route::Linear(along) => Twist {
+            ConveyorPath::Linear(along) => Twist {
                 linear: *along,
                 ..Twist::default()
             },
-            Route::Circular {
+            ConveyorPath::Circular {
                 center,
                 axis,
                 rotate_tool,
@@ -275,10 +275,10 @@ impl Tracking {
     }
 
     /// Acceleration of the tool at `tcp` when its way grows evenly by 1 a second.
-    pub fn unit_bend(&self, tcp: Vector3<f64>) -> Twist {
+    pub fn unit_curvature(&self, tcp: Vector3<f64>) -> Twist {
         match self.route {
-            Route::Linear(_) => Twist::default(),
-            Route::Circular { center, axis, .. } => Twist {
+            ConveyorPath::Linear(_) => Twist::default(),
+            ConveyorPath::Circular { center, axis, .. } => Twist {
                 linear: axis.cross(&axis.cross(&(tcp - center))),
                 ..Twist::default()
             },
@@ -288,10 +288,10 @@ impl Tracking {
     /// Where the joints can do less, the way changes more slowly, and where TCP or elbow may not be as fast it is caught up
     /// with more slowly: `acceleration` and `speed` in units of the way.
     pub fn limit(&mut self, acceleration: f64, speed: f64) {
-        self.axis.acceleration = self.hardest.min(acceleration).max(1e-3);
+        self.axis.acceleration = self.max_acceleration.min(acceleration).max(1e-3);
         self.axis.jerk = self.axis.acceleration / ACCELERATION_RISE;
         // Not below what the arm has already: it slows down with the belt.
-        self.axis.speed = self.fastest.min(speed).max(self.way.speed.abs());
+        self.axis.speed = self.max_speed.min(speed).max(self.displacement.speed.abs());
     }
 
     /// Speed of the belt when the encoder runs at `rate` ticks/s, and of the arm's way: m/s or rad/s, without sign.
@@ -301,33 +301,36 @@ impl Tracking {
 
     /// See [`rate`](Self::rate).
     pub fn speed(&self) -> f64 {
-        self.way.speed.abs()
+        self.displacement.speed.abs()
     }
 
     /// One step further: the encoder was at `ticks` with `rate` (ticks/s) when the step began.
     pub fn advance(&mut self, (ticks, rate): (f64, f64), step: f64) {
         if self.is_stopping {
-            self.way = self.axis.towards_speed(&self.way, 0.0, step);
+            self.displacement = self.axis.step_towards_speed(&self.displacement, 0.0, step);
             return;
         }
         if self.is_waiting() {
             self.waiting -= step;
             return;
         }
-        let (position, speed) = ((ticks - self.start) * self.per_tick, rate * self.per_tick);
-        self.patience = if (position - self.way.position).abs() < CAUGHT_UP {
+        let (position, speed) = (
+            (ticks - self.start_ticks) * self.per_tick,
+            rate * self.per_tick,
+        );
+        self.catch_up_timeout = if (position - self.displacement.position).abs() < CAUGHT_UP {
             0.0
         } else {
-            (self.patience - step).max(0.0)
+            (self.catch_up_timeout - step).max(0.0)
         };
         let wanted = self
             .law
-            .acceleration(&self.way, position, speed, &self.axis);
-        self.way = self.axis.nearest_safe(&self.way, wanted, step);
+            .acceleration(&self.displacement, position, speed, &self.axis);
+        self.displacement = self.axis.nearest_safe(&self.displacement, wanted, step);
     }
 
     /// The joints for the generator's setpoint carried along; `None` when the arm cannot be there.
-    pub fn carry(
+    pub fn superimpose(
         &self,
         nominal: &Setpoint,
         before: &Setpoint,
@@ -357,9 +360,9 @@ impl Tracking {
 
     /// Pose, velocity and acceleration of the TCP in a frame that moves along with the arm's way.
     fn carried(&self, pose: &Pose, speed: &Twist, change: &Twist) -> (Pose, Twist, Twist) {
-        let way = &self.way;
+        let way = &self.displacement;
         match self.route {
-            Route::Linear(along) => (
+            ConveyorPath::Linear(along) => (
                 Pose::new(pose.rotation, pose.translation + *along * way.position),
                 Twist {
                     linear: speed.linear + *along * way.speed,
@@ -370,7 +373,7 @@ impl Tracking {
                     ..*change
                 },
             ),
-            Route::Circular {
+            ConveyorPath::Circular {
                 center,
                 axis,
                 rotate_tool,

@@ -32,7 +32,7 @@ impl Belt {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Source {
+enum CountSource {
     /// Nothing was set up: the belt of the cell, if there is one.
     Belt,
     Program,
@@ -53,7 +53,7 @@ struct Edge {
 /// One encoder.
 #[derive(Clone, Copy, Debug)]
 pub struct Encoder {
-    source: Source,
+    source: CountSource,
     range: EncoderRange,
     belt: Option<Belt>,
     /// Ticks since the start, not wrapped.
@@ -69,7 +69,7 @@ impl Encoder {
     /// Turned by `belt`, or by nothing.
     pub fn new(belt: Option<Belt>) -> Self {
         Self {
-            source: Source::Belt,
+            source: CountSource::Belt,
             range: EncoderRange::Signed32,
             belt,
             total: 0.0,
@@ -82,7 +82,7 @@ impl Encoder {
 
     /// The program gives the counts from now on.
     pub fn take_from_program(&mut self, range: EncoderRange) {
-        self.source = Source::Program;
+        self.source = CountSource::Program;
         self.range = range;
         self.restart();
     }
@@ -95,7 +95,7 @@ impl Encoder {
         channel_b: u8,
         inputs: u64,
     ) {
-        self.source = Source::Pulses {
+        self.source = CountSource::Pulses {
             decoding,
             channel_a,
             channel_b,
@@ -108,12 +108,14 @@ impl Encoder {
     fn restart(&mut self) {
         self.total = 0.0;
         self.count = 0;
-        self.belt_before = self.belt.map_or(0.0, |belt| whole(belt.ticks(self.now)));
+        self.belt_before = self
+            .belt
+            .map_or(0.0, |belt| truncated_ticks(belt.ticks(self.now)));
     }
 
     /// True when the program gives the counts.
     pub fn is_from_program(&self) -> bool {
-        self.source == Source::Program
+        self.source == CountSource::Program
     }
 
     /// Range of the counter.
@@ -123,13 +125,13 @@ impl Encoder {
 
     /// The count as a program reads it.
     pub fn counts(&self) -> f64 {
-        self.range.wrapped(self.total)
+        self.range.wrap_count(self.total)
     }
 
     /// A count from the program. The way from the last one is the short one round the counter. True when it is the first, which
     /// says where the counter is, not that the belt moved.
-    pub fn set(&mut self, count: f64) -> bool {
-        let way = self.range.unwound(count - self.counts());
+    pub fn set_count(&mut self, count: f64) -> bool {
+        let way = self.range.unwrap_delta(count - self.counts());
         let is_first = self.count == 0;
         if is_first {
             self.total = count;
@@ -144,8 +146,8 @@ impl Encoder {
     pub fn sample(&mut self, time: f64, inputs: u64) {
         self.now = time;
         match &mut self.source {
-            Source::Program => {}
-            Source::Pulses {
+            CountSource::Program => {}
+            CountSource::Pulses {
                 decoding,
                 channel_a,
                 channel_b,
@@ -159,20 +161,20 @@ impl Encoder {
                     self.add_edge(time);
                 }
             }
-            Source::Belt | Source::Pulses { .. } => self.sample_belt(time),
+            CountSource::Belt | CountSource::Pulses { .. } => self.sample_belt(time),
         }
     }
 
     fn sample_belt(&mut self, time: f64) {
         let Some(belt) = self.belt else { return };
-        let ticks = whole(belt.ticks(time));
+        let ticks = truncated_ticks(belt.ticks(time));
         let mut moved = ticks - self.belt_before;
         if moved == 0.0 {
             return;
         }
         self.belt_before = ticks;
         // One channel alone does not tell the direction.
-        if let Source::Pulses { decoding, .. } = self.source
+        if let CountSource::Pulses { decoding, .. } = self.source
             && decoding != PulseDecoding::Quadrature
         {
             moved = moved.abs();
@@ -229,7 +231,7 @@ impl Encoder {
 }
 
 /// Ticks an encoder has seen: whole ones, counted from zero both ways.
-fn whole(ticks: f64) -> f64 {
+fn truncated_ticks(ticks: f64) -> f64 {
     // The time of an edge is a multiple of the period only up to rounding.
     let nearest = ticks.round();
     if (ticks - nearest).abs() < 1e-9 * (1.0 + ticks.abs()) {
@@ -335,7 +337,7 @@ mod tests {
         encoder.take_from_program(EncoderRange::Unsigned16);
         for (cycle, count) in [65_520.0, 65_530.0, 4.0, 14.0].into_iter().enumerate() {
             encoder.sample(cycle as f64 * 0.004, 0);
-            encoder.set(count);
+            encoder.set_count(count);
         }
         assert_eq!(encoder.counts(), 14.0);
         let (position, rate) = encoder.position();

@@ -5,7 +5,7 @@
 //! law is nested so that speed and acceleration saturate in between and a far reference is approached with a braking
 //! that the limits allow: the wanted speed follows the square root of the distance left.
 
-use super::axis::{Axis, braking_speed};
+use super::axis::{AxisLimits, braking_speed};
 use crate::scalar::ScalarState;
 use kinematics::bounds::within;
 use kinematics::elementary::{cube, exp};
@@ -15,14 +15,14 @@ const BRAKING_SHARE: f64 = 0.5;
 
 /// The tracking law for one step length and bandwidth.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Follower {
+pub struct TrackingLaw {
     step: f64,
     position_gain: f64,
     speed_gain: f64,
     acceleration_gain: f64,
 }
 
-impl Follower {
+impl TrackingLaw {
     /// A law of `bandwidth` rad/s for steps of `step` seconds.
     pub fn new(bandwidth: f64, step: f64) -> Self {
         let h = step;
@@ -36,11 +36,17 @@ impl Follower {
     }
 
     /// The acceleration at the end of the step for a reference that now has `position` and `speed`.
-    pub fn acceleration(&self, now: &ScalarState, position: f64, speed: f64, axis: &Axis) -> f64 {
+    pub fn acceleration(
+        &self,
+        now: &ScalarState,
+        position: f64,
+        speed: f64,
+        axis: &AxisLimits,
+    ) -> f64 {
         let error = position - now.position;
         let slope = self.position_gain / self.speed_gain;
         let approach = braking_speed(error, slope, BRAKING_SHARE * axis.acceleration);
-        self.towards(now, speed + approach, 0.0, axis)
+        self.acceleration_towards_speed(now, speed + approach, 0.0, axis)
     }
 
     /// The same for a reference with an acceleration of its own.
@@ -48,12 +54,12 @@ impl Follower {
         &self,
         now: &ScalarState,
         reference: &ScalarState,
-        axis: &Axis,
+        axis: &AxisLimits,
     ) -> f64 {
         let error = reference.position - now.position;
         let slope = self.position_gain / self.speed_gain;
         let approach = braking_speed(error, slope, BRAKING_SHARE * axis.acceleration);
-        self.towards(
+        self.acceleration_towards_speed(
             now,
             reference.speed + approach,
             reference.acceleration,
@@ -62,7 +68,13 @@ impl Follower {
     }
 
     /// The acceleration on the way to a speed that itself changes by `acceleration`.
-    fn towards(&self, now: &ScalarState, speed: f64, acceleration: f64, axis: &Axis) -> f64 {
+    fn acceleration_towards_speed(
+        &self,
+        now: &ScalarState,
+        speed: f64,
+        acceleration: f64,
+        axis: &AxisLimits,
+    ) -> f64 {
         let wanted_speed = within(speed, -axis.speed, axis.speed);
         let wanted_acceleration =
             acceleration + (self.speed_gain / self.acceleration_gain) * (wanted_speed - now.speed);
@@ -78,7 +90,7 @@ impl Follower {
 mod tests {
     use super::*;
 
-    const AXIS: Axis = Axis {
+    const AXIS: AxisLimits = AxisLimits {
         min: -10.0,
         max: 10.0,
         speed: 3.0,
@@ -92,7 +104,7 @@ mod tests {
         seconds: f64,
         reference: impl Fn(f64) -> (f64, f64),
     ) -> (ScalarState, f64) {
-        let law = Follower::new(bandwidth, step);
+        let law = TrackingLaw::new(bandwidth, step);
         let mut state = ScalarState::at_rest(0.0);
         let mut highest = f64::MIN;
         for k in 0..(seconds / step) as u32 {

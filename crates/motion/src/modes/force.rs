@@ -8,14 +8,17 @@
 //! What the motion underneath does counts by its increments: only the lag of the tool behind it is kept, and of that only
 //! the part on axes that are not force controlled. A setpoint's acceleration here is the mean over its step.
 
-use force::{Admittance, LimiterError, Method, Problem, Reading, TaskFrame, Tuning, TwistLimiter};
+use force::{
+    Admittance, AxisReading, LimiterError, SolveMethod, TaskFrame, Tuning, TwistLimiter,
+    TwistProblem,
+};
 use kinematics::bounds::within;
 use kinematics::rotation::rotvec_from_rotation;
 use kinematics::{Frames, JointPositions, JointSpeeds, Pose, Wrench};
 use nalgebra::{Matrix6, Rotation3, Vector3, Vector6};
 
-use super::axis::Axis;
-use super::{OnlineArm, setpoint, states};
+use super::axis::AxisLimits;
+use super::{OnlineContext, setpoint, states};
 use crate::scalar::ScalarState;
 use crate::setpoint::Setpoint;
 
@@ -38,9 +41,9 @@ const TCP_SPEED_SHARE: f64 = 0.95;
 /// A limit of 0 m/s is a limit of this: an exact zero would leave the rounding of each cycle to the program.
 const LEAST_LIMIT: f64 = 1e-6;
 /// Slower than this a frozen arm stands, m/s (rad/s) of what is wanted and rad/s of the joints.
-const STANDING: f64 = 1e-4;
+const REST_SPEED: f64 = 1e-4;
 /// Nearer than this the tool is back, m and rad.
-const BACK: f64 = 1e-6;
+const RETURN_TOLERANCE: f64 = 1e-6;
 
 /// What force mode is asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,7 +58,7 @@ pub(crate) struct ForceGoal {
 
 /// How far force mode is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Stage {
+pub(crate) enum ForceModePhase {
     /// On.
     On,
     /// Over, while a motion runs: the tool goes back to it.
@@ -64,28 +67,28 @@ pub(crate) enum Stage {
 
 /// Force mode under way.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Pressing {
+pub(crate) struct ActiveForceMode {
     goal: ForceGoal,
-    pub(crate) stage: Stage,
+    pub(crate) stage: ForceModePhase,
     axes: [Admittance; 6],
     /// Corrections in the force frame at the last cycle; `position` is not used.
     corrections: [ScalarState; 6],
     /// From the commanded TCP to where the motion underneath wants it: base axes, m and rad.
     lag: Vector6<f64>,
     /// Where the arm was one cycle ago.
-    before: Option<JointPositions>,
+    previous_positions: Option<JointPositions>,
     /// Nothing moved underneath in the cycle before.
     was_holding: bool,
     /// The setpoint before was not made here: its acceleration is that at its end, those made here are means over a cycle.
     is_first: bool,
     /// How the last joint speeds were found.
-    pub(crate) method: Method,
+    pub(crate) method: SolveMethod,
 }
 
 /// What a cycle of force mode looks at.
-pub(crate) struct View<'a> {
+pub(crate) struct ForceModeInput<'a> {
     /// The arm at `commanded`.
-    pub(crate) arm: &'a OnlineArm<'a>,
+    pub(crate) arm: &'a OnlineContext<'a>,
     pub(crate) commanded: &'a Setpoint,
     pub(crate) commanded_frames: &'a Frames,
     /// The motion underneath, a cycle ago and now.
@@ -93,7 +96,7 @@ pub(crate) struct View<'a> {
     pub(crate) nominal: &'a Setpoint,
     pub(crate) actual: &'a JointPositions,
     /// What the environment applies to the tool: base axes, about the TCP.
-    pub(crate) felt: Wrench,
+    pub(crate) sensed_wrench: Wrench,
     pub(crate) tuning: Tuning,
     /// m/s.
     pub(crate) tcp_speed: f64,
@@ -104,12 +107,12 @@ pub(crate) struct View<'a> {
 }
 
 /// A TCP: pose, Jacobian (base axes).
-struct Tcp {
+struct TcpKinematics {
     pose: Pose,
     jacobian: Matrix6<f64>,
 }
 
-impl Tcp {
+impl TcpKinematics {
     fn of(frames: &Frames, flange_from_tcp: &Pose) -> Self {
         let pose = frames.base_from_flange * *flange_from_tcp;
         Self {
@@ -124,53 +127,53 @@ impl Tcp {
 }
 
 /// One axis in one cycle: the correction now, what it may do, and what is wanted of it.
-struct Correction {
+struct AxisCorrection {
     now: ScalarState,
-    axis: Axis,
+    axis: AxisLimits,
     speed: f64,
     acceleration: f64,
 }
 
-impl Pressing {
+impl ActiveForceMode {
     /// From the present motion, whatever it is.
     pub(crate) fn new(goal: ForceGoal) -> Self {
         Self {
             goal,
-            stage: Stage::On,
-            axes: core::array::from_fn(fresh_axis),
+            stage: ForceModePhase::On,
+            axes: core::array::from_fn(new_axis),
             corrections: [ScalarState::default(); 6],
             lag: Vector6::zeros(),
-            before: None,
+            previous_positions: None,
             was_holding: true,
             is_first: true,
-            method: Method::Free,
+            method: SolveMethod::Unconstrained,
         }
     }
 
     /// New axes and targets. What is known of a contact is kept on axes that stay the same.
     pub(crate) fn retarget(&mut self, goal: ForceGoal) {
-        let same = self.stage == Stage::On && self.goal.frame.is_same(&goal.frame);
+        let same = self.stage == ForceModePhase::On && self.goal.frame.is_same(&goal.frame);
         for axis in 0..6 {
             if !(same && self.goal.selection[axis]) {
-                self.axes[axis] = fresh_axis(axis);
+                self.axes[axis] = new_axis(axis);
             }
         }
-        if self.stage != Stage::On {
+        if self.stage != ForceModePhase::On {
             self.lag = Vector6::zeros();
         }
         let frame = if same { self.goal.frame } else { goal.frame };
         self.goal = ForceGoal { frame, ..goal };
-        self.stage = Stage::On;
+        self.stage = ForceModePhase::On;
     }
 
     /// The arm stands after something else braked it. Meanwhile the TCP of the motion underneath and that of the arm went from
     /// the first to the second of these poses.
-    pub(crate) fn go_on_from(&mut self, underneath: &[Pose; 2], arm: &[Pose; 2]) {
+    pub(crate) fn resume_from(&mut self, underneath: &[Pose; 2], arm: &[Pose; 2]) {
         self.corrections = [ScalarState::default(); 6];
-        self.before = None;
+        self.previous_positions = None;
         self.lag += difference(&underneath[1], &underneath[0]) - difference(&arm[1], &arm[0]);
         for k in 0..6 {
-            self.axes[k] = fresh_axis(k);
+            self.axes[k] = new_axis(k);
         }
     }
 
@@ -181,20 +184,20 @@ impl Pressing {
 
     /// Force mode is over while a motion runs. `nominal` and `commanded` are the TCP where that motion wants it and
     /// where it is.
-    pub(crate) fn give_back(&mut self, nominal: &Pose, commanded: &Pose) {
-        self.stage = Stage::Returning;
+    pub(crate) fn begin_return(&mut self, nominal: &Pose, commanded: &Pose) {
+        self.stage = ForceModePhase::Returning;
         self.lag = difference(nominal, commanded);
     }
 
     /// Has the tool come back to the motion underneath?
-    pub(crate) fn is_back(&self) -> bool {
-        self.stage == Stage::Returning
-            && self.lag.amax() < BACK
-            && self.corrections.iter().all(|c| c.speed.abs() < STANDING)
+    pub(crate) fn has_returned(&self) -> bool {
+        self.stage == ForceModePhase::Returning
+            && self.lag.amax() < RETURN_TOLERANCE
+            && self.corrections.iter().all(|c| c.speed.abs() < REST_SPEED)
     }
 
     fn is_force_axis(&self, axis: usize) -> bool {
-        self.stage != Stage::Returning && self.goal.selection[axis]
+        self.stage != ForceModePhase::Returning && self.goal.selection[axis]
     }
 
     /// The setpoint one step after `view.commanded`.
@@ -203,15 +206,15 @@ impl Pressing {
     /// A number is not finite; nothing else can fail.
     pub(crate) fn next(
         &mut self,
-        view: &View,
+        view: &ForceModeInput,
         limiter: &mut TwistLimiter,
     ) -> Result<Setpoint, LimiterError> {
-        let View { arm, commanded, .. } = view;
+        let ForceModeInput { arm, commanded, .. } = view;
         let (step, flange_from_tcp) = (arm.step, arm.flange_from_tcp);
-        let tcp = Tcp::of(view.commanded_frames, flange_from_tcp);
+        let tcp = TcpKinematics::of(view.commanded_frames, flange_from_tcp);
         let underneath = [view.nominal_before, view.nominal].map(|nominal| {
             let frames = arm.model.forward(&nominal.q);
-            let tcp = Tcp::of(&frames, flange_from_tcp);
+            let tcp = TcpKinematics::of(&frames, flange_from_tcp);
             (tcp.pose, tcp.twist(&nominal.qd))
         });
         let [(pose_before, twist_before), (pose_after, twist_after)] = underneath;
@@ -232,7 +235,7 @@ impl Pressing {
         let twist_now = tcp.twist(&commanded.qd);
         let behind = into * (self.lag + increment - 0.5 * step * (twist_now + twist_after));
 
-        let axes = self.capacities(arm, &tcp.jacobian, &into);
+        let axes = self.correction_limits(arm, &tcp.jacobian, &into);
         let readings = self.readings(view, &into);
         let mut wanted = [0.0; 6];
         let mut limits = [f64::INFINITY; 6];
@@ -244,15 +247,15 @@ impl Pressing {
             } else {
                 nominal_before[k]
             };
-            let correction = Correction {
-                now: self.in_step(k, now[k] - underneath_before, commanded, &tcp, &into),
+            let correction = AxisCorrection {
+                now: self.current_correction(k, now[k] - underneath_before, commanded, &tcp, &into),
                 axis: axes[k],
                 speed: 0.0,
                 acceleration: f64::INFINITY,
             };
-            let correction = self.aimed(k, correction, &readings[k], behind[k], view);
-            is_resting &= correction.speed.abs() < STANDING;
-            let axis = Axis {
+            let correction = self.update_correction(k, correction, &readings[k], behind[k], view);
+            is_resting &= correction.speed.abs() < REST_SPEED;
+            let axis = AxisLimits {
                 acceleration: correction
                     .axis
                     .acceleration
@@ -260,7 +263,7 @@ impl Pressing {
                     .max(1e-3),
                 ..correction.axis
             };
-            next[k] = axis.towards_speed(&correction.now, correction.speed, step);
+            next[k] = axis.step_towards_speed(&correction.now, correction.speed, step);
             wanted[k] = next[k].speed;
             if self.is_force_axis(k) {
                 limits[k] = self.goal.speed_limits[k].max(LEAST_LIMIT);
@@ -268,13 +271,13 @@ impl Pressing {
                 wanted[k] += nominal[k];
             }
         }
-        if is_resting && commanded.qd.max_abs() < STANDING {
+        if is_resting && commanded.qd.max_abs() < REST_SPEED {
             self.corrections = [ScalarState::default(); 6];
             return Ok(Setpoint::standing(commanded.q));
         }
         slow_down(&mut wanted, TCP_SPEED_SHARE * view.tcp_speed);
 
-        let setpoint = self.joints(view, &into, wanted, limits, limiter)?;
+        let setpoint = self.solve_joint_speeds(view, &into, wanted, limits, limiter)?;
         self.corrections = next;
         let reached = arm.model.forward(&setpoint.q).base_from_flange * *flange_from_tcp;
         let lag = into * (self.lag + increment - difference(&reached, &tcp.pose));
@@ -285,12 +288,12 @@ impl Pressing {
 
     /// The correction as it is: the speed that the tool has over the motion, and the acceleration of the last plan if
     /// that is the speed it planned.
-    fn in_step(
+    fn current_correction(
         &self,
         k: usize,
         speed: f64,
         commanded: &Setpoint,
-        tcp: &Tcp,
+        tcp: &TcpKinematics,
         into: &Matrix6<f64>,
     ) -> ScalarState {
         let planned = &self.corrections[k];
@@ -307,31 +310,31 @@ impl Pressing {
     }
 
     /// What is wanted of axis `k`.
-    fn aimed(
+    fn update_correction(
         &mut self,
         k: usize,
-        mut correction: Correction,
-        reading: &Reading,
+        mut correction: AxisCorrection,
+        reading: &AxisReading,
         behind: f64,
-        view: &View,
-    ) -> Correction {
+        view: &ForceModeInput,
+    ) -> AxisCorrection {
         if !self.is_force_axis(k) {
             let most = match self.stage {
-                Stage::Returning => RETURN_MAX[k / 3],
+                ForceModePhase::Returning => RETURN_MAX[k / 3],
                 _ => CATCH_UP_MAX[k / 3],
             };
             correction.speed = within(CATCH_UP * behind, -most, most);
             return correction;
         }
-        let reading = Reading {
+        let reading = AxisReading {
             speed: correction.now.speed,
             speed_limit: self.goal.speed_limits[k],
             braking: BRAKING_SHARE * correction.axis.acceleration,
             jerk: correction.axis.jerk,
             ..*reading
         };
-        let aim = self.axes[k].aim(&reading, &view.tuning, view.arm.step);
-        if !view.is_frozen && self.stage == Stage::On {
+        let aim = self.axes[k].update(&reading, &view.tuning, view.arm.step);
+        if !view.is_frozen && self.stage == ForceModePhase::On {
             correction.speed = aim.speed;
             correction.acceleration = aim.acceleration;
         }
@@ -339,12 +342,12 @@ impl Pressing {
     }
 
     /// What the arm can do along each axis of the force frame.
-    fn capacities(
+    fn correction_limits(
         &self,
-        arm: &OnlineArm,
+        arm: &OnlineContext,
         jacobian: &Matrix6<f64>,
         into: &Matrix6<f64>,
-    ) -> [Axis; 6] {
+    ) -> [AxisLimits; 6] {
         let inverse = jacobian
             .try_inverse()
             .map(|inverse| inverse * into.transpose());
@@ -358,10 +361,10 @@ impl Pressing {
                         least.min(limit(joint) / inverse[(joint, k)].abs())
                     })
                 };
-                acceleration = share * least(&|joint| arm.able[joint].acceleration);
+                acceleration = share * least(&|joint| arm.available_axes[joint].acceleration);
                 jerk = share * least(&|joint| arm.axes[joint].jerk);
             }
-            Axis {
+            AxisLimits {
                 min: f64::NEG_INFINITY,
                 max: f64::INFINITY,
                 speed: f64::INFINITY,
@@ -372,26 +375,28 @@ impl Pressing {
     }
 
     /// What each axis feels and how it has moved; the rest of the reading is filled in by the axis.
-    fn readings(&mut self, view: &View, into: &Matrix6<f64>) -> [Reading; 6] {
+    fn readings(&mut self, view: &ForceModeInput, into: &Matrix6<f64>) -> [AxisReading; 6] {
         let arm = view.arm;
         let pose =
             |q: &JointPositions| arm.model.forward(q).base_from_flange * *arm.flange_from_tcp;
-        let way = self.before.map_or_else(Vector6::zeros, |before| {
-            into * difference(&pose(view.actual), &pose(&before))
-        });
-        self.before = Some(*view.actual);
-        let felt = into * view.felt.to_vector();
+        let way = self
+            .previous_positions
+            .map_or_else(Vector6::zeros, |before| {
+                into * difference(&pose(view.actual), &pose(&before))
+            });
+        self.previous_positions = Some(*view.actual);
+        let felt = into * view.sensed_wrench.to_vector();
         // What a motion underneath does, not what hands and surfaces make of the force axes.
         let sliding = (0..3)
             .filter(|k| !self.is_force_axis(*k))
             .map(|k| way[k] * way[k])
             .sum::<f64>()
             .sqrt();
-        core::array::from_fn(|k| Reading {
+        core::array::from_fn(|k| AxisReading {
             applied: -felt[k],
             target: self.goal.wrench[k],
-            way: way[k],
-            sideways: sliding,
+            displacement: way[k],
+            tangential_displacement: sliding,
             speed: 0.0,
             speed_limit: 0.0,
             braking: 0.0,
@@ -400,9 +405,9 @@ impl Pressing {
     }
 
     /// The joints for a wanted twist in the force frame.
-    fn joints(
+    fn solve_joint_speeds(
         &mut self,
-        view: &View,
+        view: &ForceModeInput,
         into: &Matrix6<f64>,
         wanted: [f64; 6],
         limits: [f64; 6],
@@ -421,7 +426,7 @@ impl Pressing {
         };
         self.is_first = false;
         for joint in 0..6 {
-            let axis = Axis {
+            let axis = AxisLimits {
                 jerk: share * arm.axes[joint].jerk,
                 ..arm.axes[joint]
             };
@@ -432,15 +437,15 @@ impl Pressing {
             now[joint].after(step, 0.0).position
         }));
         let frames = arm.model.forward(&ahead);
-        let jacobian = into * Tcp::of(&frames, arm.flange_from_tcp).jacobian;
-        let found = limiter.solve(&Problem {
+        let jacobian = into * TcpKinematics::of(&frames, arm.flange_from_tcp).jacobian;
+        let found = limiter.solve(&TwistProblem {
             jacobian,
-            wanted,
+            desired_twist: wanted,
             weights: [1.0; 6],
             lower,
             upper,
             limits,
-            before: commanded.qd,
+            current_speeds: commanded.qd,
         })?;
         self.method = found.method;
         let next = core::array::from_fn(|joint| {
@@ -450,15 +455,15 @@ impl Pressing {
             };
             even.after(step, 0.0)
         });
-        Ok(setpoint(&arm.guarded(&now, next)))
+        Ok(setpoint(&arm.clamp_to_safe(&now, next)))
     }
 }
 
-fn fresh_axis(k: usize) -> Admittance {
+fn new_axis(k: usize) -> Admittance {
     Admittance::new(if k < 3 {
-        force::Kind::Linear
+        force::AxisKind::Linear
     } else {
-        force::Kind::Angular
+        force::AxisKind::Angular
     })
 }
 

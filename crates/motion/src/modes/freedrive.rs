@@ -10,10 +10,10 @@ use kinematics::{JointSpeeds, Pose};
 use motion_api::FreedriveFrame;
 use nalgebra::{Rotation3, Vector6};
 
-use super::OnlineArm;
-use super::axis::Axis;
-use super::joint_speed::JointSpeed;
-use super::tcp_speed::{Axes, TcpSpeed, components};
+use super::OnlineContext;
+use super::axis::AxisLimits;
+use super::joint_speed::JointSpeedMode;
+use super::tcp_speed::{TcpSpeedMode, TwistFrame, components};
 use crate::constants::{ACCELERATION_RISE, STOP_ACCELERATION};
 use crate::scalar::ScalarState;
 use crate::setpoint::Setpoint;
@@ -33,10 +33,10 @@ const ACCELERATION_MAX: [f64; 2] = [5.0, 10.0];
 
 /// The arm led by hand.
 #[derive(Clone, Copy, Debug)]
-pub struct Freedrive {
+pub struct FreedriveMode {
     free: [bool; 6],
-    axes: Axes,
-    motion: Motion,
+    axes: TwistFrame,
+    motion: FreedriveLaw,
     is_stopping: bool,
 }
 
@@ -45,28 +45,28 @@ pub struct Freedrive {
     clippy::large_enum_variant,
     reason = "lives in place for the life of the controller; the cycle must not allocate"
 )]
-enum Motion {
+enum FreedriveLaw {
     /// All axes free.
     Joints,
     /// Some locked.
-    Tcp(TcpSpeed),
+    Tcp(TcpSpeedMode),
     /// The line could not be kept; the arm comes to rest and goes on from there.
-    Brake(JointSpeed),
+    Brake(JointSpeedMode),
 }
 
-impl Freedrive {
+impl FreedriveMode {
     /// From the setpoint `from`, which stands or was led by hand.
     pub(crate) fn new(
-        arm: &OnlineArm,
+        arm: &OnlineContext,
         from: &Setpoint,
         free: [bool; 6],
         frame: FreedriveFrame,
     ) -> Self {
         let axes = axes(frame);
         let motion = if free == [true; 6] {
-            Motion::Joints
+            FreedriveLaw::Joints
         } else {
-            Motion::Tcp(TcpSpeed::new(&arm.tcp(), from, axes))
+            FreedriveLaw::Tcp(TcpSpeedMode::new(&arm.tcp(), from, axes))
         };
         Self {
             free,
@@ -82,47 +82,50 @@ impl Freedrive {
     }
 
     /// The hand leads on from the motion `from`, of the TCP that `arm` has now.
-    pub(crate) fn go_on_from(&mut self, arm: &OnlineArm, from: &Setpoint) {
+    pub(crate) fn resume_from(&mut self, arm: &OnlineContext, from: &Setpoint) {
         match &mut self.motion {
-            Motion::Joints => {}
-            Motion::Tcp(tcp) => tcp.go_on_from(&arm.tcp(), from),
-            Motion::Brake(_) if super::stands(from) => {
-                self.motion = Motion::Tcp(TcpSpeed::new(&arm.tcp(), from, self.axes));
+            FreedriveLaw::Joints => {}
+            FreedriveLaw::Tcp(tcp) => tcp.resume_from(&arm.tcp(), from),
+            FreedriveLaw::Brake(_) if super::is_setpoint_at_rest(from) => {
+                self.motion = FreedriveLaw::Tcp(TcpSpeedMode::new(&arm.tcp(), from, self.axes));
             }
-            Motion::Brake(_) => {}
+            FreedriveLaw::Brake(_) => {}
         }
     }
 
     /// The setpoint one step later.
     pub(crate) fn next(
         &mut self,
-        arm: &OnlineArm,
+        arm: &OnlineContext,
         from: &Setpoint,
         now: &[ScalarState; 6],
     ) -> Setpoint {
         let hand = if self.is_stopping || arm.fraction == 0.0 {
             Vector6::zeros()
         } else {
-            arm.hand.to_vector()
+            arm.external_wrench.to_vector()
         };
         let states = match &mut self.motion {
-            Motion::Joints => arm.guarded(now, joints_led(arm, from, now, &hand)),
-            Motion::Brake(brake) => {
+            FreedriveLaw::Joints => {
+                arm.clamp_to_safe(now, apply_joint_admittance(arm, from, now, &hand))
+            }
+            FreedriveLaw::Brake(brake) => {
                 let (next, _) = brake.next(now, arm, 1.0);
                 if next.iter().all(|s| s.speed == 0.0 && s.acceleration == 0.0) {
                     let here = super::setpoint(&next);
-                    self.motion = Motion::Tcp(TcpSpeed::new(&arm.tcp(), &here, self.axes));
+                    self.motion =
+                        FreedriveLaw::Tcp(TcpSpeedMode::new(&arm.tcp(), &here, self.axes));
                 }
                 next
             }
-            Motion::Tcp(tcp) => {
-                lead(tcp, &hand, &self.free);
+            FreedriveLaw::Tcp(tcp) => {
+                apply_tcp_admittance(tcp, &hand, &self.free);
                 match tcp.next(&arm.tcp(), from, arm.step, 1.0) {
                     Some((next, _)) => return next,
                     None => {
-                        let brake = JointSpeed::new(now, &JointSpeeds::ZERO, STOP_ACCELERATION);
+                        let brake = JointSpeedMode::new(now, &JointSpeeds::ZERO, STOP_ACCELERATION);
                         let (next, _) = brake.next(now, arm, 1.0);
-                        self.motion = Motion::Brake(brake);
+                        self.motion = FreedriveLaw::Brake(brake);
                         next
                     }
                 }
@@ -133,16 +136,16 @@ impl Freedrive {
 }
 
 /// The axes of a frame of the manual.
-fn axes(frame: FreedriveFrame) -> Axes {
+fn axes(frame: FreedriveFrame) -> TwistFrame {
     match frame {
-        FreedriveFrame::Base => Axes::Fixed(Rotation3::identity()),
-        FreedriveFrame::Tool => Axes::Tool,
-        FreedriveFrame::Pose(pose) => Axes::Fixed(Pose::from_rpy(&pose).rotation),
+        FreedriveFrame::Base => TwistFrame::Fixed(Rotation3::identity()),
+        FreedriveFrame::Tool => TwistFrame::Tool,
+        FreedriveFrame::Pose(pose) => TwistFrame::Fixed(Pose::from_rpy(&pose).rotation),
     }
 }
 
 /// Aims the TCP at the speed that the hand leads to in the end, as fast as the virtual mass lets it.
-fn lead(tcp: &mut TcpSpeed, hand: &Vector6<f64>, free: &[bool; 6]) {
+fn apply_tcp_admittance(tcp: &mut TcpSpeedMode, hand: &Vector6<f64>, free: &[bool; 6]) {
     let hand = components(tcp, hand);
     let velocity = tcp.velocity();
     let mut goal = [0.0; 6];
@@ -151,7 +154,7 @@ fn lead(tcp: &mut TcpSpeed, hand: &Vector6<f64>, free: &[bool; 6]) {
         let range = 3 * part..3 * part + 3;
         for k in range.clone() {
             goal[k] = if free[k] {
-                without_band(hand[k], DEAD_BAND[part]) / DAMPING[part]
+                apply_dead_band(hand[k], DEAD_BAND[part]) / DAMPING[part]
             } else {
                 0.0
             };
@@ -166,12 +169,12 @@ fn lead(tcp: &mut TcpSpeed, hand: &Vector6<f64>, free: &[bool; 6]) {
         let gap: [f64; 6] = core::array::from_fn(|k| goal[k] - velocity[k]);
         acceleration[part] = within(norm(&gap) / TIME_CONSTANT, 0.05, ACCELERATION_MAX[part]);
     }
-    tcp.aim(goal, acceleration[0], acceleration[1]);
+    tcp.set_goal(goal, acceleration[0], acceleration[1]);
 }
 
 /// All axes free: each joint follows its torque.
-fn joints_led(
-    arm: &OnlineArm,
+fn apply_joint_admittance(
+    arm: &OnlineContext,
     from: &Setpoint,
     now: &[ScalarState; 6],
     hand: &Vector6<f64>,
@@ -180,9 +183,9 @@ fn joints_led(
     let tcp = (frames.base_from_flange * *arm.flange_from_tcp).translation;
     let torque = frames.jacobian(tcp).transpose() * hand;
     core::array::from_fn(|joint| {
-        let (axis, able) = (&arm.axes[joint], &arm.able[joint]);
+        let (axis, able) = (&arm.axes[joint], &arm.available_axes[joint]);
         let effort = arm.effort[joint];
-        let led = without_band(torque[joint], 0.005 * effort) / (JOINT_DAMPING * effort);
+        let led = apply_dead_band(torque[joint], 0.005 * effort) / (JOINT_DAMPING * effort);
         let goal = within(led, -0.5 * able.speed, 0.5 * able.speed);
         let goal = axis.slowed_before_ends(now[joint].position, goal);
         let acceleration = within(
@@ -190,17 +193,17 @@ fn joints_led(
             0.05_f64.min(able.acceleration),
             able.acceleration,
         );
-        let soft = Axis {
+        let soft = AxisLimits {
             acceleration,
             jerk: axis.jerk.min(able.acceleration / ACCELERATION_RISE),
             ..*axis
         };
-        let wanted = soft.towards_speed(&now[joint], goal, arm.step);
-        axis.restrain(&now[joint], &wanted, arm.step).0
+        let wanted = soft.step_towards_speed(&now[joint], goal, arm.step);
+        axis.clamp_to_safe(&now[joint], &wanted, arm.step).0
     })
 }
 
 /// `x` with the part within ±`band` removed, continuous.
-fn without_band(x: f64, band: f64) -> f64 {
+fn apply_dead_band(x: f64, band: f64) -> f64 {
     (x.abs() - band).max(0.0).copysign(x)
 }

@@ -5,8 +5,8 @@
 use kinematics::JointSpeeds;
 use kinematics::bounds::within;
 
-use super::OnlineArm;
-use super::axis::Axis;
+use super::OnlineContext;
+use super::axis::AxisLimits;
 use crate::constants::{ACCELERATION_RISE, PAUSE_SHARE};
 use crate::scalar::ScalarState;
 
@@ -15,14 +15,14 @@ const SURELY: f64 = 1.2;
 
 /// Joint speeds to be reached and held.
 #[derive(Clone, Copy, Debug)]
-pub struct JointSpeed {
+pub struct JointSpeedMode {
     goal: JointSpeeds,
     acceleration: [f64; 6],
     /// What each joint accelerated at in the beginning, rad/s².
     begun: [f64; 6],
 }
 
-impl JointSpeed {
+impl JointSpeedMode {
     /// From the speeds of `now` to `goal` with `acceleration`, rad/s², of the joint that changes most.
     pub fn new(now: &[ScalarState; 6], goal: &JointSpeeds, acceleration: f64) -> Self {
         // With the speed that an acceleration still adds while it goes.
@@ -60,10 +60,10 @@ impl JointSpeed {
     pub(crate) fn next(
         &self,
         now: &[ScalarState; 6],
-        arm: &OnlineArm,
+        arm: &OnlineContext,
         fraction: f64,
     ) -> ([ScalarState; 6], Option<u8>) {
-        let (axes, able, step) = (&arm.axes, &arm.able, arm.step);
+        let (axes, able, step) = (&arm.axes, &arm.available_axes, arm.step);
         let mut held = None;
         let mut next = *now;
         // Where TCP or elbow would be too fast all joints are slowed alike, and hard if they are too fast already.
@@ -81,7 +81,7 @@ impl JointSpeed {
             let is_ending = goal != wanted;
             let begun = self.begun[joint].max(now[joint].acceleration.abs());
             // An acceleration from before goes as fast as it would have come.
-            let asked = |acceleration: f64| Axis {
+            let asked = |acceleration: f64| AxisLimits {
                 acceleration,
                 jerk: axis.jerk.min(acceleration.max(begun) / ACCELERATION_RISE),
                 ..*axis
@@ -109,8 +109,8 @@ impl JointSpeed {
             } else {
                 asked(able[joint].acceleration)
             };
-            let wanted = asked.towards_speed(&now[joint], goal, step);
-            let (state, touched) = axis.restrain(&now[joint], &wanted, step);
+            let wanted = asked.step_towards_speed(&now[joint], goal, step);
+            let (state, touched) = axis.clamp_to_safe(&now[joint], &wanted, step);
             next[joint] = state;
             let missing = (goal - self.goal[joint] * fraction).abs();
             if touched || is_ending || missing > 0.01 * axis.speed {

@@ -5,8 +5,8 @@
 
 use kinematics::{JointAccelerations, JointPositions, JointSpeeds};
 
-use super::axis::Axis;
-use super::follower::Follower;
+use super::axis::AxisLimits;
+use super::follower::TrackingLaw;
 use super::states;
 use crate::constants::ACCELERATION_RISE;
 use crate::scalar::ScalarState;
@@ -17,18 +17,18 @@ const SHARE: f64 = 0.4;
 /// Bandwidth of the law that ends it, rad/s.
 const BANDWIDTH: f64 = 40.0;
 /// Below these there is no lag: rad, rad/s, rad/s².
-const NONE: [f64; 3] = [1e-10, 1e-8, 1e-5];
+const NEGLIGIBLE: [f64; 3] = [1e-10, 1e-8, 1e-5];
 
 /// What lies between the joints and where they are wanted.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Lag {
+pub(crate) struct JointLag {
     joints: [ScalarState; 6],
-    law: Follower,
-    comes_first: bool,
+    law: TrackingLaw,
+    blocks_motion: bool,
 }
 
-impl Lag {
-    /// From where joints are wanted to where they are; `None` when that is the same. One that `comes_first` is made good
+impl JointLag {
+    /// From where joints are wanted to where they are; `None` when that is the same. One that `blocks_motion` is made good
     /// before the motion underneath goes on.
     pub(crate) fn between(
         are: &Setpoint,
@@ -43,14 +43,14 @@ impl Lag {
                 speed: are[joint].speed - wanted[joint].speed,
                 acceleration: are[joint].acceleration - wanted[joint].acceleration,
             }),
-            law: Follower::new(BANDWIDTH, step),
-            comes_first,
+            law: TrackingLaw::new(BANDWIDTH, step),
+            blocks_motion: comes_first,
         };
         (!lag.is_over()).then_some(lag)
     }
 
     pub(crate) const fn comes_first(&self) -> bool {
-        self.comes_first
+        self.blocks_motion
     }
 
     /// The largest of the joints' lags, rad.
@@ -65,14 +65,14 @@ impl Lag {
     }
 
     /// One step nearer.
-    pub(crate) fn advance(&mut self, limits: &[Axis; 6], step: f64) {
+    pub(crate) fn advance(&mut self, limits: &[AxisLimits; 6], step: f64) {
         for (lag, limits) in self.joints.iter_mut().zip(limits) {
             if is_none(lag) {
                 *lag = ScalarState::default();
                 continue;
             }
             let acceleration = SHARE * limits.acceleration;
-            let axis = Axis {
+            let axis = AxisLimits {
                 min: f64::NEG_INFINITY,
                 max: f64::INFINITY,
                 // Not below what it has already: it slows down by itself.
@@ -86,7 +86,7 @@ impl Lag {
     }
 
     /// `wanted` with the lag laid over it.
-    pub(crate) fn laid_over(&self, wanted: &Setpoint) -> Setpoint {
+    pub(crate) fn added_to(&self, wanted: &Setpoint) -> Setpoint {
         let joints = &self.joints;
         Setpoint {
             q: JointPositions(core::array::from_fn(|k| wanted.q[k] + joints[k].position)),
@@ -100,7 +100,10 @@ impl Lag {
 
 fn is_none(lag: &ScalarState) -> bool {
     let parts = [lag.position, lag.speed, lag.acceleration];
-    parts.iter().zip(NONE).all(|(x, none)| x.abs() <= none)
+    parts
+        .iter()
+        .zip(NEGLIGIBLE)
+        .all(|(x, none)| x.abs() <= none)
 }
 
 #[cfg(test)]
@@ -109,7 +112,7 @@ mod tests {
 
     #[test]
     fn a_lag_vanishes_within_its_share_of_the_limits_and_without_overshoot() {
-        let axis = Axis {
+        let axis = AxisLimits {
             min: -3.0,
             max: 3.0,
             speed: 3.0,
@@ -118,7 +121,7 @@ mod tests {
         };
         for (begin, step) in [(0.4, 0.004), (-0.02, 0.001), (1e-6, 0.008)] {
             let q = |x| Setpoint::standing(JointPositions([x; 6]));
-            let mut lag = Lag::between(&q(begin), &q(0.0), step, true).unwrap();
+            let mut lag = JointLag::between(&q(begin), &q(0.0), step, true).unwrap();
             let mut before = lag.joints[0];
             let mut cycles = 0;
             while !lag.is_over() {

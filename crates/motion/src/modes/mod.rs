@@ -33,41 +33,41 @@ use kinematics::{
 };
 use motion_api::{CommandId, MotionMode, Origin};
 
-use crate::brake::JointBrake;
+use crate::brake::JointStopMotion;
 use crate::config::MotionLimits;
 use crate::constants::{
     LEAST_TORQUE_SHARE, PEAK_TORQUE_FACTOR, PLANNED_TORQUE_SHARE, STOP_ACCELERATION,
 };
 use crate::scalar::ScalarState;
 use crate::setpoint::Setpoint;
-use axis::Axis;
-use freedrive::Freedrive;
-use joint_speed::JointSpeed;
-use points::Points;
-use servo::Servo;
-use tcp_speed::{TcpArm, TcpSpeed};
+use axis::AxisLimits;
+use freedrive::FreedriveMode;
+use joint_speed::JointSpeedMode;
+use points::PointSpeedLimits;
+use servo::ServoMode;
+use tcp_speed::{TcpModeContext, TcpSpeedMode};
 
 /// What an online mode sees of the arm in one cycle.
-pub(crate) struct OnlineArm<'a> {
+pub(crate) struct OnlineContext<'a> {
     pub(crate) model: &'a RobotModel,
     pub(crate) flange_from_tcp: &'a Pose,
     /// Hard limits of the joints.
-    pub(crate) axes: [Axis; 6],
+    pub(crate) axes: [AxisLimits; 6],
     /// The same with what the drives and the limits of TCP and elbow leave here.
-    pub(crate) able: [Axis; 6],
+    pub(crate) available_axes: [AxisLimits; 6],
     /// The hard limits, and what a joint does already where that is more: a TCP that is too fast slows down on its line.
-    under_way: [Axis; 6],
+    under_way: [AxisLimits; 6],
     pub(crate) effort: &'a JointTorques,
-    points: Option<Points<'a>>,
+    points: Option<PointSpeedLimits<'a>>,
     /// What acts on the tool from outside: base axes, about the TCP.
-    pub(crate) hand: Wrench,
+    pub(crate) external_wrench: Wrench,
     pub(crate) step: f64,
     /// Speed fraction; 0 while paused.
     pub(crate) fraction: f64,
     pub(crate) is_paused: bool,
 }
 
-impl<'a> OnlineArm<'a> {
+impl<'a> OnlineContext<'a> {
     /// Looks at the arm where the setpoint `at` is.
     #[allow(clippy::too_many_arguments, reason = "one struct built in one place")]
     pub(crate) fn new(
@@ -83,24 +83,24 @@ impl<'a> OnlineArm<'a> {
         let axes = online_axes(limits, step);
         let effort = &model.limits().effort;
         let torque = torque_share(dynamics, effort, &axes, at);
-        let points = Points::new(model, flange_from_tcp, limits, &at.q);
+        let points = PointSpeedLimits::new(model, flange_from_tcp, limits, &at.q);
         // The joint speeds in the present direction, as fast as the fastest joint can be.
         let used = (0..6).fold(1e-6_f64, |most, joint| {
             most.max(at.qd[joint].abs() / limits.speed[joint])
         });
         let speed = points.map_or(1.0, |points| {
-            within(points.factor(&at.qd) * used, 1e-3, 1.0)
+            within(points.speed_factor(&at.qd) * used, 1e-3, 1.0)
         });
-        let able = axes.map(|axis| Axis {
+        let able = axes.map(|axis| AxisLimits {
             speed: axis.speed * speed,
             acceleration: axis.acceleration * torque,
             ..axis
         });
         let hard = online_axes(hard, step);
         let under_way = core::array::from_fn(|joint| {
-            let (axis, hard): (&Axis, &Axis) = (&axes[joint], &hard[joint]);
+            let (axis, hard): (&AxisLimits, &AxisLimits) = (&axes[joint], &hard[joint]);
             let more = |now: f64, most: f64| (UNDER_WAY * now.abs()).min(most);
-            Axis {
+            AxisLimits {
                 speed: axis.speed.max(more(at.qd[joint], hard.speed)),
                 acceleration: axis
                     .acceleration
@@ -112,11 +112,11 @@ impl<'a> OnlineArm<'a> {
             model,
             flange_from_tcp,
             axes,
-            able,
+            available_axes: able,
             under_way,
             effort,
             points,
-            hand,
+            external_wrench: hand,
             step,
             fraction,
             is_paused,
@@ -126,27 +126,27 @@ impl<'a> OnlineArm<'a> {
     /// The factor on `qd` at which neither TCP nor elbow is too fast here.
     pub(crate) fn point_factor(&self, qd: &JointSpeeds) -> f64 {
         self.points
-            .map_or(f64::INFINITY, |points| points.factor(qd))
+            .map_or(f64::INFINITY, |points| points.speed_factor(qd))
     }
 
     /// `next`, unless TCP or elbow would become too fast on the way to rest.
-    pub(crate) fn guarded(
+    pub(crate) fn clamp_to_safe(
         &self,
         now: &[ScalarState; 6],
         next: [ScalarState; 6],
     ) -> [ScalarState; 6] {
         match &self.points {
-            Some(points) => points.guarded(now, next, &self.axes, self.step),
+            Some(points) => points.clamp_to_safe(now, next, &self.axes, self.step),
             None => next,
         }
     }
 
-    pub(crate) fn tcp(&self) -> TcpArm<'_> {
-        TcpArm {
+    pub(crate) fn tcp(&self) -> TcpModeContext<'_> {
+        TcpModeContext {
             model: self.model,
             flange_from_tcp: self.flange_from_tcp,
             axes: &self.under_way,
-            able: &self.able,
+            able: &self.available_axes,
             points: self.points.as_ref(),
         }
     }
@@ -158,12 +158,12 @@ const UNDER_WAY: f64 = 1.05;
 const JERK_OF_SPEED: f64 = 0.5;
 
 /// What each joint may do in online modes.
-pub(crate) fn online_axes(limits: &MotionLimits, step: f64) -> [Axis; 6] {
+pub(crate) fn online_axes(limits: &MotionLimits, step: f64) -> [AxisLimits; 6] {
     core::array::from_fn(|joint| {
         let speed = limits.speed[joint];
         // A joint that hardly turns takes its time: a jerk for one step must not make it too fast.
         let jerk = limits.jerk[joint].min(JERK_OF_SPEED * speed / (step * step));
-        Axis {
+        AxisLimits {
             min: limits.position_min[joint],
             max: limits.position_max[joint],
             // Within a step the speed may be higher than at its ends by that.
@@ -178,7 +178,7 @@ pub(crate) fn online_axes(limits: &MotionLimits, step: f64) -> [Axis; 6] {
 fn torque_share(
     dynamics: &Dynamics,
     effort: &JointTorques,
-    axes: &[Axis; 6],
+    axes: &[AxisLimits; 6],
     at: &Setpoint,
 ) -> f64 {
     let mass = dynamics.mass_matrix(&at.q);
@@ -195,13 +195,13 @@ fn torque_share(
 
 /// When the call of a command ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum CallEnd {
+pub(crate) enum CallCompletion {
     /// After that many seconds.
-    After(f64),
+    AfterTime(f64),
     /// When what was asked is reached.
-    Reached,
+    OnGoal,
     /// It has.
-    Over,
+    Returned,
 }
 
 /// How the setpoints are made.
@@ -210,23 +210,23 @@ pub(crate) enum CallEnd {
     clippy::large_enum_variant,
     reason = "lives in place for the life of the controller; the cycle must not allocate"
 )]
-pub(crate) enum Kind {
-    Servo(Servo),
-    JointSpeed(JointSpeed),
-    TcpSpeed(TcpSpeed),
-    Freedrive(Freedrive),
+pub(crate) enum OnlineMode {
+    Servo(ServoMode),
+    JointSpeed(JointSpeedMode),
+    TcpSpeed(TcpSpeedMode),
+    Freedrive(FreedriveMode),
     /// Each joint comes to rest as fast as it can.
-    Brake(JointBrake),
+    Brake(JointStopMotion),
 }
 
 /// An online mode under way.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Online {
+pub(crate) struct ActiveOnlineMode {
     pub(crate) id: CommandId,
     pub(crate) origin: Origin,
     pub(crate) mode: MotionMode,
-    pub(crate) call: CallEnd,
-    pub(crate) kind: Kind,
+    pub(crate) call_completion: CallCompletion,
+    pub(crate) kind: OnlineMode,
     /// A stop was asked for; the mode ends where the arm comes to rest.
     pub(crate) is_stopping: bool,
     /// It was said that the arm is held back.
@@ -237,37 +237,37 @@ pub(crate) struct Online {
 pub(crate) struct OnlineStep {
     pub(crate) setpoint: Setpoint,
     /// The joint that holds the motion back, to be told once.
-    pub(crate) held: Option<u8>,
+    pub(crate) limiting_joint: Option<u8>,
     /// The call has ended in this cycle.
     pub(crate) has_ended: bool,
 }
 
-impl Online {
+impl ActiveOnlineMode {
     /// The call has ended; the mode goes on by itself.
     pub(crate) fn has_ended(&self) -> bool {
-        self.call == CallEnd::Over
+        self.call_completion == CallCompletion::Returned
     }
 
     /// The hand leads the arm and has not been told to let go.
     pub(crate) fn is_led_by_hand(&self) -> bool {
-        matches!(self.kind, Kind::Freedrive(_)) && !self.is_stopping
+        matches!(self.kind, OnlineMode::Freedrive(_)) && !self.is_stopping
     }
 
     /// The joint positions it leads to, where it leads to any.
     pub(crate) fn goal(&self) -> Option<JointPositions> {
         match &self.kind {
-            Kind::Servo(servo) => Some(*servo.goal()),
+            OnlineMode::Servo(servo) => Some(*servo.goal()),
             _ => None,
         }
     }
 
     /// From `from` to rest by `kind`, with no command behind it.
-    pub(crate) fn to_rest(kind: Kind) -> Self {
+    pub(crate) fn to_rest(kind: OnlineMode) -> Self {
         Self {
             id: CommandId::NONE,
             origin: Origin::default(),
             mode: MotionMode::Stopping,
-            call: CallEnd::Over,
+            call_completion: CallCompletion::Returned,
             kind,
             is_stopping: true,
             is_warned: true,
@@ -276,12 +276,12 @@ impl Online {
 
     /// What it does is led from outside, by a stream or by a hand.
     pub(crate) const fn follows_from_outside(&self) -> bool {
-        matches!(self.kind, Kind::Servo(_) | Kind::Freedrive(_)) && !self.is_stopping
+        matches!(self.kind, OnlineMode::Servo(_) | OnlineMode::Freedrive(_)) && !self.is_stopping
     }
 
     /// Each joint comes to rest as fast as it can.
     pub(crate) const fn is_braking_joints(&self) -> bool {
-        matches!(self.kind, Kind::Brake(_))
+        matches!(self.kind, OnlineMode::Brake(_))
     }
 
     /// Brings the arm to rest for a motion that follows, along its line where it is on one. One that comes to rest already
@@ -292,76 +292,83 @@ impl Online {
         }
         self.is_stopping = true;
         match &mut self.kind {
-            Kind::Brake(_) => {}
-            Kind::TcpSpeed(tcp) => tcp.aim([0.0; 6], STOP_ACCELERATION, STOP_ACCELERATION),
-            Kind::Freedrive(freedrive) => freedrive.stop(),
-            Kind::Servo(_) | Kind::JointSpeed(_) => {
+            OnlineMode::Brake(_) => {}
+            OnlineMode::TcpSpeed(tcp) => {
+                tcp.set_goal([0.0; 6], STOP_ACCELERATION, STOP_ACCELERATION)
+            }
+            OnlineMode::Freedrive(freedrive) => freedrive.stop(),
+            OnlineMode::Servo(_) | OnlineMode::JointSpeed(_) => {
                 let now = states(from);
                 let acceleration = STOP_ACCELERATION;
-                self.kind =
-                    Kind::JointSpeed(JointSpeed::new(&now, &JointSpeeds::ZERO, acceleration));
+                self.kind = OnlineMode::JointSpeed(JointSpeedMode::new(
+                    &now,
+                    &JointSpeeds::ZERO,
+                    acceleration,
+                ));
             }
         }
     }
 
     /// The same mode from `from` on, where the arm stands after something else moved it: what is asked for stays.
-    pub(crate) fn go_on_from(&mut self, arm: &OnlineArm, from: &Setpoint) {
+    pub(crate) fn resume_from(&mut self, arm: &OnlineContext, from: &Setpoint) {
         match &mut self.kind {
-            Kind::Servo(servo) => servo.go_on_from(&from.q),
-            Kind::JointSpeed(joints) => joints.go_on_from(&states(from)),
-            Kind::TcpSpeed(tcp) => tcp.go_on_from(&arm.tcp(), from),
-            Kind::Freedrive(freedrive) => freedrive.go_on_from(arm, from),
-            Kind::Brake(brake) => *brake = JointBrake::standing(from),
+            OnlineMode::Servo(servo) => servo.resume_from(&from.q),
+            OnlineMode::JointSpeed(joints) => joints.go_on_from(&states(from)),
+            OnlineMode::TcpSpeed(tcp) => tcp.resume_from(&arm.tcp(), from),
+            OnlineMode::Freedrive(freedrive) => freedrive.resume_from(arm, from),
+            OnlineMode::Brake(brake) => *brake = JointStopMotion::standing(from),
         }
     }
 
     /// The TCP is another from now on; the arm is at `from`.
-    pub(crate) fn take_tool(&mut self, arm: &OnlineArm, from: &Setpoint) {
+    pub(crate) fn change_tcp(&mut self, arm: &OnlineContext, from: &Setpoint) {
         match &mut self.kind {
-            Kind::Servo(_) | Kind::JointSpeed(_) | Kind::Brake(_) => {}
-            Kind::TcpSpeed(tcp) => tcp.go_on_from(&arm.tcp(), from),
-            Kind::Freedrive(freedrive) => freedrive.go_on_from(arm, from),
+            OnlineMode::Servo(_) | OnlineMode::JointSpeed(_) | OnlineMode::Brake(_) => {}
+            OnlineMode::TcpSpeed(tcp) => tcp.resume_from(&arm.tcp(), from),
+            OnlineMode::Freedrive(freedrive) => freedrive.resume_from(arm, from),
         }
     }
 
     /// Whether the mode keeps the arm in motion although nothing moves now.
-    fn may_move_on(&self, target: &Setpoint) -> bool {
+    fn has_pending_motion(&self, target: &Setpoint) -> bool {
         match &self.kind {
             _ if self.is_stopping => false,
-            Kind::Freedrive(_) => true,
-            Kind::Servo(servo) => !servo.has_arrived(&target.q),
-            Kind::JointSpeed(joints) => joints.goal().max_abs() > 0.0,
-            Kind::TcpSpeed(tcp) => tcp.has_goal(),
-            Kind::Brake(_) => false,
+            OnlineMode::Freedrive(_) => true,
+            OnlineMode::Servo(servo) => !servo.has_arrived(&target.q),
+            OnlineMode::JointSpeed(joints) => joints.goal().max_abs() > 0.0,
+            OnlineMode::TcpSpeed(tcp) => tcp.has_goal(),
+            OnlineMode::Brake(_) => false,
         }
     }
 
     /// Whether the mode is over when the arm stands.
     pub(crate) fn is_over(&self, target: &Setpoint) -> bool {
-        (self.is_stopping || self.has_ended()) && stands(target) && !self.may_move_on(target)
+        (self.is_stopping || self.has_ended())
+            && is_setpoint_at_rest(target)
+            && !self.has_pending_motion(target)
     }
 
     /// The setpoint one step after `from`.
-    pub(crate) fn next(&mut self, arm: &OnlineArm, from: &Setpoint) -> OnlineStep {
+    pub(crate) fn next(&mut self, arm: &OnlineContext, from: &Setpoint) -> OnlineStep {
         let now = states(from);
         let mut held = None;
         let fraction = if self.is_stopping { 1.0 } else { arm.fraction };
         let (setpoint, is_reached) = match &mut self.kind {
-            Kind::Servo(servo) => {
+            OnlineMode::Servo(servo) => {
                 let next = servo.next(&now, arm, arm.step * fraction);
-                let next = arm.guarded(&now, next);
+                let next = arm.clamp_to_safe(&now, next);
                 (setpoint(&next), false)
             }
-            Kind::JointSpeed(joints) => {
+            OnlineMode::JointSpeed(joints) => {
                 let (next, limited) = joints.next(&now, arm, fraction);
-                let next = arm.guarded(&now, next);
+                let next = arm.clamp_to_safe(&now, next);
                 held = limited;
                 (
                     setpoint(&next),
                     joints.is_reached(&next, fraction) && fraction > 0.0,
                 )
             }
-            Kind::TcpSpeed(tcp) => match tcp.next(&arm.tcp(), from, arm.step, fraction) {
+            OnlineMode::TcpSpeed(tcp) => match tcp.next(&arm.tcp(), from, arm.step, fraction) {
                 Some((next, limited)) => {
                     held = limited;
                     (next, tcp.is_reached(&arm.tcp(), fraction) && fraction > 0.0)
@@ -369,34 +376,34 @@ impl Online {
                 None => {
                     // The line cannot be kept: the joints brake one by one, and the arm stays where that leads.
                     held = Some(0);
-                    let brake = JointSpeed::new(&now, &JointSpeeds::ZERO, STOP_ACCELERATION);
+                    let brake = JointSpeedMode::new(&now, &JointSpeeds::ZERO, STOP_ACCELERATION);
                     let (next, _) = brake.next(&now, arm, 1.0);
-                    self.kind = Kind::JointSpeed(brake);
-                    (setpoint(&arm.guarded(&now, next)), false)
+                    self.kind = OnlineMode::JointSpeed(brake);
+                    (setpoint(&arm.clamp_to_safe(&now, next)), false)
                 }
             },
-            Kind::Freedrive(freedrive) => (freedrive.next(arm, from, &now), false),
-            Kind::Brake(brake) => (brake.next(arm.step), false),
+            OnlineMode::Freedrive(freedrive) => (freedrive.next(arm, from, &now), false),
+            OnlineMode::Brake(brake) => (brake.next(arm.step), false),
         };
         let held = held.filter(|_| !self.is_warned && !self.is_stopping);
         self.is_warned |= held.is_some();
         OnlineStep {
             setpoint,
-            held,
-            has_ended: self.clock(arm, is_reached),
+            limiting_joint: held,
+            has_ended: self.update_call(arm, is_reached),
         }
     }
 
     /// Whether the call ends in this cycle.
-    fn clock(&mut self, arm: &OnlineArm, is_reached: bool) -> bool {
-        let ends = match &mut self.call {
-            CallEnd::Over => false,
-            CallEnd::Reached => is_reached,
-            CallEnd::After(left) => {
+    fn update_call(&mut self, arm: &OnlineContext, is_reached: bool) -> bool {
+        let ends = match &mut self.call_completion {
+            CallCompletion::Returned => false,
+            CallCompletion::OnGoal => is_reached,
+            CallCompletion::AfterTime(left) => {
                 // A servoj lasts as long as its reference is under way, which the speed fraction stretches.
                 let time = match self.kind {
                     _ if arm.is_paused => 0.0,
-                    Kind::Servo(_) => arm.step * arm.fraction,
+                    OnlineMode::Servo(_) => arm.step * arm.fraction,
                     _ => arm.step,
                 };
                 *left -= time;
@@ -404,7 +411,7 @@ impl Online {
             }
         };
         if ends {
-            self.call = CallEnd::Over;
+            self.call_completion = CallCompletion::Returned;
         }
         ends
     }
@@ -428,6 +435,6 @@ fn setpoint(states: &[ScalarState; 6]) -> Setpoint {
 }
 
 /// Nothing moves.
-pub(crate) fn stands(setpoint: &Setpoint) -> bool {
+pub(crate) fn is_setpoint_at_rest(setpoint: &Setpoint) -> bool {
     setpoint.qd.max_abs() == 0.0 && setpoint.qdd.max_abs() == 0.0
 }

@@ -4,7 +4,7 @@
 //! What is asked for is kept in the axes it was given in and turns with them. What is in force is kept in base axes, so that a
 //! corner of the path does not make it jump, and is moved along the axes of what is asked for: an offset across the path leads
 //! nowhere else, however little the joints leave for it. A stream of offsets is followed like one of joint positions
-//! ([`Servo`]): evenly, some cycles late, at its full size as far as the limits allow, and never beyond it.
+//! ([`ServoMode`]): evenly, some cycles late, at its full size as far as the limits allow, and never beyond it.
 //! Rotations are small: they are kept as rotation vectors.
 
 use kinematics::elementary::{cos, sin};
@@ -15,14 +15,14 @@ use kinematics::{
 use motion_api::OffsetAxes;
 use nalgebra::{Matrix3, Rotation3, Vector3, Vector6};
 
-use super::axis::Axis;
-use super::servo::{GAIN_RANGE, LOOKAHEAD_RANGE, Servo};
+use super::axis::AxisLimits;
+use super::servo::{GAIN_RANGE, LOOKAHEAD_RANGE, ServoMode};
 use crate::constants::ACCELERATION_RISE;
 use crate::scalar::ScalarState;
 use crate::setpoint::Setpoint;
 
 /// Largest offsets until a program says otherwise, m and rad.
-const MOST: [f64; 2] = [0.1, 0.5];
+const DEFAULT_MAX_OFFSET: [f64; 2] = [0.1, 0.5];
 /// Fastest change of an offset along an axis, m/s and rad/s, where the joints allow it.
 const SPEED: [f64; 2] = [0.25, 1.0];
 /// The same for its acceleration, m/s² and rad/s².
@@ -32,7 +32,7 @@ const SLOWEST: f64 = 1e-4;
 /// The path has a direction above this speed, m/s.
 const MOVING: f64 = 1e-4;
 /// This near to what is asked for the filter is there: m or rad.
-const THERE: f64 = 1e-9;
+const ARRIVAL_TOLERANCE: f64 = 1e-9;
 /// Share of its acceleration with which it comes to rest within what is asked for: what the joints leave changes meanwhile.
 const COMING_TO_REST: f64 = 0.9;
 /// So far before and behind a moment its change is looked at, s.
@@ -47,19 +47,19 @@ pub struct PathOffset {
     is_stopping: bool,
     axes: OffsetAxes,
     /// Asked for, in `axes`: translation and rotation vector.
-    wanted: Vector6<f64>,
+    requested: Vector6<f64>,
     /// The same after the filter.
     filtered: Vector6<f64>,
     /// Share of a new offset taken over in a cycle.
     share: f64,
     most: [f64; 2],
     /// In force, base axes.
-    now: [ScalarState; 6],
+    current: [ScalarState; 6],
     /// Direction in which the path led last, base axes.
     tangent: Vector3<f64>,
     /// How it is led to what is asked for, in the axes of that, and what was asked for lately, which it does not exceed.
-    course: Servo,
-    lately: Lately,
+    course: ServoMode,
+    lately: OffsetHistory,
 }
 
 /// Spans of time in which the largest and smallest offsets are known, and how long each is, s.
@@ -70,13 +70,13 @@ const SPAN: f64 = 0.064;
 /// The range of what was asked for in the last half second. Where the joints leave too little for a fast weave it would swing
 /// beyond it: each turn comes too late.
 #[derive(Clone, Copy, Debug)]
-struct Lately {
+struct OffsetHistory {
     spans: [[(f64, f64); 6]; SPANS],
     /// How long the newest span lasts so far, s.
     newest: f64,
 }
 
-impl Lately {
+impl OffsetHistory {
     /// Nothing but `at`.
     fn only(at: &[f64; 6]) -> Self {
         Self {
@@ -108,7 +108,7 @@ impl Lately {
 
 /// What the joints leave for the offset in one cycle, for each component that is in use: m/s or rad/s, and per second².
 #[derive(Clone, Copy, Debug)]
-pub struct OffsetRoom {
+pub struct OffsetLimits {
     /// Speeds of translation and rotation.
     pub speed: [f64; 2],
     /// Accelerations of translation and rotation.
@@ -124,14 +124,14 @@ impl PathOffset {
             is_on: false,
             is_stopping: false,
             axes: OffsetAxes::Base,
-            wanted: Vector6::zeros(),
+            requested: Vector6::zeros(),
             filtered: Vector6::zeros(),
             share: 1.0,
-            most: MOST,
-            now: [ScalarState::default(); 6],
+            most: DEFAULT_MAX_OFFSET,
+            current: [ScalarState::default(); 6],
             tangent: Vector3::x(),
-            course: Servo::new(&JointPositions([0.0; 6]), step),
-            lately: Lately::only(&[0.0; 6]),
+            course: ServoMode::new(&JointPositions([0.0; 6]), step),
+            lately: OffsetHistory::only(&[0.0; 6]),
         }
     }
 
@@ -145,17 +145,17 @@ impl PathOffset {
     pub fn end(&mut self) {
         self.is_on = false;
         self.is_stopping = false;
-        self.wanted = Vector6::zeros();
+        self.requested = Vector6::zeros();
         self.filtered = Vector6::zeros();
-        self.now = [ScalarState::default(); 6];
-        self.course.go_on_from(&JointPositions([0.0; 6]));
-        self.lately = Lately::only(&[0.0; 6]);
+        self.current = [ScalarState::default(); 6];
+        self.course.resume_from(&JointPositions([0.0; 6]));
+        self.lately = OffsetHistory::only(&[0.0; 6]);
     }
 
     /// As a new program finds it.
-    pub fn forget_settings(&mut self) {
+    pub fn reset_settings(&mut self) {
         self.share = 1.0;
-        self.most = MOST;
+        self.most = DEFAULT_MAX_OFFSET;
         if !self.is_on {
             self.end();
         }
@@ -173,7 +173,7 @@ impl PathOffset {
 
     /// It stands where it is: something else brakes the arm.
     pub fn halt(&mut self) {
-        for now in &mut self.now {
+        for now in &mut self.current {
             *now = ScalarState::at_rest(now.position);
         }
     }
@@ -190,7 +190,7 @@ impl PathOffset {
 
     /// Nothing of it moves.
     pub fn is_standing(&self) -> bool {
-        self.now
+        self.current
             .iter()
             .all(|x| x.speed == 0.0 && x.acceleration == 0.0)
     }
@@ -201,15 +201,15 @@ impl PathOffset {
         let turn = rotvec_from_rotation(&pose.rotation);
         if axes != self.axes {
             let change = self.rotation(axes, tool).inverse() * self.rotation(self.axes, tool);
-            self.filtered = turned(&change, &self.filtered);
+            self.filtered = rotated(&change, &self.filtered);
             self.course
-                .seen_from(|place| turned(&change, &Vector6::from(*place)).into());
+                .seen_from(|place| rotated(&change, &Vector6::from(*place)).into());
             self.axes = axes;
             let own = self.seen_from(&self.rotation(axes, tool));
-            self.lately = Lately::only(&own.map(|state| state.position));
+            self.lately = OffsetHistory::only(&own.map(|state| state.position));
         }
         let at = pose.translation;
-        self.wanted = Vector6::new(at.x, at.y, at.z, turn.x, turn.y, turn.z);
+        self.requested = Vector6::new(at.x, at.y, at.z, turn.x, turn.y, turn.z);
     }
 
     /// Takes this share of a new offset over in each cycle.
@@ -224,7 +224,7 @@ impl PathOffset {
 
     /// What is asked for and what is allowed, where that is less: m and rad.
     pub fn excess(&self) -> Option<([f64; 2], [f64; 2])> {
-        let asked = sizes(&self.wanted);
+        let asked = sizes(&self.requested);
         let is_more = self.is_on && (asked[0] > self.most[0] || asked[1] > self.most[1]);
         is_more.then_some((asked, self.most))
     }
@@ -254,8 +254,8 @@ impl PathOffset {
         if !self.is_on {
             return [0.0; 6];
         }
-        let now = Vector6::from_fn(|k, _| self.now[k].position);
-        let own = turned(&self.rotation(axes, tool).inverse(), &now);
+        let now = Vector6::from_fn(|k, _| self.current[k].position);
+        let own = rotated(&self.rotation(axes, tool).inverse(), &now);
         let turn = rotation_from_rotvec(own.fixed_rows::<3>(3).into());
         let rpy = rpy_from_rotation(&turn);
         [own[0], own[1], own[2], rpy[0], rpy[1], rpy[2]]
@@ -273,7 +273,7 @@ impl PathOffset {
         let axes = self.rotation(self.axes, tool);
         let own = self.seen_from(&axes);
         let is_used = core::array::from_fn(|k| {
-            self.wanted[k] != 0.0
+            self.requested[k] != 0.0
                 || self.filtered[k] != 0.0
                 || own[k].position.abs() > NONE
                 || own[k].speed.abs() > NONE
@@ -283,26 +283,32 @@ impl PathOffset {
 
     /// What is in force along and about other axes.
     fn seen_from(&self, axes: &Rotation3<f64>) -> [ScalarState; 6] {
-        in_axes(&axes.inverse(), &self.now)
+        in_axes(&axes.inverse(), &self.current)
     }
 
     /// One step further over a path whose TCP has the axes `tool`; held, it comes to rest.
-    pub fn advance(&mut self, tool: &Rotation3<f64>, room: &OffsetRoom, is_held: bool, step: f64) {
+    pub fn advance(
+        &mut self,
+        tool: &Rotation3<f64>,
+        room: &OffsetLimits,
+        is_held: bool,
+        step: f64,
+    ) {
         if !is_held {
-            self.filtered += (self.wanted - self.filtered) * self.share;
-            if (self.wanted - self.filtered).amax() < THERE {
-                self.filtered = self.wanted;
+            self.filtered += (self.requested - self.filtered) * self.share;
+            if (self.requested - self.filtered).amax() < ARRIVAL_TOLERANCE {
+                self.filtered = self.requested;
             }
         }
         let axes = self.rotation(self.axes, tool);
         let own = self.seen_from(&axes);
-        let able: [Axis; 6] = core::array::from_fn(|k| {
+        let able: [AxisLimits; 6] = core::array::from_fn(|k| {
             let (part, now) = (k / 3, &own[k]);
             let acceleration = ACCELERATION[part].min(room.acceleration[part]).max(1e-3);
             let jerk = (ACCELERATION[part] / ACCELERATION_RISE)
                 .min(room.jerk[part])
                 .max(1e-2);
-            Axis {
+            AxisLimits {
                 min: f64::NEG_INFINITY,
                 max: f64::INFINITY,
                 // One that is faster slows down as it can.
@@ -321,51 +327,52 @@ impl PathOffset {
         });
         let next = if is_held || self.is_stopping {
             // It comes to rest wherever it can, and goes on from there.
-            let next = core::array::from_fn(|k| able[k].towards_speed(&own[k], 0.0, step));
+            let next = core::array::from_fn(|k| able[k].step_towards_speed(&own[k], 0.0, step));
             let at = next.map(|state| state.position);
-            self.course.go_on_from(&JointPositions(at));
-            self.lately = Lately::only(&at);
+            self.course.resume_from(&JointPositions(at));
+            self.lately = OffsetHistory::only(&at);
             next
         } else {
             let goal = JointPositions(self.filtered.into());
             let (lookahead, gain) = (LOOKAHEAD_RANGE.0, GAIN_RANGE.1);
-            self.course.lead(&goal, step, lookahead, gain, step);
+            self.course
+                .set_next_point(&goal, step, lookahead, gain, step);
             self.lately.add(&self.filtered, step);
             let wanted = self.course.next_within(&own, [&able, &able], step, step);
             core::array::from_fn(|k| self.within_range(k, &own[k], &wanted[k], &able[k], step))
         };
-        self.now = in_axes(&axes, &next);
+        self.current = in_axes(&axes, &next);
     }
 
-    /// `wanted`, unless it leads beyond what was asked for lately: from where the component is to the nearest it can do.
+    /// `requested`, unless it leads beyond what was asked for lately: from where the component is to the nearest it can do.
     fn within_range(
         &self,
         k: usize,
         own: &ScalarState,
         wanted: &ScalarState,
-        able: &Axis,
+        able: &AxisLimits,
         step: f64,
     ) -> ScalarState {
         let (low, high) = self.lately.range(k);
-        let within = Axis {
+        let within = AxisLimits {
             min: low.min(own.position),
             max: high.max(own.position),
             acceleration: (COMING_TO_REST * able.acceleration).max(own.acceleration.abs()),
             ..*able
         };
-        if within.is_safe(wanted) {
+        if within.can_brake_within_limits(wanted) {
             return *wanted;
         }
         let nearest = within.nearest_safe(own, wanted.acceleration, step);
-        if within.is_safe(&nearest) {
+        if within.can_brake_within_limits(&nearest) {
             nearest
         } else {
-            able.braked(own, step)
+            able.brake_step(own, step)
         }
     }
 
     /// The joints for the path's setpoint with the offset laid over it; `None` when the arm cannot be there.
-    pub fn carry(
+    pub fn superimpose(
         &self,
         nominal: &Setpoint,
         before: &Setpoint,
@@ -379,9 +386,9 @@ impl PathOffset {
         let driven = frames.twist(&JointSpeeds(nominal.qdd.0), pose.translation);
         let part = |k: usize, pick: fn(&ScalarState) -> f64| {
             Vector3::new(
-                pick(&self.now[k]),
-                pick(&self.now[k + 1]),
-                pick(&self.now[k + 2]),
+                pick(&self.current[k]),
+                pick(&self.current[k + 1]),
+                pick(&self.current[k + 2]),
             )
         };
         let turn = part(3, |x| x.position);
@@ -426,7 +433,7 @@ fn sizes(offset: &Vector6<f64>) -> [f64; 2] {
 }
 
 /// Both halves turned.
-fn turned(by: &Rotation3<f64>, offset: &Vector6<f64>) -> Vector6<f64> {
+fn rotated(by: &Rotation3<f64>, offset: &Vector6<f64>) -> Vector6<f64> {
     let half = |row: usize| by * Vector3::from(offset.fixed_rows::<3>(row));
     let (at, turn) = (half(0), half(3));
     Vector6::new(at.x, at.y, at.z, turn.x, turn.y, turn.z)
@@ -434,7 +441,8 @@ fn turned(by: &Rotation3<f64>, offset: &Vector6<f64>) -> Vector6<f64> {
 
 /// The states of both halves turned.
 fn in_axes(by: &Rotation3<f64>, states: &[ScalarState; 6]) -> [ScalarState; 6] {
-    let part = |pick: fn(&ScalarState) -> f64| turned(by, &Vector6::from(states.map(|x| pick(&x))));
+    let part =
+        |pick: fn(&ScalarState) -> f64| rotated(by, &Vector6::from(states.map(|x| pick(&x))));
     let [position, speed, acceleration] = [
         part(|x| x.position),
         part(|x| x.speed),

@@ -9,7 +9,7 @@ use kinematics::{Frames, JointPositions, JointSpeeds, Pose, RobotModel};
 use motion_api::StopReason;
 use nalgebra::Vector3;
 
-use super::axis::Axis;
+use super::axis::AxisLimits;
 use crate::config::MotionLimits;
 use crate::scalar::ScalarState;
 use crate::scalar::ramp::{Ramp, ramp};
@@ -28,7 +28,7 @@ const HALVINGS: u32 = 6;
 
 /// What limits the speeds of TCP and elbow, where anything does.
 #[derive(Clone, Copy)]
-pub(crate) struct Points<'a> {
+pub(crate) struct PointSpeedLimits<'a> {
     model: &'a RobotModel,
     flange_from_tcp: &'a Pose,
     frames: Frames,
@@ -37,7 +37,7 @@ pub(crate) struct Points<'a> {
     elbow_speed: f64,
 }
 
-impl<'a> Points<'a> {
+impl<'a> PointSpeedLimits<'a> {
     /// With the arm at `q`; `None` without limits.
     pub(crate) fn new(
         model: &'a RobotModel,
@@ -65,23 +65,23 @@ impl<'a> Points<'a> {
     }
 
     /// The factor on `qd` at which TCP and elbow are as fast as is aimed at here; infinite when they do not move.
-    pub(super) fn factor(&self, qd: &JointSpeeds) -> f64 {
+    pub(super) fn speed_factor(&self, qd: &JointSpeeds) -> f64 {
         let tcp = self.frames.twist(qd, self.tcp).linear.norm();
         let elbow = elbow_speed(&self.frames, qd);
         AIMED_SHARE * (self.tcp_speed / tcp).min(self.elbow_speed / elbow)
     }
 
     /// Share of the limits that TCP or elbow use at `qd`, whichever uses more.
-    pub(crate) fn used(&self, qd: &JointSpeeds) -> f64 {
-        AIMED_SHARE / self.factor(qd)
+    pub(crate) fn utilization_at(&self, qd: &JointSpeeds) -> f64 {
+        AIMED_SHARE / self.speed_factor(qd)
     }
 
     /// `wanted` if it is safe, otherwise the safe state nearest to it on the way to braking.
-    pub(super) fn guarded(
+    pub(super) fn clamp_to_safe(
         &self,
         now: &[ScalarState; 6],
         wanted: [ScalarState; 6],
-        axes: &[Axis; 6],
+        axes: &[AxisLimits; 6],
         step: f64,
     ) -> [ScalarState; 6] {
         if self.is_safe(&wanted, axes, step) {
@@ -90,7 +90,7 @@ impl<'a> Points<'a> {
         let between = |share: f64| -> [ScalarState; 6] {
             core::array::from_fn(|joint| {
                 let axis = &axes[joint];
-                let braked = axis.braked(&now[joint], step);
+                let braked = axis.brake_step(&now[joint], step);
                 if share == 0.0 {
                     return braked;
                 }
@@ -111,21 +111,30 @@ impl<'a> Points<'a> {
     }
 
     /// Whether braking from `states` keeps both limits.
-    pub(crate) fn is_safe(&self, states: &[ScalarState; 6], axes: &[Axis; 6], step: f64) -> bool {
-        let braking = Braking::from(states, axes, step);
-        let mut speeds = braking.places().map(|time| self.speeds(&braking, time));
+    pub(crate) fn is_safe(
+        &self,
+        states: &[ScalarState; 6],
+        axes: &[AxisLimits; 6],
+        step: f64,
+    ) -> bool {
+        let braking = BrakingRamps::from(states, axes, step);
+        let mut speeds = braking
+            .sample_times()
+            .map(|time| self.speeds(&braking, time));
         speeds.all(|speeds| self.exceeded(speeds).is_none())
     }
 
     /// The highest speeds of TCP and elbow, m/s, while the joints brake from `states`.
-    pub(crate) fn while_braking(
+    pub(crate) fn max_speeds_while_braking(
         &self,
         states: &[ScalarState; 6],
-        axes: &[Axis; 6],
+        axes: &[AxisLimits; 6],
         step: f64,
     ) -> [f64; 2] {
-        let braking = Braking::from(states, axes, step);
-        let speeds = braking.places().map(|time| self.speeds(&braking, time));
+        let braking = BrakingRamps::from(states, axes, step);
+        let speeds = braking
+            .sample_times()
+            .map(|time| self.speeds(&braking, time));
         speeds.fold([0.0; 2], |most, speeds| {
             core::array::from_fn(|point| f64::max(most[point], speeds[point]))
         })
@@ -152,12 +161,12 @@ impl<'a> Points<'a> {
     }
 
     /// The share of the limits that speeds of TCP and elbow use, whichever uses more.
-    pub(crate) fn share(&self, [tcp, elbow]: [f64; 2]) -> f64 {
+    pub(crate) fn utilization(&self, [tcp, elbow]: [f64; 2]) -> f64 {
         (tcp / self.tcp_speed).max(elbow / self.elbow_speed)
     }
 
     /// Speeds of TCP and elbow `time` seconds into the braking, m/s.
-    fn speeds(&self, braking: &Braking<'_>, time: f64) -> [f64; 2] {
+    fn speeds(&self, braking: &BrakingRamps<'_>, time: f64) -> [f64; 2] {
         let at = braking.at(time);
         let frames = self.model.forward(&JointPositions(at.map(|s| s.position)));
         let qd = JointSpeeds(at.map(|s| s.speed));
@@ -170,15 +179,15 @@ impl<'a> Points<'a> {
 }
 
 /// Every joint on its fastest way to rest.
-struct Braking<'a> {
+struct BrakingRamps<'a> {
     states: &'a [ScalarState; 6],
     ramps: [Ramp; 6],
     duration: f64,
     step: f64,
 }
 
-impl<'a> Braking<'a> {
-    fn from(states: &'a [ScalarState; 6], axes: &[Axis; 6], step: f64) -> Self {
+impl<'a> BrakingRamps<'a> {
+    fn from(states: &'a [ScalarState; 6], axes: &[AxisLimits; 6], step: f64) -> Self {
         let ramps: [Ramp; 6] = core::array::from_fn(|joint| {
             let (state, axis) = (&states[joint], &axes[joint]);
             ramp(
@@ -199,7 +208,7 @@ impl<'a> Braking<'a> {
     }
 
     /// The times that are looked at, s.
-    fn places(&self) -> impl Iterator<Item = f64> {
+    fn sample_times(&self) -> impl Iterator<Item = f64> {
         let (step, duration) = (self.step, self.duration);
         let near = f64::from(NEAR_CYCLES) * step;
         let far = (duration - near).max(0.0) / f64::from(FAR_PLACES);

@@ -15,9 +15,9 @@
 use kinematics::JointPositions;
 use kinematics::elementary::square;
 
-use super::OnlineArm;
-use super::axis::Axis;
-use super::follower::Follower;
+use super::OnlineContext;
+use super::axis::AxisLimits;
+use super::follower::TrackingLaw;
 use crate::constants::{SERVO_SETTLED, STEP_RANGE};
 use crate::scalar::ScalarState;
 
@@ -49,22 +49,22 @@ fn bandwidth(gain: f64) -> f64 {
 
 /// Where the points in the window are.
 #[derive(Clone, Copy, Debug)]
-struct Band {
+struct ReferenceBand {
     /// The lowest of them.
     low: f64,
     /// The highest of them, not below `low`.
     high: f64,
     /// Speed with which all of them lead downwards, 0 or less.
-    falls: f64,
+    downward_speed: f64,
     /// Speed with which all of them lead upwards, 0 or more.
-    rises: f64,
+    upward_speed: f64,
     /// How far what they do can be followed at all: 1 unless they go to and fro, less the more they do.
-    sense: f64,
+    feedforward_weight: f64,
 }
 
 /// A stream of points under way.
 #[derive(Clone, Copy, Debug)]
-pub struct Servo {
+pub struct ServoMode {
     /// The reference over the last cycles, the newest at `newest`.
     window: [[f64; 6]; WINDOW_MAX],
     newest: usize,
@@ -72,11 +72,11 @@ pub struct Servo {
     length: usize,
     goal: JointPositions,
     /// Time until the reference reaches the goal, s.
-    left: f64,
-    law: Follower,
+    time_to_goal: f64,
+    law: TrackingLaw,
 }
 
-impl Servo {
+impl ServoMode {
     /// A reference that stands where the arm is.
     pub fn new(q: &JointPositions, step: f64) -> Self {
         Self {
@@ -84,13 +84,13 @@ impl Servo {
             newest: 0,
             length: 1,
             goal: *q,
-            left: 0.0,
-            law: Follower::new(bandwidth(GAIN_RANGE.0), step),
+            time_to_goal: 0.0,
+            law: TrackingLaw::new(bandwidth(GAIN_RANGE.0), step),
         }
     }
 
     /// The next point: the reference reaches it in `duration` seconds.
-    pub fn lead(
+    pub fn set_next_point(
         &mut self,
         goal: &JointPositions,
         duration: f64,
@@ -99,14 +99,14 @@ impl Servo {
         step: f64,
     ) {
         self.goal = *goal;
-        self.left = duration;
+        self.time_to_goal = duration;
         let cycles = (lookahead / step).round().max(1.0) as usize;
         self.length = cycles.min(WINDOW_MAX - 2);
-        self.law = Follower::new(bandwidth(gain), step);
+        self.law = TrackingLaw::new(bandwidth(gain), step);
     }
 
     /// The reference stands at `q` now and goes on to the last point from there.
-    pub fn go_on_from(&mut self, q: &JointPositions) {
+    pub fn resume_from(&mut self, q: &JointPositions) {
         self.window = [q.0; WINDOW_MAX];
     }
 
@@ -126,19 +126,19 @@ impl Servo {
     /// The reference `time` seconds later (the step, less when slowed down), as one more place of the window.
     fn move_reference(&mut self, time: f64) {
         let now = self.window[self.newest];
-        let next = if time >= self.left {
+        let next = if time >= self.time_to_goal {
             self.goal.0
         } else {
-            let share = time / self.left;
+            let share = time / self.time_to_goal;
             core::array::from_fn(|joint| now[joint] + (self.goal[joint] - now[joint]) * share)
         };
-        self.left = (self.left - time).max(0.0);
+        self.time_to_goal = (self.time_to_goal - time).max(0.0);
         self.newest = (self.newest + 1) % WINDOW_MAX;
         self.window[self.newest] = next;
     }
 
     /// The reference so many cycles ago.
-    fn back(&self, cycles: usize) -> &[f64; 6] {
+    fn reference_at(&self, cycles: usize) -> &[f64; 6] {
         &self.window[(self.newest + WINDOW_MAX - cycles) % WINDOW_MAX]
     }
 
@@ -150,7 +150,7 @@ impl Servo {
         let mut mean = [0.0; 6];
         let mut ends = [[0.0; 6]; 2];
         for cycle in 0..=length {
-            let place = self.back(cycle);
+            let place = self.reference_at(cycle);
             let weight = (cycle + 1).min(short).min(long).min(length - cycle) as f64;
             for joint in 0..6 {
                 mean[joint] += place[joint] * weight / (short * long) as f64;
@@ -162,8 +162,8 @@ impl Servo {
                 }
             }
         }
-        let (young, old) = (self.back(short), self.back(long));
-        let (newest, oldest) = (self.back(0), self.back(length + 1));
+        let (young, old) = (self.reference_at(short), self.reference_at(long));
+        let (newest, oldest) = (self.reference_at(0), self.reference_at(length + 1));
         core::array::from_fn(|joint| {
             let change = (newest[joint] - young[joint]) - (old[joint] - oldest[joint]);
             let acceleration = change / (short * long) as f64 / square(step);
@@ -178,33 +178,34 @@ impl Servo {
     }
 
     /// Where the points in the window are, and how fast they lead one way all the time.
-    fn band(&self, joint: usize, step: f64) -> Band {
+    fn band(&self, joint: usize, step: f64) -> ReferenceBand {
         let part = (self.length / STEADY_PARTS).max(1);
-        let mut band = Band {
+        let mut band = ReferenceBand {
             low: f64::INFINITY,
             high: f64::NEG_INFINITY,
-            falls: f64::NEG_INFINITY,
-            rises: f64::INFINITY,
-            sense: 1.0,
+            downward_speed: f64::NEG_INFINITY,
+            upward_speed: f64::INFINITY,
+            feedforward_weight: 1.0,
         };
         let mut way = 0.0;
         for cycle in 0..=self.length {
-            let place = self.back(cycle)[joint];
+            let place = self.reference_at(cycle)[joint];
             if cycle < self.length {
-                way += (place - self.back(cycle + 1)[joint]).abs();
+                way += (place - self.reference_at(cycle + 1)[joint]).abs();
             }
             band.low = band.low.min(place);
             band.high = band.high.max(place);
             if cycle % part == 0 && cycle + part <= self.length {
-                let speed = (place - self.back(cycle + part)[joint]) / (part as f64 * step);
-                band.falls = band.falls.max(speed);
-                band.rises = band.rises.min(speed);
+                let speed = (place - self.reference_at(cycle + part)[joint]) / (part as f64 * step);
+                band.downward_speed = band.downward_speed.max(speed);
+                band.upward_speed = band.upward_speed.min(speed);
             }
         }
-        (band.falls, band.rises) = (band.falls.min(0.0), band.rises.max(0.0));
+        (band.downward_speed, band.upward_speed) =
+            (band.downward_speed.min(0.0), band.upward_speed.max(0.0));
         let once = TO_AND_FRO * (band.high - band.low);
         if way > once {
-            band.sense = square(square(once / way));
+            band.feedforward_weight = square(square(once / way));
         }
         band
     }
@@ -213,23 +214,23 @@ impl Servo {
     pub(crate) fn next(
         &mut self,
         now: &[ScalarState; 6],
-        arm: &OnlineArm,
+        arm: &OnlineContext,
         time: f64,
     ) -> [ScalarState; 6] {
-        self.next_within(now, [&arm.able, &arm.axes], arm.step, time)
+        self.next_within(now, [&arm.available_axes, &arm.axes], arm.step, time)
     }
 
     /// One step of the tracking law for any six numbers, within what they can do and what they may do.
     pub(crate) fn next_within(
         &mut self,
         now: &[ScalarState; 6],
-        [able, axes]: [&[Axis; 6]; 2],
+        [able, axes]: [&[AxisLimits; 6]; 2],
         step: f64,
         time: f64,
     ) -> [ScalarState; 6] {
         // The law leads to where the reference is now, so that both ends of the step belong together.
         let smoothed = self.smoothed(step);
-        let (newest, oldest) = (self.back(0), self.back(self.length));
+        let (newest, oldest) = (self.reference_at(0), self.reference_at(self.length));
         let next = core::array::from_fn(|joint| {
             let (now, wanted, able) = (&now[joint], &smoothed[joint], &able[joint]);
             if newest[joint] == oldest[joint]
@@ -242,13 +243,13 @@ impl Servo {
             }
             let band = self.band(joint, step);
             let wanted = ScalarState {
-                speed: band.sense * wanted.speed,
-                acceleration: band.sense * wanted.acceleration,
+                speed: band.feedforward_weight * wanted.speed,
+                acceleration: band.feedforward_weight * wanted.acceleration,
                 ..*wanted
             };
             let wanted = self.law.acceleration_with(now, &wanted, able);
-            let kept = stopping_within(&band, able, now).nearest_safe(now, wanted, step);
-            axes[joint].restrain(now, &kept, step).0
+            let kept = stopping_limits(&band, able, now).nearest_safe(now, wanted, step);
+            axes[joint].clamp_to_safe(now, &kept, step).0
         });
         self.move_reference(time);
         next
@@ -256,23 +257,23 @@ impl Servo {
 
     /// Whether the reference has come to its goal, and the arm at `q` with it.
     pub fn has_arrived(&self, q: &JointPositions) -> bool {
-        self.left == 0.0 && self.goal == *q
+        self.time_to_goal == 0.0 && self.goal == *q
     }
 }
 
 /// The joint with a range in which the arm may come to rest: the band, and where that leads steadily one way as far beyond
 /// as braking from its speed, or from the joint's where that is less, takes.
-fn stopping_within(band: &Band, able: &Axis, now: &ScalarState) -> Axis {
-    let axis = Axis {
+fn stopping_limits(band: &ReferenceBand, able: &AxisLimits, now: &ScalarState) -> AxisLimits {
+    let axis = AxisLimits {
         // One that is heavier to move than a moment ago has what it does already.
         acceleration: (STOPPING_SHARE * able.acceleration).max(now.acceleration.abs()),
         speed: able.speed.max(now.speed.abs()),
         ..*able
     };
     let beyond = |speed: f64| axis.braking_distance(speed);
-    let low = band.low - beyond(band.falls.abs().min((-now.speed).max(0.0)));
-    let high = band.high + beyond(band.rises.min(now.speed.max(0.0)));
-    Axis {
+    let low = band.low - beyond(band.downward_speed.abs().min((-now.speed).max(0.0)));
+    let high = band.high + beyond(band.upward_speed.min(now.speed.max(0.0)));
+    AxisLimits {
         // From outside it may come back.
         min: low.min(now.position),
         max: high.max(now.position),

@@ -10,8 +10,8 @@ use kinematics::bounds::within;
 use kinematics::{JointAccelerations, JointSpeeds, Pose, RobotModel, Twist};
 use nalgebra::{Rotation3, Vector3, Vector6};
 
-use super::axis::Axis;
-use super::points::Points;
+use super::axis::AxisLimits;
+use super::points::PointSpeedLimits;
 use super::states;
 use crate::constants::{ACCELERATION_RISE, PAUSE_SHARE};
 use crate::scalar::ScalarState;
@@ -48,7 +48,7 @@ const ELBOW: u8 = 1;
 
 /// Axes in which the velocity is kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Axes {
+pub enum TwistFrame {
     /// Fixed in the base.
     Fixed(Rotation3<f64>),
     /// The TCP's own.
@@ -57,23 +57,23 @@ pub enum Axes {
 
 /// The arm a TCP mode moves.
 #[derive(Clone, Copy)]
-pub struct TcpArm<'a> {
+pub struct TcpModeContext<'a> {
     /// Geometry with the limits in force.
     pub model: &'a RobotModel,
     /// The active TCP.
     pub flange_from_tcp: &'a Pose,
     /// What each joint may do.
-    pub axes: &'a [Axis; 6],
+    pub axes: &'a [AxisLimits; 6],
     /// The same with what the drives leave here.
-    pub able: &'a [Axis; 6],
+    pub able: &'a [AxisLimits; 6],
     /// What limits the speeds of TCP and elbow, where anything does.
-    pub(super) points: Option<&'a Points<'a>>,
+    pub(super) points: Option<&'a PointSpeedLimits<'a>>,
 }
 
 /// A TCP velocity to be reached and held.
 #[derive(Clone, Copy, Debug)]
-pub struct TcpSpeed {
-    axes: Axes,
+pub struct TcpSpeedMode {
+    axes: TwistFrame,
     base_from_tcp: Pose,
     /// Velocity now: linear, then angular, in `axes`; `position` of the states is not used.
     now: [ScalarState; 6],
@@ -90,15 +90,15 @@ pub struct TcpSpeed {
 type Lu6 = nalgebra::LU<f64, nalgebra::U6, nalgebra::U6>;
 
 /// One candidate for the next cycle.
-struct Candidate {
+struct VelocityCandidate {
     now: [ScalarState; 6],
     base_from_tcp: Pose,
     setpoint: Setpoint,
 }
 
-impl TcpSpeed {
+impl TcpSpeedMode {
     /// From the motion `from` of the joints; the goal is to stand.
-    pub fn new(arm: &TcpArm, from: &Setpoint, axes: Axes) -> Self {
+    pub fn new(arm: &TcpModeContext, from: &Setpoint, axes: TwistFrame) -> Self {
         let frames = arm.model.forward(&from.q);
         let base_from_tcp = frames.base_from_flange * *arm.flange_from_tcp;
         let twist = frames.twist(&from.qd, base_from_tcp.translation);
@@ -109,7 +109,7 @@ impl TcpSpeed {
         let change = in_axes(
             &rotation,
             &Twist {
-                linear: driven.linear + bias.linear - carried_along(axes, &twist),
+                linear: driven.linear + bias.linear - frame_rotation_acceleration(axes, &twist),
                 angular: driven.angular + bias.angular,
             },
         );
@@ -129,13 +129,13 @@ impl TcpSpeed {
     }
 
     /// Sets the wanted velocity, in the axes, and how fast it is to be reached.
-    pub fn aim(&mut self, goal: [f64; 6], acceleration: f64, rotation_acceleration: f64) {
+    pub fn set_goal(&mut self, goal: [f64; 6], acceleration: f64, rotation_acceleration: f64) {
         self.goal = goal;
         self.acceleration = [acceleration, rotation_acceleration].map(|a| a.min(BEYOND_ANY_ARM));
     }
 
     /// The same goal from the motion `from` on, of the TCP that `arm` has now.
-    pub fn go_on_from(&mut self, arm: &TcpArm, from: &Setpoint) {
+    pub fn resume_from(&mut self, arm: &TcpModeContext, from: &Setpoint) {
         *self = Self {
             goal: self.goal,
             acceleration: self.acceleration,
@@ -159,15 +159,15 @@ impl TcpSpeed {
     }
 
     /// Whether the velocity is what is wanted, at a fraction of the goal.
-    pub fn is_reached(&self, arm: &TcpArm, fraction: f64) -> bool {
-        let fraction = fraction * self.slower(arm);
+    pub fn is_reached(&self, arm: &TcpModeContext, fraction: f64) -> bool {
+        let fraction = fraction * self.speed_limit_factor(arm);
         self.now.iter().zip(self.goal).all(|(now, goal)| {
             (now.speed - goal * fraction).abs() < 1e-9 && now.acceleration == 0.0
         })
     }
 
     /// The factor on the goal at which the TCP keeps its speed limit, now and on the way to rest.
-    fn slower(&self, arm: &TcpArm) -> f64 {
+    fn speed_limit_factor(&self, arm: &TcpModeContext) -> f64 {
         let linear = Vector3::new(self.goal[0], self.goal[1], self.goal[2]).norm();
         let most = arm.points.map_or(f64::INFINITY, |p| p.tcp_speed());
         (TCP_SPEED_SHARE * most / linear).min(1.0)
@@ -177,7 +177,7 @@ impl TcpSpeed {
     /// the line keeps the joints within their limits.
     pub fn next(
         &mut self,
-        arm: &TcpArm,
+        arm: &TcpModeContext,
         from: &Setpoint,
         step: f64,
         fraction: f64,
@@ -194,7 +194,7 @@ impl TcpSpeed {
         let jacobian = jacobian.jacobian(self.base_from_tcp.translation).lu();
         let braking = self.braking(arm, &jacobian);
         let is_slowed = fraction < 1.0;
-        let fraction = fraction * self.slower(arm);
+        let fraction = fraction * self.speed_limit_factor(arm);
         let goal = self.goal.map(|x| x * fraction);
         let mut acceleration = self.within_joints(arm, &jacobian, &goal);
         // A pause and the slider slow down with a share of what the joints can do at least, whatever was asked for; what has begun
@@ -216,7 +216,7 @@ impl TcpSpeed {
             } else {
                 (acceleration, arm.able, JOINT_SHARE)
             };
-            let now = ramped(&self.now, &goal, &limits, step);
+            let now = ramp_velocity(&self.now, &goal, &limits, step);
             let next = match self.candidate(arm, axes, joint_share, from, now, step) {
                 Ok(next) => next,
                 Err(joint) => {
@@ -242,14 +242,14 @@ impl TcpSpeed {
     /// The joints for a velocity `now` at the end of the step, if they are within their limits.
     fn candidate(
         &self,
-        arm: &TcpArm,
-        axes: &[Axis; 6],
+        arm: &TcpModeContext,
+        axes: &[AxisLimits; 6],
         share: f64,
         from: &Setpoint,
         now: [ScalarState; 6],
         step: f64,
-    ) -> Result<Candidate, u8> {
-        let base_from_tcp = moved(&self.base_from_tcp, self.axes, &now);
+    ) -> Result<VelocityCandidate, u8> {
+        let base_from_tcp = integrate_pose(&self.base_from_tcp, self.axes, &now);
         let q = arm
             .model
             .inverse_nearest(&base_from_tcp, arm.flange_from_tcp, &from.q)
@@ -262,7 +262,7 @@ impl TcpSpeed {
         let qd = lu.solve(&twist.to_vector()).ok_or(SINGULAR)?;
         let qd = JointSpeeds(qd.into());
         let mut change = from_axes(&rotation, &now.map(|s| s.acceleration));
-        change.linear += carried_along(self.axes, &twist);
+        change.linear += frame_rotation_acceleration(self.axes, &twist);
         let bias = frames.jacobian_rate_times_speeds(&qd, point);
         let driven = change.to_vector() - bias.to_vector();
         let qdd = JointAccelerations(lu.solve(&driven).ok_or(SINGULAR)?.into());
@@ -279,7 +279,7 @@ impl TcpSpeed {
             let fits = v.abs().max(moved.abs()) <= axis.speed * share
                 && a.abs() <= axis.acceleration * share
                 && jerk.abs() <= axis.jerk * JERK_SHARE
-                && arm.axes[joint].is_safe(&state);
+                && arm.axes[joint].can_brake_within_limits(&state);
             if !fits {
                 return Err(number);
             }
@@ -290,7 +290,7 @@ impl TcpSpeed {
         {
             return Err(ELBOW);
         }
-        Ok(Candidate {
+        Ok(VelocityCandidate {
             now,
             base_from_tcp,
             setpoint,
@@ -298,7 +298,7 @@ impl TcpSpeed {
     }
 
     /// The wanted accelerations, lowered to what the joints can do on the way to `goal`.
-    fn within_joints(&self, arm: &TcpArm, jacobian: &Lu6, goal: &[f64; 6]) -> [f64; 2] {
+    fn within_joints(&self, arm: &TcpModeContext, jacobian: &Lu6, goal: &[f64; 6]) -> [f64; 2] {
         let change = part_accelerations(&self.now, goal, &self.acceleration);
         let change: [f64; 6] =
             core::array::from_fn(|k| change[k].copysign(goal[k] - self.now[k].speed));
@@ -313,7 +313,7 @@ impl TcpSpeed {
     }
 
     /// How hard the joints can brake the TCP here, linear and angular.
-    fn braking(&self, arm: &TcpArm, jacobian: &Lu6) -> [f64; 2] {
+    fn braking(&self, arm: &TcpModeContext, jacobian: &Lu6) -> [f64; 2] {
         let twist = from_axes(&self.rotation(), &self.velocity());
         let (linear, angular) = (twist.linear.norm(), twist.angular.norm());
         let Some(qd) = jacobian.solve(&twist.to_vector()) else {
@@ -334,7 +334,12 @@ impl TcpSpeed {
     }
 
     /// Whether the TCP comes to rest from `next` with every joint within its limits.
-    fn can_brake(&self, arm: &TcpArm, next: &Candidate, braking: &[f64; 2]) -> Result<(), u8> {
+    fn can_brake(
+        &self,
+        arm: &TcpModeContext,
+        next: &VelocityCandidate,
+        braking: &[f64; 2],
+    ) -> Result<(), u8> {
         let acceleration = part_accelerations(&next.now, &[0.0; 6], braking);
         let ramps: [_; 6] = core::array::from_fn(|k| {
             let state = &next.now[k];
@@ -364,7 +369,7 @@ impl TcpSpeed {
                 }
                 state
             });
-            let pose = moved(&next.base_from_tcp, self.axes, &at);
+            let pose = integrate_pose(&next.base_from_tcp, self.axes, &at);
             let rotation = rotation_of(self.axes, &pose);
             let q = arm
                 .model
@@ -375,7 +380,7 @@ impl TcpSpeed {
             let lu = frames.jacobian(pose.translation).lu();
             let qd = JointSpeeds(lu.solve(&twist.to_vector()).ok_or(SINGULAR)?.into());
             let mut change = from_axes(&rotation, &at.map(|s| s.acceleration));
-            change.linear += carried_along(self.axes, &twist);
+            change.linear += frame_rotation_acceleration(self.axes, &twist);
             let bias = frames.jacobian_rate_times_speeds(&qd, pose.translation);
             let driven = change.to_vector() - bias.to_vector();
             let qdd = lu.solve(&driven).ok_or(SINGULAR)?;
@@ -428,7 +433,7 @@ fn part_accelerations(now: &[ScalarState; 6], goal: &[f64; 6], limits: &[f64; 2]
 }
 
 /// The velocity one step later; the positions are the ways covered.
-fn ramped(
+fn ramp_velocity(
     now: &[ScalarState; 6],
     goal: &[f64; 6],
     limits: &[f64; 2],
@@ -436,7 +441,7 @@ fn ramped(
 ) -> [ScalarState; 6] {
     let acceleration = part_accelerations(now, goal, limits);
     core::array::from_fn(|k| {
-        let axis = Axis {
+        let axis = AxisLimits {
             min: f64::NEG_INFINITY,
             max: f64::INFINITY,
             speed: f64::INFINITY,
@@ -448,32 +453,32 @@ fn ramped(
             position: 0.0,
             ..now[k]
         };
-        axis.towards_speed(&start, goal[k], step)
+        axis.step_towards_speed(&start, goal[k], step)
     })
 }
 
-fn rotation_of(axes: Axes, base_from_tcp: &Pose) -> Rotation3<f64> {
+fn rotation_of(axes: TwistFrame, base_from_tcp: &Pose) -> Rotation3<f64> {
     match axes {
-        Axes::Fixed(rotation) => rotation,
-        Axes::Tool => base_from_tcp.rotation,
+        TwistFrame::Fixed(rotation) => rotation,
+        TwistFrame::Tool => base_from_tcp.rotation,
     }
 }
 
 /// What the turning of the axes changes the TCP's velocity by, which stays as it is in them: base axes, m/s².
-fn carried_along(axes: Axes, twist: &Twist) -> Vector3<f64> {
+fn frame_rotation_acceleration(axes: TwistFrame, twist: &Twist) -> Vector3<f64> {
     match axes {
-        Axes::Fixed(_) => Vector3::zeros(),
-        Axes::Tool => twist.angular.cross(&twist.linear),
+        TwistFrame::Fixed(_) => Vector3::zeros(),
+        TwistFrame::Tool => twist.angular.cross(&twist.linear),
     }
 }
 
 /// The pose after the ways in `at`, along and about the axes.
-fn moved(from: &Pose, axes: Axes, at: &[ScalarState; 6]) -> Pose {
+fn integrate_pose(from: &Pose, axes: TwistFrame, at: &[ScalarState; 6]) -> Pose {
     let way = from_axes(&rotation_of(axes, from), &at.map(|state| state.position));
     let linear = match axes {
-        Axes::Fixed(_) => way.linear,
+        TwistFrame::Fixed(_) => way.linear,
         // On the way the axes turn: they are half turned in the middle of it.
-        Axes::Tool => Rotation3::new(way.angular / 2.0) * way.linear,
+        TwistFrame::Tool => Rotation3::new(way.angular / 2.0) * way.linear,
     };
     Pose::new(
         Rotation3::new(way.angular) * from.rotation,
@@ -497,7 +502,7 @@ fn from_axes(rotation: &Rotation3<f64>, v: &[f64; 6]) -> Twist {
 }
 
 /// The velocity of freedrive's hand law in the axes of a mode, base axes in.
-pub fn components(mode: &TcpSpeed, base: &Vector6<f64>) -> [f64; 6] {
+pub fn components(mode: &TcpSpeedMode, base: &Vector6<f64>) -> [f64; 6] {
     in_axes(
         &mode.rotation(),
         &Twist {

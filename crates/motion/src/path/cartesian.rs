@@ -9,8 +9,10 @@ use kinematics::rotation::{rotation_from_rotvec, rotvec_from_rotation};
 use kinematics::{JointAccelerations, JointPositions, JointSpeeds, Pose, RobotModel, Twist};
 use nalgebra::{Vector3, Vector6};
 
-use super::{PathPoint, TcpWay};
-use crate::constants::{INTERVAL_LENGTH, LINE_INTERVALS, NO_MOTION, ROTATION_LENGTH, STRAIGHT_ARC};
+use super::{PathPoint, TcpPath};
+use crate::constants::{
+    INTERVAL_LENGTH, LINE_INTERVALS, MIN_DISTANCE, ROTATION_LENGTH, STRAIGHT_ARC,
+};
 use crate::scalar::ScalarState;
 use crate::setpoint::Setpoint;
 
@@ -21,15 +23,15 @@ pub struct CartesianPath {
     end: Pose,
     end_q: JointPositions,
     flange_from_tcp: Pose,
-    shape: Shape,
+    shape: PositionPath,
     /// Rotation per s, rad/m, base axes.
-    about: Vector3<f64>,
+    rotation_per_s: Vector3<f64>,
     length: f64,
 }
 
 /// What the TCP's position does.
 #[derive(Clone, Copy, Debug)]
-enum Shape {
+enum PositionPath {
     /// Displacement per s, no unit (metres per metre), base axes.
     Line { along: Vector3<f64> },
     /// Turning about an axis of length 1 through `centre`, rad/m.
@@ -67,8 +69,8 @@ impl CartesianPath {
             end,
             end_q: start_q,
             flange_from_tcp,
-            shape: Shape::Line { along: way * per_s },
-            about: turn * per_s,
+            shape: PositionPath::Line { along: way * per_s },
+            rotation_per_s: turn * per_s,
             length,
         }
     }
@@ -90,7 +92,7 @@ impl CartesianPath {
         let sides = to_via.norm() * to_end.norm() * (to_end - to_via).norm();
         // sin of an angle of the triangle = 2 area / (product of two sides).
         let flat = normal.norm() <= STRAIGHT_ARC * to_via.norm() * to_end.norm();
-        if flat || normal.norm() <= STRAIGHT_ARC * to_end.norm_squared() || sides < NO_MOTION {
+        if flat || normal.norm() <= STRAIGHT_ARC * to_end.norm_squared() || sides < MIN_DISTANCE {
             return Err(NoArc);
         }
         // Circumcentre of a triangle with one corner at the origin.
@@ -121,7 +123,7 @@ impl CartesianPath {
                 ArcOrientation::ToTheTarget => turn.norm(),
             },
         );
-        if !(length > NO_MOTION && length.is_finite()) {
+        if !(length > MIN_DISTANCE && length.is_finite()) {
             return Err(NoArc);
         }
         Ok(Self {
@@ -129,13 +131,13 @@ impl CartesianPath {
             end,
             end_q: start_q,
             flange_from_tcp,
-            shape: Shape::Arc {
+            shape: PositionPath::Arc {
                 centre,
                 axis,
                 turn_per_s: angle * per_s,
                 radius,
             },
-            about: turn * per_s,
+            rotation_per_s: turn * per_s,
             length,
         })
     }
@@ -165,18 +167,18 @@ impl CartesianPath {
     /// Where a line leads, as a unit vector; `None` on arcs, and where s is not the distance of the TCP.
     pub fn direction(&self) -> Option<Vector3<f64>> {
         match self.shape {
-            Shape::Line { along } if (along.norm() - 1.0).abs() < 1e-9 => Some(along),
-            Shape::Line { .. } | Shape::Arc { .. } => None,
+            PositionPath::Line { along } if (along.norm() - 1.0).abs() < 1e-9 => Some(along),
+            PositionPath::Line { .. } | PositionPath::Arc { .. } => None,
         }
     }
 
     /// Rotation per s, rad/m, base axes.
-    pub fn turning(&self) -> Vector3<f64> {
-        self.about
+    pub fn rotation_per_s(&self) -> Vector3<f64> {
+        self.rotation_per_s
     }
 }
 
-impl TcpWay for CartesianPath {
+impl TcpPath for CartesianPath {
     /// m.
     fn length(&self) -> f64 {
         self.length
@@ -197,8 +199,8 @@ impl TcpWay for CartesianPath {
             return self.end;
         }
         let position = match self.shape {
-            Shape::Line { along } => self.start.translation + along * s,
-            Shape::Arc {
+            PositionPath::Line { along } => self.start.translation + along * s,
+            PositionPath::Arc {
                 centre,
                 axis,
                 turn_per_s,
@@ -209,7 +211,7 @@ impl TcpWay for CartesianPath {
             }
         };
         Pose::new(
-            rotation_from_rotvec(self.about * s) * self.start.rotation,
+            rotation_from_rotvec(self.rotation_per_s * s) * self.start.rotation,
             position,
         )
     }
@@ -217,8 +219,8 @@ impl TcpWay for CartesianPath {
     fn point(&self, model: &RobotModel, s: f64, q: JointPositions) -> Option<PathPoint> {
         derivatives(model, &self.flange_from_tcp, s, q, |tcp| {
             let (linear, bend) = match self.shape {
-                Shape::Line { along } => (along, Vector3::zeros()),
-                Shape::Arc {
+                PositionPath::Line { along } => (along, Vector3::zeros()),
+                PositionPath::Arc {
                     centre,
                     axis,
                     turn_per_s,
@@ -229,20 +231,20 @@ impl TcpWay for CartesianPath {
                     (linear, across.cross(&linear))
                 }
             };
-            Bent {
+            PathTwist {
                 linear,
-                bend,
-                angular: self.about,
-                change: Vector3::zeros(),
+                linear_rate: bend,
+                angular: self.rotation_per_s,
+                angular_rate: Vector3::zeros(),
             }
         })
     }
 
     /// 1 unless the rotation is the larger part.
-    fn tcp_per_s(&self, _s: f64) -> f64 {
+    fn tcp_speed_factor(&self, _s: f64) -> f64 {
         match self.shape {
-            Shape::Line { along } => along.norm(),
-            Shape::Arc {
+            PositionPath::Line { along } => along.norm(),
+            PositionPath::Arc {
                 turn_per_s, radius, ..
             } => turn_per_s * radius,
         }
@@ -251,11 +253,11 @@ impl TcpWay for CartesianPath {
 
 /// Velocity of the TCP per s, and how it changes with s.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Bent {
+pub(super) struct PathTwist {
     pub(super) linear: Vector3<f64>,
-    pub(super) bend: Vector3<f64>,
+    pub(super) linear_rate: Vector3<f64>,
     pub(super) angular: Vector3<f64>,
-    pub(super) change: Vector3<f64>,
+    pub(super) angular_rate: Vector3<f64>,
 }
 
 /// The joints' derivatives at `q` where the TCP moves as `bent` says for its position; `None` where the Jacobian is singular.
@@ -264,7 +266,7 @@ pub(super) fn derivatives(
     flange_from_tcp: &Pose,
     s: f64,
     q: JointPositions,
-    bent: impl Fn(Vector3<f64>) -> Bent,
+    bent: impl Fn(Vector3<f64>) -> PathTwist,
 ) -> Option<PathPoint> {
     let frames = model.forward(&q);
     let tcp = (frames.base_from_flange * *flange_from_tcp).translation;
@@ -275,18 +277,20 @@ pub(super) fn derivatives(
         angular: bent.angular,
     };
     let change = Twist {
-        linear: bent.bend,
-        angular: bent.change,
+        linear: bent.linear_rate,
+        angular: bent.angular_rate,
     };
-    let first: [f64; 6] = jacobian.solve(&stacked(&twist))?.into();
+    let first: [f64; 6] = jacobian.solve(&to_vector6(&twist))?.into();
     let bias = frames.jacobian_rate_times_speeds(&JointSpeeds(first), tcp);
-    let second: [f64; 6] = jacobian.solve(&(stacked(&change) - stacked(&bias)))?.into();
+    let second: [f64; 6] = jacobian
+        .solve(&(to_vector6(&change) - to_vector6(&bias)))?
+        .into();
     let is_finite = first.iter().chain(&second).all(|x| x.is_finite());
     is_finite.then_some(PathPoint {
         s,
         q,
-        first,
-        second,
+        dq_ds: first,
+        d2q_ds2: second,
         branch: jacobian.determinant().signum(),
     })
 }
@@ -296,9 +300,9 @@ pub(super) fn setpoint_at(point: &PathPoint, s: &ScalarState) -> Option<Setpoint
     let (v, a) = (s.speed, s.acceleration);
     Some(Setpoint {
         q: point.q,
-        qd: JointSpeeds(point.first.map(|d| d * v)),
+        qd: JointSpeeds(point.dq_ds.map(|d| d * v)),
         qdd: JointAccelerations(core::array::from_fn(|joint| {
-            point.second[joint] * v * v + point.first[joint] * a
+            point.d2q_ds2[joint] * v * v + point.dq_ds[joint] * a
         })),
     })
 }
@@ -306,14 +310,14 @@ pub(super) fn setpoint_at(point: &PathPoint, s: &ScalarState) -> Option<Setpoint
 /// Length of a way in metres of s, and its inverse; both 0 where nothing moves.
 fn length_and_inverse(way: f64, turn: f64) -> (f64, f64) {
     let length = way.max(turn * ROTATION_LENGTH);
-    if length > NO_MOTION {
+    if length > MIN_DISTANCE {
         (length, 1.0 / length)
     } else {
         (0.0, 0.0)
     }
 }
 
-fn stacked(twist: &Twist) -> Vector6<f64> {
+fn to_vector6(twist: &Twist) -> Vector6<f64> {
     let (l, a) = (twist.linear, twist.angular);
     Vector6::new(l.x, l.y, l.z, a.x, a.y, a.z)
 }

@@ -3,7 +3,7 @@
 use kinematics::{JointAccelerations, JointPositions, JointSpeeds};
 
 use crate::config::MotionLimits;
-use crate::constants::NO_MOTION;
+use crate::constants::MIN_DISTANCE;
 use crate::scalar::{ScalarLimits, ScalarState};
 use crate::setpoint::Setpoint;
 
@@ -22,7 +22,7 @@ impl JointLine {
     pub fn new(start: JointPositions, end: JointPositions) -> Self {
         let way: [f64; 6] = core::array::from_fn(|joint| end[joint] - start[joint]);
         let length = way.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-        let (length, direction) = if length > NO_MOTION {
+        let (length, direction) = if length > MIN_DISTANCE {
             (length, way.map(|x| x / length))
         } else {
             (0.0, [0.0; 6])

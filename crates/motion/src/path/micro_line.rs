@@ -9,20 +9,24 @@
 use kinematics::{JointPositions, Pose, RobotModel};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-use super::cartesian::{Bent, derivatives, setpoint_at};
+use super::cartesian::{PathTwist, derivatives, setpoint_at};
 use super::quintic::{Quintic, QuinticEnd};
-use super::{JointQuintic, PathPoint, TcpWay};
-use crate::constants::NO_MOTION;
+use super::{JointQuintic, PathPoint, TcpPath};
+use crate::constants::MIN_DISTANCE;
 use crate::scalar::ScalarState;
 use crate::setpoint::Setpoint;
 
-pub use motion_api::points::Sample;
+pub use motion_api::points::PointValues;
 
 /// Places in an interval of a way of the TCP at which it is looked at before it is followed.
 const LOOKS_PER_INTERVAL: usize = 4;
 
 /// The point before an end, `q`, of which the next two are known: the way goes on bent as it is there.
-fn beyond(q: &Sample, next: &Sample, third: Option<&Sample>) -> Sample {
+fn extrapolated_neighbor(
+    q: &PointValues,
+    next: &PointValues,
+    third: Option<&PointValues>,
+) -> PointValues {
     core::array::from_fn(|k| match third {
         Some(third) => 3.0 * (q[k] - next[k]) + third[k],
         None => 2.0 * q[k] - next[k],
@@ -35,7 +39,7 @@ pub struct MicroLine {
     start: JointPositions,
     end: JointPositions,
     /// Where it begins, in place of the first point of the list.
-    first: Sample,
+    first: PointValues,
     /// Number of points, at least 2.
     count: usize,
     /// Time from point to point, s.
@@ -46,16 +50,16 @@ pub struct MicroLine {
 
 impl MicroLine {
     /// The way of the joints through all of `points`; `None` when there are fewer than two.
-    pub fn of_joints(points: &[Sample], interval: f64) -> Option<Self> {
-        let joints = |[a, b, c, d, e, f, _]: Sample| JointPositions([a, b, c, d, e, f]);
+    pub fn through_joint_positions(points: &[PointValues], interval: f64) -> Option<Self> {
+        let joints = |[a, b, c, d, e, f, _]: PointValues| JointPositions([a, b, c, d, e, f]);
         let (start, end) = (joints(*points.first()?), joints(*points.last()?));
         Self::new(points, interval, (start, end), None)
     }
 
     /// The way of the TCP through all of `points`, from where the joints are at `start`; `None` when there are fewer than two.
     /// Where the joints end is known once it has been followed: see [`ending_at`](Self::ending_at).
-    pub fn of_tcp(
-        points: &[Sample],
+    pub fn through_tcp_poses(
+        points: &[PointValues],
         interval: f64,
         start: JointPositions,
         flange_from_tcp: Pose,
@@ -64,13 +68,13 @@ impl MicroLine {
     }
 
     fn new(
-        points: &[Sample],
+        points: &[PointValues],
         interval: f64,
         (start, end): (JointPositions, JointPositions),
         flange_from_tcp: Option<Pose>,
     ) -> Option<Self> {
         let first = *points.first()?;
-        let is_way = points.len() >= 2 && interval > NO_MOTION && interval.is_finite();
+        let is_way = points.len() >= 2 && interval > MIN_DISTANCE && interval.is_finite();
         is_way.then_some(Self {
             start,
             end,
@@ -89,7 +93,7 @@ impl MicroLine {
 
     /// The way with another first point, at which the joints are at `start`.
     #[must_use]
-    pub fn beginning_at(self, first: Sample, start: JointPositions) -> Self {
+    pub fn beginning_at(self, first: PointValues, start: JointPositions) -> Self {
         Self {
             first,
             start,
@@ -98,7 +102,7 @@ impl MicroLine {
     }
 
     /// The point where it begins.
-    pub fn first(&self) -> Sample {
+    pub fn first(&self) -> PointValues {
         self.first
     }
 
@@ -128,10 +132,10 @@ impl MicroLine {
     }
 
     /// The way of the TCP, where the points are poses of it.
-    pub fn tcp_way<'a>(&'a self, points: &'a [Sample]) -> Option<MicroWay<'a>> {
+    pub fn tcp_path<'a>(&'a self, points: &'a [PointValues]) -> Option<MicroLineTcpPath<'a>> {
         let flange_from_tcp = self.flange_from_tcp.as_ref()?;
         let is_all = points.len() >= self.count;
-        is_all.then_some(MicroWay {
+        is_all.then_some(MicroLineTcpPath {
             line: self,
             points,
             flange_from_tcp,
@@ -139,9 +143,9 @@ impl MicroLine {
     }
 
     /// The curve of the joints from point `k` to the next; `None` when `points` are not those it was made for.
-    pub fn curve(&self, points: &[Sample], k: usize) -> Option<JointQuintic> {
+    pub fn curve(&self, points: &[PointValues], k: usize) -> Option<JointQuintic> {
         let joints = |end: QuinticEnd<7>| {
-            let six = |[a, b, c, d, e, f, _]: Sample| [a, b, c, d, e, f];
+            let six = |[a, b, c, d, e, f, _]: PointValues| [a, b, c, d, e, f];
             QuinticEnd {
                 q: six(end.q),
                 first: six(end.first),
@@ -156,12 +160,12 @@ impl MicroLine {
     pub fn at(
         &self,
         model: &RobotModel,
-        points: &[Sample],
+        points: &[PointValues],
         s: &ScalarState,
         near: &JointPositions,
     ) -> Option<Setpoint> {
         if self.flange_from_tcp.is_some() {
-            let way = self.tcp_way(points)?;
+            let way = self.tcp_path(points)?;
             let q = way.positions(model, s.position, near)?;
             return setpoint_at(&way.point(model, s.position, q)?, s);
         }
@@ -177,7 +181,7 @@ impl MicroLine {
     }
 
     /// A point with its derivatives.
-    fn point(&self, points: &[Sample], k: usize) -> Option<QuinticEnd<7>> {
+    fn point(&self, points: &[PointValues], k: usize) -> Option<QuinticEnd<7>> {
         let h = self.interval;
         let points = points.get(..self.count)?;
         let sample = |k: usize| match k {
@@ -187,11 +191,11 @@ impl MicroLine {
         let q = *sample(k)?;
         let before = match k.checked_sub(1) {
             Some(k) => *sample(k)?,
-            None => beyond(&q, sample(1)?, sample(2)),
+            None => extrapolated_neighbor(&q, sample(1)?, sample(2)),
         };
         let after = match sample(k + 1) {
             Some(after) => *after,
-            None => beyond(&q, &before, k.checked_sub(2).and_then(sample)),
+            None => extrapolated_neighbor(&q, &before, k.checked_sub(2).and_then(sample)),
         };
         Some(QuinticEnd {
             q,
@@ -203,34 +207,34 @@ impl MicroLine {
 
 /// The way of the TCP through many points.
 #[derive(Clone, Copy)]
-pub struct MicroWay<'a> {
+pub struct MicroLineTcpPath<'a> {
     line: &'a MicroLine,
-    points: &'a [Sample],
+    points: &'a [PointValues],
     flange_from_tcp: &'a Pose,
 }
 
 /// The way's numbers at one place, apart.
-struct Apart {
+struct PoseDerivatives {
     position: [Vector3<f64>; 3],
     turn: [Quaternion<f64>; 3],
 }
 
-impl MicroWay<'_> {
+impl MicroLineTcpPath<'_> {
     /// Position and quaternion with their first two derivatives.
-    fn apart(&self, s: f64) -> Option<Apart> {
+    fn pose_derivatives(&self, s: f64) -> Option<PoseDerivatives> {
         let (k, inside) = self.line.place(s);
         let from = self.line.point(self.points, k)?;
         let to = self.line.point(self.points, k + 1)?;
         let point = Quintic::new(&from, &to, self.line.interval).point(inside);
-        let both = [point.q, point.first, point.second];
-        Some(Apart {
+        let both = [point.q, point.dq_ds, point.d2q_ds2];
+        Some(PoseDerivatives {
             position: both.map(|[x, y, z, ..]| Vector3::new(x, y, z)),
             turn: both.map(|[.., w, i, j, k]| Quaternion::new(w, i, j, k)),
         })
     }
 }
 
-impl TcpWay for MicroWay<'_> {
+impl TcpPath for MicroLineTcpPath<'_> {
     fn length(&self) -> f64 {
         self.line.length()
     }
@@ -244,7 +248,7 @@ impl TcpWay for MicroWay<'_> {
     }
 
     fn pose(&self, s: f64) -> Pose {
-        let Some(apart) = self.apart(s) else {
+        let Some(apart) = self.pose_derivatives(s) else {
             return Pose::IDENTITY;
         };
         let turn = UnitQuaternion::new_normalize(apart.turn[0]);
@@ -252,22 +256,23 @@ impl TcpWay for MicroWay<'_> {
     }
 
     fn point(&self, model: &RobotModel, s: f64, q: JointPositions) -> Option<PathPoint> {
-        let Apart { position, turn } = self.apart(s)?;
+        let PoseDerivatives { position, turn } = self.pose_derivatives(s)?;
         // With u = t / |t|: angular velocity 2 Im(u' u*), and Im(t' t*) is |t|² of that because t' t* differs by a real number.
         let squared = turn[0].norm_squared();
         let first = turn[1] * turn[0].conjugate() / squared;
         let second = turn[2] * turn[0].conjugate() / squared;
         let angular = 2.0 * first.imag();
-        let bent = Bent {
+        let bent = PathTwist {
             linear: position[1],
-            bend: position[2],
+            linear_rate: position[2],
             angular,
-            change: 2.0 * second.imag() - 2.0 * first.scalar() * angular,
+            angular_rate: 2.0 * second.imag() - 2.0 * first.scalar() * angular,
         };
         derivatives(model, self.flange_from_tcp, s, q, |_| bent)
     }
 
-    fn tcp_per_s(&self, s: f64) -> f64 {
-        self.apart(s).map_or(0.0, |apart| apart.position[1].norm())
+    fn tcp_speed_factor(&self, s: f64) -> f64 {
+        self.pose_derivatives(s)
+            .map_or(0.0, |apart| apart.position[1].norm())
     }
 }

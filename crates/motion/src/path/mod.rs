@@ -1,6 +1,6 @@
 //! Geometric paths of the whole arm, without time: where the joints are at each place s of the way.
 //!
-//! A [`Path`] is one leg or one blend. A [`Route`] is what a motion follows: the legs of the queue and their blends, end to end.
+//! A [`Path`] is one leg or one blend. A [`CompositePath`] is what a motion follows: the legs of the queue and their blends, end to end.
 
 mod cartesian;
 mod joint_line;
@@ -12,10 +12,10 @@ mod turn;
 use cartesian::setpoint_at;
 pub use cartesian::{ArcOrientation, CartesianPath, NoArc};
 pub use joint_line::JointLine;
-pub use micro_line::{MicroLine, MicroWay, Sample};
+pub use micro_line::{MicroLine, MicroLineTcpPath, PointValues};
 pub use quintic::{JointQuintic, Quintic, QuinticEnd, QuinticPoint};
-pub use route::{Route, Span};
-pub use turn::Turn;
+pub use route::{CompositePath, PathPiece};
+pub use turn::ClothoidBlend;
 
 use kinematics::{JointPositions, Pose, RobotModel};
 use nalgebra::Vector3;
@@ -31,9 +31,9 @@ pub struct PathPoint {
     /// Positions, rad.
     pub q: JointPositions,
     /// dq/ds.
-    pub first: [f64; 6],
+    pub dq_ds: [f64; 6],
     /// d²q/ds².
-    pub second: [f64; 6],
+    pub d2q_ds2: [f64; 6],
     /// The sign of the Jacobian's determinant on a way of the TCP, 0 on ways of the joints. It changes where the joints go over
     /// into another branch of solutions, which they do in singular positions only.
     pub branch: f64,
@@ -41,15 +41,15 @@ pub struct PathPoint {
 
 /// What paths are followed with.
 #[derive(Clone, Copy)]
-pub struct Ground<'a> {
+pub struct PathContext<'a> {
     /// Geometry of the arm.
     pub model: &'a RobotModel,
     /// The points of a [`MicroLine`].
-    pub points: &'a [Sample],
+    pub points: &'a [PointValues],
 }
 
 /// A way on which the TCP is led, and the joints follow: what is needed to look at it before it is followed.
-pub trait TcpWay {
+pub trait TcpPath {
     /// How long it is in s.
     fn length(&self) -> f64;
 
@@ -69,14 +69,14 @@ pub trait TcpWay {
         s: f64,
         near: &JointPositions,
     ) -> Option<JointPositions> {
-        model.inverse_following(&self.pose(s), self.flange_from_tcp(), near)
+        model.inverse_continuous(&self.pose(s), self.flange_from_tcp(), near)
     }
 
     /// The derivatives at joint positions `q` that lie on the way at s; `None` where the Jacobian is singular.
     fn point(&self, model: &RobotModel, s: f64, q: JointPositions) -> Option<PathPoint>;
 
     /// Distance the TCP goes per s at s.
-    fn tcp_per_s(&self, s: f64) -> f64;
+    fn tcp_speed_factor(&self, s: f64) -> f64;
 }
 
 /// Where a way leads, from 0 to its length in s.
@@ -91,22 +91,27 @@ pub enum Path {
     /// A line or an arc of the TCP; s in m.
     Cartesian(CartesianPath),
     /// Through many points; s in seconds of the list. Only [`Path::at`] sees the points.
-    Micro(MicroLine),
+    MicroLine(MicroLine),
     /// A blend in joint space; s in the unit of the path before it.
-    Blend(JointQuintic),
+    JointBlend(JointQuintic),
     /// A blend of two lines of the TCP; s in m.
-    Turn(Turn),
+    ClothoidBlend(ClothoidBlend),
 }
 
 impl Path {
     /// The setpoint at a state of s, in the branch of solutions that `near` belongs to. `None` when the inverse kinematics has
     /// no solution there.
-    pub fn at(&self, ground: &Ground, s: &ScalarState, near: &JointPositions) -> Option<Setpoint> {
+    pub fn at(
+        &self,
+        ground: &PathContext,
+        s: &ScalarState,
+        near: &JointPositions,
+    ) -> Option<Setpoint> {
         match self {
             Self::Joint(line) => Some(line.at(s)),
-            Self::Micro(line) => line.at(ground.model, ground.points, s, near),
-            Self::Blend(blend) => Some(blend.at(s)),
-            Self::Cartesian(_) | Self::Turn(_) => {
+            Self::MicroLine(line) => line.at(ground.model, ground.points, s, near),
+            Self::JointBlend(blend) => Some(blend.at(s)),
+            Self::Cartesian(_) | Self::ClothoidBlend(_) => {
                 setpoint_at(&self.point(ground.model, s.position, near)?, s)
             }
         }
@@ -119,23 +124,23 @@ impl Path {
             Self::Joint(line) => Some(PathPoint {
                 s,
                 q: line.positions(s),
-                first: line.direction().0,
-                second: [0.0; 6],
+                dq_ds: line.direction().0,
+                d2q_ds2: [0.0; 6],
                 branch: 0.0,
             }),
             Self::Cartesian(path) => path.point(model, s, path.positions(model, s, near)?),
-            Self::Micro(_) => None,
-            Self::Blend(blend) => {
+            Self::MicroLine(_) => None,
+            Self::JointBlend(blend) => {
                 let point = blend.point(s);
                 Some(PathPoint {
                     s,
                     q: JointPositions(point.q),
-                    first: point.first,
-                    second: point.second,
+                    dq_ds: point.dq_ds,
+                    d2q_ds2: point.d2q_ds2,
                     branch: 0.0,
                 })
             }
-            Self::Turn(turn) => turn.point(model, s, turn.positions(model, s, near)?),
+            Self::ClothoidBlend(turn) => turn.point(model, s, turn.positions(model, s, near)?),
         }
     }
 
@@ -144,34 +149,34 @@ impl Path {
         match self {
             Self::Joint(line) => line.length(),
             Self::Cartesian(path) => path.length(),
-            Self::Micro(line) => line.length(),
-            Self::Blend(blend) => blend.length(),
-            Self::Turn(turn) => turn.length(),
+            Self::MicroLine(line) => line.length(),
+            Self::JointBlend(blend) => blend.length(),
+            Self::ClothoidBlend(turn) => turn.length(),
         }
     }
 
     /// Position of the TCP at a place, base frame.
-    pub fn tcp(&self, model: &RobotModel, flange_from_tcp: &Pose, s: f64) -> Vector3<f64> {
+    pub fn tcp_position(&self, model: &RobotModel, flange_from_tcp: &Pose, s: f64) -> Vector3<f64> {
         let q = match self {
             Self::Cartesian(path) => return path.pose(s).translation,
-            Self::Turn(turn) => return turn.pose(s).translation,
+            Self::ClothoidBlend(turn) => return turn.pose(s).translation,
             Self::Joint(line) => line.positions(s),
             // Nothing asks for more: its ends are the waypoints.
-            Self::Micro(line) if s <= 0.0 => line.start(),
-            Self::Micro(line) => line.end(),
-            Self::Blend(blend) => JointPositions(blend.point(s).q),
+            Self::MicroLine(line) if s <= 0.0 => line.start(),
+            Self::MicroLine(line) => line.end(),
+            Self::JointBlend(blend) => JointPositions(blend.point(s).q),
         };
         model.tcp_pose(&q, flange_from_tcp).translation
     }
 
     /// Where a leg ends: exactly the target, at rest. Blends are no legs; where one ends the next leg knows better.
-    pub fn end(&self) -> Setpoint {
+    pub fn end_setpoint(&self) -> Setpoint {
         Setpoint::standing(match self {
             Self::Joint(line) => line.end(),
             Self::Cartesian(line) => line.end(),
-            Self::Micro(line) => line.end(),
-            Self::Blend(blend) => JointPositions(blend.point(blend.length()).q),
-            Self::Turn(turn) => turn.end(),
+            Self::MicroLine(line) => line.end(),
+            Self::JointBlend(blend) => JointPositions(blend.point(blend.length()).q),
+            Self::ClothoidBlend(turn) => turn.end(),
         })
     }
 }

@@ -28,13 +28,13 @@ pub struct QuinticPoint<const N: usize = 6> {
     /// The coordinates; rad for joints.
     pub q: [f64; N],
     /// dq/ds.
-    pub first: [f64; N],
+    pub dq_ds: [f64; N],
     /// d²q/ds².
-    pub second: [f64; N],
+    pub d2q_ds2: [f64; N],
     /// d³q/ds³.
-    pub third: [f64; N],
+    pub d3q_ds3: [f64; N],
     /// d⁴q/ds⁴.
-    pub fourth: [f64; N],
+    pub d4q_ds4: [f64; N],
 }
 
 /// An end of a curve: coordinates and their first two derivatives with respect to s.
@@ -52,8 +52,8 @@ impl From<&PathPoint> for QuinticEnd<6> {
     fn from(point: &PathPoint) -> Self {
         Self {
             q: point.q.0,
-            first: point.first,
-            second: point.second,
+            first: point.dq_ds,
+            second: point.d2q_ds2,
         }
     }
 }
@@ -93,14 +93,14 @@ impl<const N: usize> Quintic<N> {
         let by_joint = |f: fn(&[f64; 6], f64) -> f64| self.coefficients.map(|c| f(&c, s));
         QuinticPoint {
             q: by_joint(|c, s| c[0] + s * (c[1] + s * (c[2] + s * (c[3] + s * (c[4] + s * c[5]))))),
-            first: by_joint(|c, s| {
+            dq_ds: by_joint(|c, s| {
                 c[1] + s * (2.0 * c[2] + s * (3.0 * c[3] + s * (4.0 * c[4] + s * 5.0 * c[5])))
             }),
-            second: by_joint(|c, s| {
+            d2q_ds2: by_joint(|c, s| {
                 2.0 * c[2] + s * (6.0 * c[3] + s * (12.0 * c[4] + s * 20.0 * c[5]))
             }),
-            third: by_joint(|c, s| 6.0 * c[3] + s * (24.0 * c[4] + s * 60.0 * c[5])),
-            fourth: by_joint(|c, s| 24.0 * c[4] + s * 120.0 * c[5]),
+            d3q_ds3: by_joint(|c, s| 6.0 * c[3] + s * (24.0 * c[4] + s * 60.0 * c[5])),
+            d4q_ds4: by_joint(|c, s| 24.0 * c[4] + s * 120.0 * c[5]),
         }
     }
 }
@@ -117,9 +117,9 @@ impl JointQuintic {
         let (v, a) = (s.speed, s.acceleration);
         Setpoint {
             q: JointPositions(point.q),
-            qd: JointSpeeds(point.first.map(|d| d * v)),
+            qd: JointSpeeds(point.dq_ds.map(|d| d * v)),
             qdd: JointAccelerations(core::array::from_fn(|joint| {
-                point.second[joint] * v * v + point.first[joint] * a
+                point.d2q_ds2[joint] * v * v + point.dq_ds[joint] * a
             })),
         }
     }

@@ -10,13 +10,13 @@ use kinematics::rotation::rotation_from_rotvec;
 use kinematics::{JointPositions, Pose, RobotModel};
 use nalgebra::Vector3;
 
-use super::cartesian::{Bent, CartesianPath, derivatives};
-use super::{PathPoint, TcpWay};
+use super::cartesian::{CartesianPath, PathTwist, derivatives};
+use super::{PathPoint, TcpPath};
 
 /// Longest clothoid, as a share of the arc that it is laid over one end of.
 const LONGEST_RAMP: f64 = 0.5;
 /// Sharper corners are left to other curves, rad.
-const SHARPEST: f64 = 2.6;
+const MAX_CORNER_ANGLE: f64 = 2.6;
 /// Gauss-Legendre places and weights on -1..1.
 const GAUSS: [(f64, f64); 8] = [
     (-0.960_289_856_497_536_2, 0.101_228_536_290_376_26),
@@ -31,21 +31,21 @@ const GAUSS: [(f64, f64); 8] = [
 
 /// The curve between two lines.
 #[derive(Clone, Copy, Debug)]
-pub struct Turn {
+pub struct ClothoidBlend {
     start: Vector3<f64>,
     /// Direction of the first line, and across it towards the second; unit vectors.
     along: Vector3<f64>,
     across: Vector3<f64>,
     curvature: f64,
     /// Length of a clothoid, and of the arc without them.
-    ramp: f64,
-    arc: f64,
+    clothoid_length: f64,
+    arc_length: f64,
     /// The plane's coordinates and the direction after the first clothoid and after the arc.
-    knees: [[f64; 3]; 2],
+    arc_ends: [[f64; 3]; 2],
     corner: Pose,
     flange_from_tcp: Pose,
     /// Rotation per metre on both lines, base axes, and how far the curve reaches back and on from the corner.
-    about: [Vector3<f64>; 2],
+    turn_rates: [Vector3<f64>; 2],
     reach: f64,
     end: JointPositions,
 }
@@ -84,9 +84,9 @@ fn along_arc([x, y, direction]: [f64; 3], curvature: f64, s: f64) -> [f64; 3] {
     ]
 }
 
-impl Turn {
+impl ClothoidBlend {
     /// The curve over the corner of two lines whose arc touches both at `touch` metres from the corner; it begins and ends at
-    /// most `room` metres from it, and where that is less its arc is smaller. The clothoids are `ramp` metres long, less on
+    /// most `room` metres from it, and where that is less its arc is smaller. The clothoids are `clothoid_length` metres long, less on
     /// short arcs. `None` where the lines meet too sharply, go
     /// straight on, or are turns of the tool rather than lines.
     pub fn between(
@@ -98,7 +98,7 @@ impl Turn {
         let (along, next) = (first.direction()?, second.direction()?);
         let angle = atan2(along.cross(&next).norm(), along.dot(&next));
         let across = (next - along * along.dot(&next)).try_normalize(1e-9)?;
-        if !(1e-7..=SHARPEST).contains(&angle) {
+        if !(1e-7..=MAX_CORNER_ANGLE).contains(&angle) {
             return None;
         }
         // The arc of radius touch / tan(angle / 2); how long it may be depends a little on its clothoids.
@@ -118,12 +118,12 @@ impl Turn {
             along,
             across,
             curvature,
-            ramp,
-            arc,
-            knees: [first_knee, along_arc(first_knee, curvature, arc)],
+            clothoid_length: ramp,
+            arc_length: arc,
+            arc_ends: [first_knee, along_arc(first_knee, curvature, arc)],
             corner,
             flange_from_tcp: *first.flange_from_tcp(),
-            about: [first.turning(), second.turning()],
+            turn_rates: [first.rotation_per_s(), second.rotation_per_s()],
             reach,
             end: second.end(),
         })
@@ -141,13 +141,13 @@ impl Turn {
     }
 
     /// Where the curvature stops growing and where it begins to fall, s.
-    pub fn knees(&self) -> [f64; 2] {
-        [self.ramp, self.ramp + self.arc]
+    pub fn arc_bounds(&self) -> [f64; 2] {
+        [self.clothoid_length, self.clothoid_length + self.arc_length]
     }
 
     /// How long it is, m.
     pub fn length(&self) -> f64 {
-        2.0 * self.ramp + self.arc
+        2.0 * self.clothoid_length + self.arc_length
     }
 
     /// How far from the corner it begins and ends, m.
@@ -157,18 +157,18 @@ impl Turn {
 
     /// Coordinates in the plane, direction and curvature at s.
     fn plane(&self, s: f64) -> [f64; 4] {
-        let (ramp, arc, curvature) = (self.ramp, self.arc, self.curvature);
+        let (ramp, arc, curvature) = (self.clothoid_length, self.arc_length, self.curvature);
         let growth = curvature / ramp;
         if s <= ramp {
             let [x, y] = clothoid(growth / 2.0, 0.0, s);
             return [x, y, growth * s * s / 2.0, growth * s];
         }
         if s <= ramp + arc {
-            let [x, y, direction] = along_arc(self.knees[0], curvature, s - ramp);
+            let [x, y, direction] = along_arc(self.arc_ends[0], curvature, s - ramp);
             return [x, y, direction, curvature];
         }
         // The last piece is the first one mirrored: back from the end, where the direction is all of the angle.
-        let [x, y, begun] = self.knees[1];
+        let [x, y, begun] = self.arc_ends[1];
         let (t, rest) = (s - ramp - arc, self.length() - s);
         let end = begun + curvature * ramp / 2.0;
         let whole = clothoid(-growth / 2.0, end, ramp);
@@ -182,7 +182,7 @@ impl Turn {
     }
 
     /// How far the first line's turning goes on, and how far the second's has come, in metres of them; with derivatives.
-    fn turning(&self, s: f64) -> [[f64; 3]; 2] {
+    fn rotation_progress(&self, s: f64) -> [[f64; 3]; 2] {
         // The polynomial of degree five that grows from 0 with slope 0 to the reach with slope 1, with no bend at either end.
         let (length, reach) = (self.length(), self.reach);
         let (c3, c4, c5) = (
@@ -205,9 +205,9 @@ impl Turn {
     /// TCP pose at s.
     pub fn pose(&self, s: f64) -> Pose {
         let [x, y, ..] = self.plane(s);
-        let [first, second] = self.turning(s);
-        let rotation = rotation_from_rotvec(self.about[1] * second[0])
-            * rotation_from_rotvec(self.about[0] * first[0])
+        let [first, second] = self.rotation_progress(s);
+        let rotation = rotation_from_rotvec(self.turn_rates[1] * second[0])
+            * rotation_from_rotvec(self.turn_rates[0] * first[0])
             * self.corner.rotation;
         Pose::new(rotation, self.start + self.along * x + self.across * y)
     }
@@ -219,22 +219,24 @@ impl Turn {
         s: f64,
         near: &JointPositions,
     ) -> Option<JointPositions> {
-        model.inverse_following(&self.pose(s), &self.flange_from_tcp, near)
+        model.inverse_continuous(&self.pose(s), &self.flange_from_tcp, near)
     }
 
     /// The derivatives at joint positions `q` that lie on the way at s; `None` where the Jacobian is singular.
     pub fn point(&self, model: &RobotModel, s: f64, q: JointPositions) -> Option<PathPoint> {
         let [.., direction, curvature] = self.plane(s);
         let (sin, cos) = sin_cos(direction);
-        let [first, second] = self.turning(s);
-        let by_second = rotation_from_rotvec(self.about[1] * second[0]);
-        let before = by_second * self.about[0];
-        let omega = self.about[1] * second[1];
-        let bent = Bent {
+        let [first, second] = self.rotation_progress(s);
+        let by_second = rotation_from_rotvec(self.turn_rates[1] * second[0]);
+        let before = by_second * self.turn_rates[0];
+        let omega = self.turn_rates[1] * second[1];
+        let bent = PathTwist {
             linear: self.along * cos + self.across * sin,
-            bend: (self.across * cos - self.along * sin) * curvature,
+            linear_rate: (self.across * cos - self.along * sin) * curvature,
             angular: omega + before * first[1],
-            change: self.about[1] * second[2] + omega.cross(&before) * first[1] + before * first[2],
+            angular_rate: self.turn_rates[1] * second[2]
+                + omega.cross(&before) * first[1]
+                + before * first[2],
         };
         derivatives(model, &self.flange_from_tcp, s, q, |_| bent)
     }
@@ -258,7 +260,7 @@ mod tests {
         ] {
             let first = line([0.0; 3], [0.2, 0.0, 0.0]);
             let second = line([0.2, 0.0, 0.0], [0.2 + to[0], to[1], to[2]]);
-            let turn = Turn::between(&first, &second, (0.04, room), 0.003).unwrap();
+            let turn = ClothoidBlend::between(&first, &second, (0.04, room), 0.003).unwrap();
             assert!(turn.reach() <= room + 1e-12);
             let (begin, end) = (
                 turn.pose(0.0).translation,
@@ -269,8 +271,8 @@ mod tests {
                 (end - second.pose(turn.reach()).translation).norm() < 1e-10,
                 "{end}"
             );
-            assert!((turn.turning(0.0)[0][1] - 1.0).abs() < 1e-12);
-            assert!((turn.turning(turn.length())[1][1] - 1.0).abs() < 1e-12);
+            assert!((turn.rotation_progress(0.0)[0][1] - 1.0).abs() < 1e-12);
+            assert!((turn.rotation_progress(turn.length())[1][1] - 1.0).abs() < 1e-12);
             let h = 1e-6;
             for k in 1..100 {
                 let s = turn.length() * f64::from(k) / 100.0;
@@ -280,12 +282,12 @@ mod tests {
                 assert!(((after - before) / (2.0 * h) - tangent).norm() < 1e-8);
                 // What is left of the first line's turning, and what has come of the second's.
                 for (k, (before, after)) in turn
-                    .turning(s - h)
+                    .rotation_progress(s - h)
                     .iter()
-                    .zip(turn.turning(s + h))
+                    .zip(turn.rotation_progress(s + h))
                     .enumerate()
                 {
-                    let [_, slope, bend] = turn.turning(s)[k];
+                    let [_, slope, bend] = turn.rotation_progress(s)[k];
                     assert!((slope - (after[0] - before[0]) / (2.0 * h)).abs() < 1e-6);
                     assert!((bend - (after[1] - before[1]) / (2.0 * h)).abs() < 1e-3);
                 }
@@ -298,7 +300,7 @@ mod tests {
     fn with_room_its_arc_touches_both_lines_where_it_was_asked_to() {
         let first = line([0.0; 3], [0.2, 0.0, 0.0]);
         let second = line([0.2, 0.0, 0.0], [0.2, 0.2, 0.0]);
-        let turn = Turn::between(&first, &second, (0.04, 0.1), 0.003).unwrap();
+        let turn = ClothoidBlend::between(&first, &second, (0.04, 0.1), 0.003).unwrap();
         // The arc of radius 40 mm about (0.16, 0.04).
         let middle = turn.pose(turn.length() / 2.0).translation;
         let away = (middle - Vector3::new(0.16, 0.04, 0.0)).norm();

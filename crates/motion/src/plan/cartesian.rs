@@ -6,10 +6,10 @@ use kinematics::{JointPositions, Pose, RpyPose};
 use motion_api::{PathFault, Refusal, Warning, WayUnit};
 
 use super::direction::Direction;
-use super::survey::Survey;
-use super::{Arm, Cells, Leg, Warnings, Wish};
-use crate::constants::LINE_PLACES_PER_CYCLE;
-use crate::path::{ArcOrientation, CartesianPath, Path, TcpWay};
+use super::survey::PathScan;
+use super::{MotionRequest, MotionSegment, PlanningContext, SegmentLimits, Warnings};
+use crate::constants::PATH_SAMPLES_PER_CYCLE;
+use crate::path::{ArcOrientation, CartesianPath, Path, TcpPath};
 
 /// Limits within this factor of one another, or of what is wanted, count as the same.
 const SAME: f64 = 1.0 - 1e-9;
@@ -17,9 +17,9 @@ const SAME: f64 = 1.0 - 1e-9;
 /// A line or an arc that is being planned.
 #[derive(Clone, Copy, Debug)]
 pub struct CartesianPlanner {
-    survey: Option<Survey>,
+    survey: Option<PathScan>,
     path: CartesianPath,
-    wish: Wish,
+    wish: MotionRequest,
     /// The target only says where to go.
     direction: Option<Direction>,
 }
@@ -35,8 +35,8 @@ impl CartesianPlanner {
     pub fn line(
         start: &JointPositions,
         target: &RpyPose,
-        wish: &Wish,
-        arm: &Arm,
+        wish: &MotionRequest,
+        arm: &PlanningContext,
     ) -> Result<Self, Refusal> {
         wish.check()?;
         check_finite(target)?;
@@ -65,8 +65,8 @@ impl CartesianPlanner {
         start: &JointPositions,
         (via, target): (&RpyPose, &RpyPose),
         orientation: ArcOrientation,
-        wish: &Wish,
-        arm: &Arm,
+        wish: &MotionRequest,
+        arm: &PlanningContext,
     ) -> Result<Self, Refusal> {
         wish.check()?;
         check_finite(via)?;
@@ -87,11 +87,11 @@ impl CartesianPlanner {
     fn new(
         path: CartesianPath,
         start: &JointPositions,
-        wish: &Wish,
-        arm: &Arm,
+        wish: &MotionRequest,
+        arm: &PlanningContext,
     ) -> Result<Self, Refusal> {
         let survey = if path.length() > 0.0 {
-            Some(Survey::new(&path, *start, arm)?)
+            Some(PathScan::new(&path, *start, arm)?)
         } else {
             None
         };
@@ -107,20 +107,20 @@ impl CartesianPlanner {
     ///
     /// # Errors
     /// Where and why the line cannot be followed.
-    pub fn work(
+    pub fn advance(
         &mut self,
-        arm: &Arm,
-        cells: &mut Cells,
-    ) -> Result<Option<(Leg, Warnings)>, Refusal> {
+        arm: &PlanningContext,
+        cells: &mut SegmentLimits,
+    ) -> Result<Option<(MotionSegment, Warnings)>, Refusal> {
         let mut warnings = Warnings::default();
         let Some(survey) = &mut self.survey else {
             cells.clear();
             let path = Path::Cartesian(self.path);
-            let leg = Leg::new(path, &self.wish, arm, &mut warnings);
+            let leg = MotionSegment::new(path, &self.wish, arm, &mut warnings);
             return Ok(Some((leg, warnings)));
         };
         let mut path = self.path;
-        let walked = survey.walk(&path, LINE_PLACES_PER_CYCLE, &self.wish, arm, cells);
+        let walked = survey.advance(&path, PATH_SAMPLES_PER_CYCLE, &self.wish, arm, cells);
         let beyond = match (walked, self.direction) {
             (Ok(false), _) => return Ok(None),
             (Ok(true), None) => None,
@@ -130,8 +130,8 @@ impl CartesianPlanner {
                 let reached = survey.end_here(&self.wish, arm, cells);
                 let slow = direction.slowest(&self.wish);
                 let end = cells.end_before_slow(slow).unwrap_or(reached);
-                let q = path.positions(arm.model, end, &survey.reached());
-                path = path.until(end, q.unwrap_or(survey.reached()));
+                let q = path.positions(arm.model, end, &survey.last_joint_positions());
+                path = path.until(end, q.unwrap_or(survey.last_joint_positions()));
                 let fault = PathFault::OutOfReach;
                 let fraction = 1.0;
                 let refusal = walked.err().unwrap_or(Refusal::Path { fraction, fault });
@@ -139,20 +139,20 @@ impl CartesianPlanner {
             }
         };
         if beyond.is_none() {
-            path = path.ending_at(survey.reached());
+            path = path.ending_at(survey.last_joint_positions());
             warn(cells, path.length(), &self.wish, &mut warnings);
         }
-        let leg = Leg::new(Path::Cartesian(path), &self.wish, arm, &mut warnings);
-        Ok(Some((Leg { beyond, ..leg }, warnings)))
+        let leg = MotionSegment::new(Path::Cartesian(path), &self.wish, arm, &mut warnings);
+        Ok(Some((MotionSegment { beyond, ..leg }, warnings)))
     }
 }
 
 /// Warns when the line is slower than asked for.
-fn warn(cells: &Cells, length: f64, wish: &Wish, warnings: &mut Warnings) {
+fn warn(cells: &SegmentLimits, length: f64, wish: &MotionRequest, warnings: &mut Warnings) {
     if wish.duration > 0.0 {
         return;
     }
-    let (speed, acceleration) = cells.least();
+    let (speed, acceleration) = cells.min_speed_and_acceleration();
     // A line too short to reach the speed misses nothing.
     let reached = (length * wish.acceleration).sqrt();
     if speed < wish.speed.min(reached) * SAME {

@@ -1,19 +1,19 @@
 //! A planned leg cell by cell: how far along its path each reaches and what it bears.
 
-use crate::constants::{ACCELERATION_RISE, CELLS_OF_LEG};
-use crate::scalar::{CellLimits, ScalarLimits, window_for};
+use crate::constants::{ACCELERATION_RISE, MAX_INTERVALS_PER_SEGMENT};
+use crate::scalar::{IntervalLimits, ScalarLimits, smoothing_window};
 
 /// The cells of one leg, in its own s.
 #[derive(Clone, Debug, Default)]
-pub struct Cells {
-    list: Vec<(f64, CellLimits)>,
+pub struct SegmentLimits {
+    list: Vec<(f64, IntervalLimits)>,
 }
 
-impl Cells {
+impl SegmentLimits {
     /// None, with room for those of any leg.
     pub fn new() -> Self {
         Self {
-            list: Vec::with_capacity(CELLS_OF_LEG),
+            list: Vec::with_capacity(MAX_INTERVALS_PER_SEGMENT),
         }
     }
 
@@ -23,17 +23,17 @@ impl Cells {
     }
 
     /// Adds one; the last one grows where there is no more room.
-    pub fn push(&mut self, until: f64, limits: CellLimits) {
+    pub fn push(&mut self, until: f64, limits: IntervalLimits) {
         if self.list.len() < self.list.capacity() {
             self.list.push((until, limits));
         } else if let Some((end, last)) = self.list.last_mut() {
             *end = until;
-            last.lower(&limits);
+            last.restrict_to(&limits);
         }
     }
 
     /// Where each ends, and what it bears.
-    pub fn iter(&self) -> impl Iterator<Item = (f64, &CellLimits)> {
+    pub fn iter(&self) -> impl Iterator<Item = (f64, &IntervalLimits)> {
         self.list.iter().map(|(until, limits)| (*until, limits))
     }
 
@@ -51,7 +51,7 @@ impl Cells {
     }
 
     /// The least speed, and the least acceleration at speed.
-    pub fn least(&self) -> (f64, f64) {
+    pub fn min_speed_and_acceleration(&self) -> (f64, f64) {
         self.list
             .iter()
             .fold((f64::INFINITY, f64::INFINITY), |(speed, a), (_, limits)| {
@@ -61,7 +61,7 @@ impl Cells {
     }
 
     /// The window of time over which a motion over them is smoothed; `length` is infinite where more may follow.
-    pub fn window(&self, length: f64) -> f64 {
+    pub fn smoothing_window(&self, length: f64) -> f64 {
         let mut longest = 0.0_f64;
         let mut fastest = ScalarLimits {
             speed: 0.0,
@@ -79,7 +79,7 @@ impl Cells {
         }
         let first = self.list.first().map(|(_, limits)| limits);
         if self.list.iter().all(|(_, limits)| Some(limits) == first) {
-            return window_for(&fastest, length);
+            return smoothing_window(&fastest, length);
         }
         let any = ScalarLimits {
             speed: f64::INFINITY,
@@ -92,6 +92,6 @@ impl Cells {
             acceleration: f64::INFINITY,
             jerk: fastest.jerk,
         };
-        window_for(&any, f64::INFINITY).min(window_for(&short, length))
+        smoothing_window(&any, f64::INFINITY).min(smoothing_window(&short, length))
     }
 }

@@ -10,7 +10,7 @@ use kinematics::{JointPositions, Pose};
 use motion_api::{PathFault, Refusal, Warning};
 use nalgebra::Vector3;
 
-use super::{Arm, Warnings, Wish};
+use super::{MotionRequest, PlanningContext, Warnings};
 
 /// A target farther away than this is a direction, m.
 const FARTHEST_TARGET: f64 = 10.0;
@@ -46,8 +46,8 @@ impl Direction {
         start: &Pose,
         target: &Pose,
         q: &JointPositions,
-        wish: &mut Wish,
-        arm: &Arm,
+        wish: &mut MotionRequest,
+        arm: &PlanningContext,
     ) -> Result<Option<(Self, Pose)>, Refusal> {
         let way = target.translation - start.translation;
         let distance = way.norm();
@@ -78,7 +78,7 @@ impl Direction {
     }
 
     /// Why the arm must not be at `q`.
-    pub(super) fn forbids(&self, q: &JointPositions, arm: &Arm) -> Option<PathFault> {
+    pub(super) fn forbids(&self, q: &JointPositions, arm: &PlanningContext) -> Option<PathFault> {
         let limits = arm.limits;
         let outside = (0_u8..6).zip(0_usize..).find_map(|(number, joint)| {
             let (value, min, max) = (
@@ -102,7 +102,7 @@ impl Direction {
 
     /// The way ends where it bears less speed than this to its end, m/s: next to a singular position the arm would crawl to a
     /// place that nobody asked for.
-    pub(super) fn slowest(&self, wish: &Wish) -> f64 {
+    pub(super) fn slowest(&self, wish: &MotionRequest) -> f64 {
         SLOWEST_END.min(SLOWEST_SHARE * wish.speed)
     }
 
@@ -132,7 +132,7 @@ impl Direction {
 }
 
 /// The plane that the arm at `q` is behind, and how deep, m.
-fn crossed(q: &JointPositions, arm: &Arm) -> Option<(u8, f64)> {
+fn crossed(q: &JointPositions, arm: &PlanningContext) -> Option<(u8, f64)> {
     let (bounds, switches) = arm.planes.as_ref()?;
     let frames = arm.model.forward(q);
     match bounds.plane_violation(&frames, arm.flange_from_tcp, switches)? {
@@ -146,7 +146,7 @@ fn length_in_reach(
     start: &Vector3<f64>,
     along: &Vector3<f64>,
     q: &JointPositions,
-    arm: &Arm,
+    arm: &PlanningContext,
 ) -> f64 {
     let frames = arm.model.forward(q);
     let shoulder = frames.base_from_joint[0].translation;

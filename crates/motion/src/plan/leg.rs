@@ -8,10 +8,10 @@ use kinematics::elementary::cbrt;
 use kinematics::{Pose, RobotModel};
 use motion_api::{Refusal, Warning};
 
-use super::{Arm, Warnings, Wish};
+use super::{MotionRequest, PlanningContext, Warnings};
 use crate::constants::{
-    BEND_SHARES, HARDER_IN_BLENDS, PROCESS_ZONE, ROTATION_LENGTH, SLOWEST, ZONE_PLACES,
-    ZONE_TURNING_SHARE,
+    BLEND_ACCELERATION_FACTOR, CURVATURE_SHARES, MIN_REQUESTED_RATE, PROCESS_ZONE, ROTATION_LENGTH,
+    ZONE_PLACES, ZONE_TURNING_SHARE,
 };
 use crate::path::Path;
 
@@ -20,54 +20,63 @@ const TURNING_SHARE: f64 = 0.1;
 
 /// From one waypoint to the next.
 #[derive(Clone, Copy, Debug)]
-pub struct Leg {
+pub struct MotionSegment {
     /// Where.
     pub path: Path,
     /// How fast it is wanted.
-    pub wish: Wish,
+    pub request: MotionRequest,
     /// Distance from the end at which a blend may begin, m; 0 stops there.
     pub radius: f64,
     /// Where the arc of a process move touches, m; 0 for other moves.
-    pub touch: f64,
+    pub arc_tangent_distance: f64,
     /// The path's s where the blend zone begins; the end without a radius.
-    pub zone: f64,
+    pub blend_start: f64,
     /// Speed of s at which the arm may be some way in the zone while the next leg is not known.
-    pub zone_speed: f64,
+    pub blend_entry_speed: f64,
     /// The TCP whose distance counts.
     pub flange_from_tcp: Pose,
     /// How distances from the end are measured.
-    pub measure: Measure,
+    pub measure: DistanceMeasure,
     /// Why the arm goes no further than to the end, which is not where it was to go.
     pub beyond: Option<Refusal>,
 }
 
 /// How far a place is from a waypoint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Measure {
+pub enum DistanceMeasure {
     /// The TCP's distance.
     Tcp,
     /// That, or the way with its turning where that is longer.
-    Turning,
+    TcpOrRotation,
 }
 
-impl Leg {
+impl MotionSegment {
     /// Finds the blend zone. A radius that the leg is too short for is shortened, with a warning.
-    pub fn new(path: Path, wish: &Wish, arm: &Arm, warnings: &mut Warnings) -> Self {
-        let touch = if wish.is_process { wish.radius } else { 0.0 };
+    pub fn new(
+        path: Path,
+        wish: &MotionRequest,
+        arm: &PlanningContext,
+        warnings: &mut Warnings,
+    ) -> Self {
+        let touch = if wish.is_process_move {
+            wish.radius
+        } else {
+            0.0
+        };
         let mut wish = *wish;
         if wish.duration > 0.0 {
             // What neighbours are told: how fast it is on the whole.
-            wish.speed = (path.length() / wish.duration).max(SLOWEST);
+            wish.speed = (path.length() / wish.duration).max(MIN_REQUESTED_RATE);
         }
         let mut leg = Self {
             path,
-            wish,
+            request: wish,
             radius: wish.radius,
-            touch,
-            zone: path.length(),
-            zone_speed: f64::INFINITY,
+            arc_tangent_distance: touch,
+            blend_start: path.length(),
+            blend_entry_speed: f64::INFINITY,
             flange_from_tcp: *arm.flange_from_tcp,
-            measure: Measure::Turning,
+            measure: DistanceMeasure::TcpOrRotation,
             beyond: None,
         };
         if wish.radius <= 0.0 || path.length() <= 0.0 {
@@ -75,26 +84,31 @@ impl Leg {
             return leg;
         }
         let length = path.length();
-        if wish.is_process {
+        if wish.is_process_move {
             // The curve reaches a little beyond where its arc touches.
             leg.radius *= PROCESS_ZONE;
         }
-        let (place, measure) = leg.place(arm.model, leg.radius, End::Last);
+        let (place, measure) = leg.parameter_at_distance(arm.model, leg.radius, SegmentEnd::Target);
         leg.measure = measure;
         match place {
             Some(before) => leg.begin_zone(length - before, arm),
-            None => leg.shorten(length / 2.0, arm, warnings),
+            None => leg.shorten_blend_zone(length / 2.0, arm, warnings),
         }
         leg
     }
 
-    /// Moves the beginning of the zone to `zone`, nearer to the end.
-    pub fn shorten(&mut self, zone: f64, arm: &Arm, warnings: &mut Warnings) {
+    /// Moves the beginning of the zone to `blend_start`, nearer to the end.
+    pub fn shorten_blend_zone(
+        &mut self,
+        zone: f64,
+        arm: &PlanningContext,
+        warnings: &mut Warnings,
+    ) {
         let wanted = self.radius;
         self.begin_zone(zone, arm);
-        self.radius = self.distance(arm.model, zone, End::Last, self.measure);
-        let wanted = if self.wish.is_process {
-            self.touch
+        self.radius = self.distance(arm.model, zone, SegmentEnd::Target, self.measure);
+        let wanted = if self.request.is_process_move {
+            self.arc_tangent_distance
         } else {
             wanted
         };
@@ -106,9 +120,9 @@ impl Leg {
         }
     }
 
-    fn begin_zone(&mut self, zone: f64, arm: &Arm) {
-        self.zone = zone;
-        let end = self.path.end().q;
+    fn begin_zone(&mut self, zone: f64, arm: &PlanningContext) {
+        self.blend_start = zone;
+        let end = self.path.end_setpoint().q;
         let Some(place) = self.path.point(arm.model, zone, &end) else {
             return;
         };
@@ -116,35 +130,44 @@ impl Leg {
         // joint, with second and third derivatives of at most 3 f/L and 12 f/L².
         let length = 2.0 * (self.path.length() - zone);
         let most = match self.path {
-            Path::Joint(_) if self.wish.duration <= 0.0 => {
-                HARDER_IN_BLENDS * self.wish.acceleration
+            Path::Joint(_) if self.request.duration <= 0.0 => {
+                BLEND_ACCELERATION_FACTOR * self.request.acceleration
             }
             _ => f64::INFINITY,
         };
         let speed = (0..6).fold(f64::INFINITY, |least, joint| {
-            let bend = place.first[joint].abs() / length;
+            let bend = place.dq_ds[joint].abs() / length;
             let acceleration = arm.limits.acceleration[joint].min(most);
-            let by_jerk = BEND_SHARES.jerk * arm.limits.jerk[joint] / (12.0 * bend / length);
-            let by_acceleration = BEND_SHARES.acceleration * acceleration / (3.0 * bend);
+            let by_jerk = CURVATURE_SHARES.jerk * arm.limits.jerk[joint] / (12.0 * bend / length);
+            let by_acceleration = CURVATURE_SHARES.acceleration * acceleration / (3.0 * bend);
             least.min(by_acceleration.sqrt()).min(cbrt(by_jerk))
         });
-        self.zone_speed = ZONE_TURNING_SHARE * speed;
+        self.blend_entry_speed = ZONE_TURNING_SHARE * speed;
     }
 
     /// How far the place s is from one end, m.
-    pub fn distance(&self, model: &RobotModel, s: f64, end: End, measure: Measure) -> f64 {
+    pub fn distance(
+        &self,
+        model: &RobotModel,
+        s: f64,
+        end: SegmentEnd,
+        measure: DistanceMeasure,
+    ) -> f64 {
         let corner = match end {
-            End::First => 0.0,
-            End::Last => self.path.length(),
+            SegmentEnd::Start => 0.0,
+            SegmentEnd::Target => self.path.length(),
         };
-        let tcp = |s| self.path.tcp(model, &self.flange_from_tcp, s);
+        let tcp = |s| self.path.tcp_position(model, &self.flange_from_tcp, s);
         let away = (tcp(s) - tcp(corner)).norm();
         match measure {
-            Measure::Tcp => away,
-            Measure::Turning => {
+            DistanceMeasure::Tcp => away,
+            DistanceMeasure::TcpOrRotation => {
                 let metres_per_s = match self.path {
                     Path::Joint(_) => ROTATION_LENGTH,
-                    Path::Cartesian(_) | Path::Micro(_) | Path::Blend(_) | Path::Turn(_) => 1.0,
+                    Path::Cartesian(_)
+                    | Path::MicroLine(_)
+                    | Path::JointBlend(_)
+                    | Path::ClothoidBlend(_) => 1.0,
                 };
                 away.max((s - corner).abs() * metres_per_s)
             }
@@ -153,22 +176,36 @@ impl Leg {
 
     /// The way in s from one end to the nearest place that is `radius` metres away, `None` when there is none in this half
     /// of the leg; and how that was measured: by the TCP, or with its turning where the TCP hardly moves.
-    pub fn place(&self, model: &RobotModel, radius: f64, end: End) -> (Option<f64>, Measure) {
+    pub fn parameter_at_distance(
+        &self,
+        model: &RobotModel,
+        radius: f64,
+        end: SegmentEnd,
+    ) -> (Option<f64>, DistanceMeasure) {
         let middle = self.path.length() / 2.0;
-        let reach = self.distance(model, middle, end, Measure::Tcp);
+        let reach = self.distance(model, middle, end, DistanceMeasure::Tcp);
         let measure = if reach < TURNING_SHARE * radius {
-            Measure::Turning
+            DistanceMeasure::TcpOrRotation
         } else {
-            Measure::Tcp
+            DistanceMeasure::Tcp
         };
-        (self.place_by(model, radius, end, measure), measure)
+        (
+            self.parameter_at_distance_by(model, radius, end, measure),
+            measure,
+        )
     }
 
-    fn place_by(&self, model: &RobotModel, radius: f64, end: End, measure: Measure) -> Option<f64> {
+    fn parameter_at_distance_by(
+        &self,
+        model: &RobotModel,
+        radius: f64,
+        end: SegmentEnd,
+        measure: DistanceMeasure,
+    ) -> Option<f64> {
         let length = self.path.length();
         let at = |way: f64| match end {
-            End::First => self.distance(model, way, end, measure),
-            End::Last => self.distance(model, length - way, end, measure),
+            SegmentEnd::Start => self.distance(model, way, end, measure),
+            SegmentEnd::Target => self.distance(model, length - way, end, measure),
         };
         let half = length / 2.0;
         let mut near = 0.0;
@@ -196,9 +233,9 @@ impl Leg {
 
 /// One end of a leg.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum End {
+pub enum SegmentEnd {
     /// Where it begins.
-    First,
+    Start,
     /// Where it ends.
-    Last,
+    Target,
 }

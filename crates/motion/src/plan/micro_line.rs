@@ -6,27 +6,28 @@
 use kinematics::{JointPositions, JointSpeeds};
 use motion_api::{PathFault, Refusal};
 
-use super::able::Bounds;
-use super::survey::Survey;
-use super::{Arm, Cells, Leg, Warnings, Wish};
+use super::able::DerivativeBounds;
+use super::survey::PathScan;
+use super::{MotionRequest, MotionSegment, PlanningContext, SegmentLimits, Warnings};
 use crate::constants::{
-    CELLS_OF_LEG, LINE_PLACES_PER_CYCLE, MICRO_INTERVALS_PER_CYCLE, MICRO_PLACES_PER_INTERVAL,
+    MAX_INTERVALS_PER_SEGMENT, MICRO_INTERVALS_PER_CYCLE, MICRO_PLACES_PER_INTERVAL,
+    PATH_SAMPLES_PER_CYCLE,
 };
-use crate::path::{JointQuintic, MicroLine, Path, Sample};
-use crate::self_collision::LinkWatch;
+use crate::path::{JointQuintic, MicroLine, Path, PointValues};
+use crate::self_collision::SelfCollisionMonitor;
 use crate::setpoint::elbow_speed;
 
 /// A second of the list in a second; no other acceleration than what the joints can do.
-const WISH: Wish = Wish {
+const WISH: MotionRequest = MotionRequest {
     speed: 1.0,
     acceleration: f64::MAX,
     duration: 0.0,
     radius: 0.0,
-    is_process: false,
+    is_process_move: false,
 };
 
 /// Planner error: the points are not those of the line.
-const NO_POINTS: u32 = 1;
+const PLANNER_POINTS_MISMATCH: u32 = 1;
 
 /// A moveml that is being planned.
 #[derive(Clone, Copy, Debug)]
@@ -35,10 +36,10 @@ pub struct MicroLinePlanner {
     /// Intervals looked at.
     done: usize,
     /// What the intervals since the last cell ask for.
-    bounds: Bounds,
+    bounds: DerivativeBounds,
     /// Of a way of the TCP.
-    survey: Option<Survey>,
-    watch: Option<LinkWatch>,
+    survey: Option<PathScan>,
+    watch: Option<SelfCollisionMonitor>,
 }
 
 impl MicroLinePlanner {
@@ -46,15 +47,19 @@ impl MicroLinePlanner {
     ///
     /// # Errors
     /// A way of the TCP that begins in a singular position.
-    pub fn new(line: MicroLine, points: &[Sample], arm: &Arm) -> Result<Self, Refusal> {
-        let survey = match line.tcp_way(points) {
-            Some(way) => Some(Survey::new(&way, line.start(), arm)?),
+    pub fn new(
+        line: MicroLine,
+        points: &[PointValues],
+        arm: &PlanningContext,
+    ) -> Result<Self, Refusal> {
+        let survey = match line.tcp_path(points) {
+            Some(way) => Some(PathScan::new(&way, line.start(), arm)?),
             None => None,
         };
         Ok(Self {
             line,
             done: 0,
-            bounds: Bounds::NONE,
+            bounds: DerivativeBounds::NONE,
             survey,
             watch: None,
         })
@@ -65,66 +70,82 @@ impl MicroLinePlanner {
     /// # Errors
     /// A point, or the way between two, outside of a joint's range or where the arm runs into itself; where and why a way of
     /// the TCP cannot be followed.
-    pub fn work(
+    pub fn advance(
         &mut self,
-        points: &[Sample],
-        arm: &Arm,
-        cells: &mut Cells,
-    ) -> Result<Option<(Leg, Warnings)>, Refusal> {
+        points: &[PointValues],
+        arm: &PlanningContext,
+        cells: &mut SegmentLimits,
+    ) -> Result<Option<(MotionSegment, Warnings)>, Refusal> {
         let mut warnings = Warnings::default();
         if let Some(survey) = &mut self.survey {
-            let way = self.line.tcp_way(points);
-            let way = way.ok_or(Refusal::Planner { code: NO_POINTS })?;
-            if !survey.walk(&way, LINE_PLACES_PER_CYCLE, &WISH, arm, cells)? {
+            let way = self.line.tcp_path(points);
+            let way = way.ok_or(Refusal::Planner {
+                code: PLANNER_POINTS_MISMATCH,
+            })?;
+            if !survey.advance(&way, PATH_SAMPLES_PER_CYCLE, &WISH, arm, cells)? {
                 return Ok(None);
             }
-            let path = Path::Micro(self.line.ending_at(survey.reached()));
-            return Ok(Some((Leg::new(path, &WISH, arm, &mut warnings), warnings)));
+            let path = Path::MicroLine(self.line.ending_at(survey.last_joint_positions()));
+            return Ok(Some((
+                MotionSegment::new(path, &WISH, arm, &mut warnings),
+                warnings,
+            )));
         }
         if self.done == 0 {
             cells.clear();
         }
         for _ in 0..MICRO_INTERVALS_PER_CYCLE {
             if self.done < self.line.intervals() {
-                self.look(points, arm, cells)?;
+                self.bound_interval(points, arm, cells)?;
             }
         }
         if self.done < self.line.intervals() {
             return Ok(None);
         }
-        let leg = Leg::new(Path::Micro(self.line), &WISH, arm, &mut warnings);
+        let leg = MotionSegment::new(Path::MicroLine(self.line), &WISH, arm, &mut warnings);
         Ok(Some((leg, warnings)))
     }
 
     /// Bounds one interval.
-    fn look(&mut self, points: &[Sample], arm: &Arm, cells: &mut Cells) -> Result<(), Refusal> {
+    fn bound_interval(
+        &mut self,
+        points: &[PointValues],
+        arm: &PlanningContext,
+        cells: &mut SegmentLimits,
+    ) -> Result<(), Refusal> {
         let number = self.done;
         let curve = self.line.curve(points, number);
-        let curve = curve.ok_or(Refusal::Planner { code: NO_POINTS })?;
+        let curve = curve.ok_or(Refusal::Planner {
+            code: PLANNER_POINTS_MISMATCH,
+        })?;
         let begin = JointPositions(curve.point(0.0).q);
         let allowed = arm.limits.link_overlap;
         let watch = self
             .watch
-            .get_or_insert_with(|| LinkWatch::from(arm.model, allowed, &begin));
+            .get_or_insert_with(|| SelfCollisionMonitor::starting_at(arm.model, allowed, &begin));
         let bounds = bounds_of(&curve, arm, watch).map_err(|fault| Refusal::Path {
             fraction: number as f64 / self.line.intervals() as f64,
             fault,
         })?;
         self.done += 1;
-        self.bounds.join(&bounds);
-        let group = self.line.intervals().div_ceil(CELLS_OF_LEG);
+        self.bounds.merge(&bounds);
+        let group = self.line.intervals().div_ceil(MAX_INTERVALS_PER_SEGMENT);
         if self.done.is_multiple_of(group) || self.done == self.line.intervals() {
             let until = self.done as f64 * self.line.interval();
-            cells.push(until, self.bounds.limits(&WISH, arm.limits));
-            self.bounds = Bounds::NONE;
+            cells.push(until, self.bounds.interval_limits(&WISH, arm.limits));
+            self.bounds = DerivativeBounds::NONE;
         }
         Ok(())
     }
 }
 
 /// The largest derivatives on a curve.
-fn bounds_of(curve: &JointQuintic, arm: &Arm, watch: &mut LinkWatch) -> Result<Bounds, PathFault> {
-    let mut bounds = Bounds::NONE;
+fn bounds_of(
+    curve: &JointQuintic,
+    arm: &PlanningContext,
+    watch: &mut SelfCollisionMonitor,
+) -> Result<DerivativeBounds, PathFault> {
+    let mut bounds = DerivativeBounds::NONE;
     let step = curve.length() / MICRO_PLACES_PER_INTERVAL as f64;
     let rise = step * step / 8.0;
     for place in 0..=MICRO_PLACES_PER_INTERVAL {
@@ -144,26 +165,26 @@ fn bounds_of(curve: &JointQuintic, arm: &Arm, watch: &mut LinkWatch) -> Result<B
                 });
             }
             // Between two places a value exceeds both by no more than a parabola's height.
-            let fourth = point.fourth[joint].abs();
-            let first = point.first[joint].abs() + rise * point.third[joint].abs();
-            bounds.first[joint] = bounds.first[joint].max(first);
-            bounds.second[joint] =
-                bounds.second[joint].max(point.second[joint].abs() + rise * fourth);
-            bounds.third[joint] =
-                bounds.third[joint].max(point.third[joint].abs() + 0.5 * step * fourth);
+            let fourth = point.d4q_ds4[joint].abs();
+            let first = point.dq_ds[joint].abs() + rise * point.d3q_ds3[joint].abs();
+            bounds.dq_ds[joint] = bounds.dq_ds[joint].max(first);
+            bounds.d2q_ds2[joint] =
+                bounds.d2q_ds2[joint].max(point.d2q_ds2[joint].abs() + rise * fourth);
+            bounds.d3q_ds3[joint] =
+                bounds.d3q_ds3[joint].max(point.d3q_ds3[joint].abs() + 0.5 * step * fourth);
         }
         let q = JointPositions(point.q);
-        if let Some(found) = watch.look(&q, arm.model) {
+        if let Some(found) = watch.check(&q, arm.model) {
             return Err(found.into());
         }
         let frames = arm.model.forward(&q);
-        let rates = JointSpeeds(point.first);
+        let rates = JointSpeeds(point.dq_ds);
         let tcp = (frames.base_from_flange * *arm.flange_from_tcp).translation;
         bounds.tcp = bounds
             .tcp
             .max(frames.twist(&rates, tcp).linear.norm() / crate::constants::POINT_SPEED_MARGIN);
         bounds.elbow = bounds.elbow.max(elbow_speed(&frames, &rates));
-        bounds.torque.cover(&q, &point.first, &point.second, arm);
+        bounds.torque.cover(&q, &point.dq_ds, &point.d2q_ds2, arm);
     }
     Ok(bounds)
 }

@@ -14,11 +14,11 @@ mod movej;
 mod survey;
 mod torque;
 
-pub use able::Bounds;
+pub use able::DerivativeBounds;
 pub use cartesian::CartesianPlanner;
-pub use cells::Cells;
-pub use junction::{Joint, Junction, Over};
-pub use leg::{End, Leg, Measure};
+pub use cells::SegmentLimits;
+pub use junction::{BlendKind, BlendSearch, PlannedBlend};
+pub use leg::{DistanceMeasure, MotionSegment, SegmentEnd};
 pub use micro_line::MicroLinePlanner;
 pub use movej::plan_movej;
 
@@ -27,7 +27,7 @@ use kinematics::{Dynamics, Pose, RobotModel};
 use motion_api::{Refusal, Warning};
 
 use crate::config::MotionLimits;
-use crate::constants::{LONGEST, SLOWEST};
+use crate::constants::{MAX_DURATION, MIN_REQUESTED_RATE};
 
 /// Most warnings of one plan.
 const MAX_WARNINGS: usize = 4;
@@ -54,7 +54,7 @@ impl Warnings {
 
 /// The arm that a motion is planned for.
 #[derive(Clone, Copy)]
-pub struct Arm<'a> {
+pub struct PlanningContext<'a> {
     /// Geometry.
     pub model: &'a RobotModel,
     /// The active TCP.
@@ -69,7 +69,7 @@ pub struct Arm<'a> {
 
 /// How fast a motion is wanted.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Wish {
+pub struct MotionRequest {
     /// Speed along s.
     pub speed: f64,
     /// Acceleration along s.
@@ -79,10 +79,10 @@ pub struct Wish {
     /// Blend radius, m; 0 stops at the end.
     pub radius: f64,
     /// The blend is an arc that touches at the radius.
-    pub is_process: bool,
+    pub is_process_move: bool,
 }
 
-impl Wish {
+impl MotionRequest {
     /// Checks that the numbers that count can be used.
     ///
     /// # Errors
@@ -95,7 +95,7 @@ impl Wish {
                 needed,
             })
         };
-        if !(0.0..=LONGEST).contains(&self.duration) {
+        if !(0.0..=MAX_DURATION).contains(&self.duration) {
             return bad("t", self.duration, "0 or a number of seconds up to 1000000");
         }
         if !(self.radius >= 0.0 && self.radius.is_finite()) {
@@ -104,10 +104,10 @@ impl Wish {
         if self.duration > 0.0 {
             return Ok(());
         }
-        if !(self.acceleration >= SLOWEST && self.acceleration.is_finite()) {
+        if !(self.acceleration >= MIN_REQUESTED_RATE && self.acceleration.is_finite()) {
             return bad("a", self.acceleration, "a number of at least 0.000001");
         }
-        if !(self.speed >= SLOWEST && self.speed.is_finite()) {
+        if !(self.speed >= MIN_REQUESTED_RATE && self.speed.is_finite()) {
             return bad("v", self.speed, "a number of at least 0.000001");
         }
         Ok(())

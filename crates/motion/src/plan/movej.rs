@@ -4,15 +4,15 @@ use kinematics::JointPositions;
 use motion_api::{Refusal, Warning, WayUnit};
 
 use super::torque::TorqueBounds;
-use super::{Arm, Cells, Leg, Warnings, Wish};
+use super::{MotionRequest, MotionSegment, PlanningContext, SegmentLimits, Warnings};
 use crate::config::MotionLimits;
 use crate::constants::{
-    HARDEST_SHARE, JOINT_CELLS, LIMIT_SLACK, POINT_SPEED_MARGIN, POINT_SPEED_SAMPLES,
+    HARD_STOP_SHARE, JOINT_LINE_INTERVALS, LIMIT_SLACK, POINT_SPEED_MARGIN, POINT_SPEED_SAMPLES,
     TORQUE_SAMPLES, TORQUE_SHARE_OF_SPEED,
 };
 use crate::path::{JointLine, Path};
-use crate::scalar::{CellLimits, ScalarLimits};
-use crate::self_collision::LinkWatch;
+use crate::scalar::{IntervalLimits, ScalarLimits};
+use crate::self_collision::SelfCollisionMonitor;
 use crate::setpoint::elbow_speed;
 
 /// Plans a movej (manual 3.1.1) from rest at `start` to rest at `target`.
@@ -25,15 +25,15 @@ use crate::setpoint::elbow_speed;
 pub fn plan_movej(
     start: &JointPositions,
     target: &JointPositions,
-    wish: &Wish,
-    arm: &Arm,
-    cells: &mut Cells,
-) -> Result<(Leg, Warnings), Refusal> {
+    wish: &MotionRequest,
+    arm: &PlanningContext,
+    cells: &mut SegmentLimits,
+) -> Result<(MotionSegment, Warnings), Refusal> {
     wish.check()?;
     check_range(target, arm.limits)?;
     let line = JointLine::new(*start, *target);
-    let mut watch = LinkWatch::from(arm.model, arm.limits.link_overlap, start);
-    if let Some((fraction, found)) = watch.along(&line, arm.model) {
+    let mut watch = SelfCollisionMonitor::starting_at(arm.model, arm.limits.link_overlap, start);
+    if let Some((fraction, found)) = watch.check_line(&line, arm.model) {
         let fault = found.into();
         return Err(Refusal::Path { fraction, fault });
     }
@@ -84,19 +84,22 @@ pub fn plan_movej(
         }
     }
     cells.clear();
-    let limits = CellLimits {
+    let limits = IntervalLimits {
         speed: chosen.speed,
         asked: [chosen.acceleration; 2],
         braking: [chosen.acceleration; 2],
-        planned: [HARDEST_SHARE * able.acceleration; 2],
-        hardest: [HARDEST_SHARE * able.acceleration; 2],
+        planned: [HARD_STOP_SHARE * able.acceleration; 2],
+        max_braking: [HARD_STOP_SHARE * able.acceleration; 2],
         jerk: chosen.jerk,
     };
     // What a neighbour slows down is a cell: so there are many, although they are all alike.
-    for cell in 1..=JOINT_CELLS {
-        cells.push(line.length() * cell as f64 / JOINT_CELLS as f64, limits);
+    for cell in 1..=JOINT_LINE_INTERVALS {
+        cells.push(
+            line.length() * cell as f64 / JOINT_LINE_INTERVALS as f64,
+            limits,
+        );
     }
-    let leg = Leg::new(Path::Joint(line), wish, arm, &mut warnings);
+    let leg = MotionSegment::new(Path::Joint(line), wish, arm, &mut warnings);
     Ok((leg, warnings))
 }
 
@@ -120,7 +123,7 @@ pub(super) fn check_range(target: &JointPositions, limits: &MotionLimits) -> Res
 }
 
 /// The speed of s at which neither TCP nor elbow exceeds its limit anywhere on the line; infinite without such limits.
-fn point_speed_cap(line: &JointLine, arm: &Arm) -> f64 {
+fn point_speed_cap(line: &JointLine, arm: &PlanningContext) -> f64 {
     let limits = arm.limits;
     if limits.tcp_speed.is_infinite() && limits.elbow_speed.is_infinite() {
         return f64::INFINITY;
@@ -142,7 +145,7 @@ fn point_speed_cap(line: &JointLine, arm: &Arm) -> f64 {
 }
 
 /// What the line asks of the drives at a number of places.
-fn torque_bounds(line: &JointLine, arm: &Arm) -> TorqueBounds {
+fn torque_bounds(line: &JointLine, arm: &PlanningContext) -> TorqueBounds {
     let first = line.direction().0;
     let mut bounds = TorqueBounds::NONE;
     for sample in 0..=TORQUE_SAMPLES {

@@ -6,7 +6,7 @@
 
 use kinematics::{JointAccelerations, JointPositions, JointSpeeds};
 
-use super::Arm;
+use super::PlanningContext;
 use crate::constants::{LEAST_TORQUE_SHARE, PEAK_TORQUE_FACTOR, PLANNED_TORQUE_SHARE};
 
 /// The largest demands over some places of a path, and the smallest room left by gravity.
@@ -29,7 +29,13 @@ impl TorqueBounds {
     };
 
     /// Takes in the place where the joints are at `q` with derivatives `first` and `second`.
-    pub fn cover(&mut self, q: &JointPositions, first: &[f64; 6], second: &[f64; 6], arm: &Arm) {
+    pub fn cover(
+        &mut self,
+        q: &JointPositions,
+        first: &[f64; 6],
+        second: &[f64; 6],
+        arm: &PlanningContext,
+    ) {
         let dynamics = arm.dynamics;
         let (first, second) = (*first, *second);
         let still = JointSpeeds::ZERO;

@@ -4,29 +4,29 @@
 
 use kinematics::{JointPositions, JointSpeeds, JointTorques};
 
-use super::real_arm::RealArm;
-use super::{ArmState, Push};
-use crate::contact::Contacts;
+use super::real_arm::PlantDynamics;
+use super::{ArmState, ToolWrench};
+use crate::contact::ContactModel;
 use crate::setpoint::LimitedSetpoint;
 
 /// An arm whose actual position is the target.
 #[derive(Clone, Copy, Debug)]
 pub struct IdealPlant {
-    pub(super) arm: RealArm,
+    pub(super) arm: PlantDynamics,
     q: JointPositions,
     /// What the joints carried a cycle ago, Nm.
     torque: Option<JointTorques>,
-    pub(super) push: Push,
+    pub(super) push: ToolWrench,
 }
 
 impl IdealPlant {
     /// Standing at `q`.
-    pub(super) fn new(arm: RealArm, q: JointPositions) -> Self {
+    pub(super) fn new(arm: PlantDynamics, q: JointPositions) -> Self {
         Self {
             arm,
             q,
             torque: None,
-            push: Push::default(),
+            push: ToolWrench::default(),
         }
     }
 
@@ -36,18 +36,18 @@ impl IdealPlant {
         self.torque = None;
     }
 
-    pub(super) fn follow(
+    pub(super) fn step_to_target(
         &mut self,
         target: &LimitedSetpoint,
         believed: &JointTorques,
-        contacts: &mut Contacts,
+        contacts: &mut ContactModel,
     ) -> ArmState {
-        let target = target.get();
+        let target = target.as_setpoint();
         self.q = target.q;
         let free = self
             .arm
-            .torques_of_motion(&target.q, &target.qd, &target.qdd, believed);
-        let pressing = contacts.pressed(&target.q, &target.qd, &self.push.flange_from_tcp);
+            .drive_torques(&target.q, &target.qd, &target.qdd, believed);
+        let pressing = contacts.forces_at(&target.q, &target.qd, &self.push.flange_from_tcp);
         let mut torque = JointTorques(core::array::from_fn(|j| free[j] - pressing.torque[j]));
         if !self.push.is_nothing() {
             let (_, pushed) = self.push.at(&contacts.forward(&target.q));
@@ -67,9 +67,9 @@ impl IdealPlant {
         }
     }
 
-    pub(super) fn stand(&mut self, contacts: &mut Contacts) -> ArmState {
+    pub(super) fn step_with_brakes(&mut self, contacts: &mut ContactModel) -> ArmState {
         let torque = self.arm.dynamics().gravity_torques(&self.q);
-        let pressing = contacts.pressed(&self.q, &JointSpeeds::ZERO, &self.push.flange_from_tcp);
+        let pressing = contacts.forces_at(&self.q, &JointSpeeds::ZERO, &self.push.flange_from_tcp);
         self.torque = None;
         ArmState {
             q: self.q,

@@ -14,13 +14,13 @@ use kinematics::{
 };
 use nalgebra::Vector3;
 
-use crate::collision::torques_of;
+use crate::collision::wrench_to_torques;
 use crate::config::{ConfigError, PlantKind};
-use crate::contact::Contacts;
+use crate::contact::ContactModel;
 use crate::setpoint::LimitedSetpoint;
 pub use ideal::IdealPlant;
-use real_arm::RealArm;
-pub use real_arm::{Drivetrain, Truth};
+use real_arm::PlantDynamics;
+pub use real_arm::{Drivetrain, PlantParameters};
 pub use rigid::RigidPlant;
 
 /// What the joints of the arm do at the end of a cycle.
@@ -40,14 +40,14 @@ pub struct ArmState {
 
 /// What pushes the tool from outside during a cycle.
 #[derive(Clone, Copy, Debug)]
-pub struct Push {
+pub struct ToolWrench {
     /// Base axes, about the TCP, which it stays with.
     pub wrench: Wrench,
     /// Where the TCP is. Obstacles touch there too when the tool has no shape.
     pub flange_from_tcp: Pose,
 }
 
-impl Push {
+impl ToolWrench {
     fn is_nothing(&self) -> bool {
         self.wrench.is_zero()
     }
@@ -55,12 +55,12 @@ impl Push {
     /// The TCP in the base frame, m, and the joint torques that the wrench makes, Nm.
     fn at(&self, frames: &Frames) -> (Vector3<f64>, JointTorques) {
         let tcp = frames.base_from_flange * self.flange_from_tcp;
-        let torque = torques_of(&self.wrench, frames, &tcp);
+        let torque = wrench_to_torques(&self.wrench, frames, &tcp);
         (tcp.translation, torque)
     }
 }
 
-impl Default for Push {
+impl Default for ToolWrench {
     fn default() -> Self {
         Self {
             wrench: Wrench::default(),
@@ -104,11 +104,11 @@ impl Plant {
     pub fn new(
         kind: PlantKind,
         model: &RobotModel,
-        (believed, truth): (&Dynamics, Truth),
+        (believed, truth): (&Dynamics, PlantParameters),
         gravity: &Vector3<f64>,
         q: &JointPositions,
     ) -> Result<Self, ConfigError> {
-        let arm = RealArm::new(model, truth, believed, gravity);
+        let arm = PlantDynamics::new(model, truth, believed, gravity);
         Ok(match kind {
             PlantKind::Ideal => Self::Ideal(Box::new(IdealPlant::new(arm, *q))),
             PlantKind::Rigid => Self::Rigid(Box::new(RigidPlant::new(model, arm, q)?)),
@@ -132,34 +132,34 @@ impl Plant {
     }
 
     /// What pushes the tool from now on.
-    pub fn push(&mut self, push: &Push) {
+    pub fn set_tool_wrench(&mut self, push: &ToolWrench) {
         match self {
             Self::Ideal(plant) => plant.push = *push,
-            Self::Rigid(plant) => plant.push(push),
+            Self::Rigid(plant) => plant.set_tool_wrench(push),
         }
     }
 
     /// The controller was told another payload or gravity: its model is `believed`. Gravity is what it is told (free-fall
     /// acceleration in the base frame, m/s²), the payload where nothing else hangs there.
-    pub fn believe(&mut self, believed: &Dynamics, gravity: &Vector3<f64>) {
+    pub fn set_controller_model(&mut self, believed: &Dynamics, gravity: &Vector3<f64>) {
         match self {
-            Self::Ideal(plant) => plant.arm.follow(believed, gravity),
-            Self::Rigid(plant) => plant.believe(believed, gravity),
+            Self::Ideal(plant) => plant.arm.set_controller_model(believed, gravity),
+            Self::Rigid(plant) => plant.set_controller_model(believed, gravity),
         }
     }
 
     /// One cycle of `step` seconds under servo control towards `target`, among what `contacts` holds. The controller's model, and
     /// the torques that it expects of the target.
-    pub(crate) fn follow(
+    pub(crate) fn step_to_target(
         &mut self,
         target: &LimitedSetpoint,
         (believed, expected): (&Dynamics, &JointTorques),
-        contacts: &mut Contacts,
+        contacts: &mut ContactModel,
         step: f64,
     ) -> ArmState {
         match self {
-            Self::Ideal(plant) => plant.follow(target, expected, contacts),
-            Self::Rigid(plant) => plant.follow(target, believed, contacts, step),
+            Self::Ideal(plant) => plant.step_to_target(target, expected, contacts),
+            Self::Rigid(plant) => plant.step_to_target(target, believed, contacts, step),
         }
     }
 
@@ -172,10 +172,14 @@ impl Plant {
     }
 
     /// One cycle with the brakes engaged: the arm stands where it is.
-    pub(crate) fn stand(&mut self, believed: &Dynamics, contacts: &mut Contacts) -> ArmState {
+    pub(crate) fn step_with_brakes(
+        &mut self,
+        believed: &Dynamics,
+        contacts: &mut ContactModel,
+    ) -> ArmState {
         match self {
-            Self::Ideal(plant) => plant.stand(contacts),
-            Self::Rigid(plant) => plant.stand(believed, contacts),
+            Self::Ideal(plant) => plant.step_with_brakes(contacts),
+            Self::Rigid(plant) => plant.step_with_brakes(believed, contacts),
         }
     }
 }

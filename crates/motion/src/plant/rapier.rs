@@ -14,9 +14,9 @@ use rapier3d_f64::dynamics::{
 use rapier3d_f64::math::{Matrix, Pose as RapierPose, Rotation, Vector};
 use rapier3d_f64::pipeline::PhysicsWorld;
 
-use super::Push;
+use super::ToolWrench;
 use crate::config::ConfigError;
-use crate::contact::Touches;
+use crate::contact::ContactList;
 use crate::contact::law::ContactForces;
 
 /// The arm in the engine.
@@ -124,8 +124,8 @@ impl RapierBodies {
     pub(super) fn step(
         &mut self,
         torque: &JointTorques,
-        (push, tcp): (&Push, Vector3<f64>),
-        (touches, forces): (&Touches, &ContactForces),
+        (push, tcp): (&ToolWrench, Vector3<f64>),
+        (touches, forces): (&ContactList, &ContactForces),
         frames: &Frames,
         step: f64,
     ) -> (JointPositions, JointSpeeds) {

@@ -23,7 +23,7 @@ pub struct Drivetrain {
 
 /// What is true of the arm whatever the controller believes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Truth {
+pub struct PlantParameters {
     /// What hangs on the flange; `None`: what the controller was told.
     pub payload: Option<Payload>,
     /// What the drives have to overcome.
@@ -32,35 +32,35 @@ pub struct Truth {
 
 /// The masses and losses that a plant moves.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct RealArm {
+pub(super) struct PlantDynamics {
     chain: Chain,
     links: [RigidBody; DOF],
-    truth: Truth,
+    parameters: PlantParameters,
     dynamics: Dynamics,
 }
 
-impl RealArm {
+impl PlantDynamics {
     /// `believed` is the controller's model, `gravity` the free-fall acceleration in the base frame, m/s².
     pub(super) fn new(
         model: &RobotModel,
-        truth: Truth,
+        truth: PlantParameters,
         believed: &Dynamics,
         gravity: &Vector3<f64>,
     ) -> Self {
         let mut arm = Self {
             chain: *model.chain(),
             links: *model.link_bodies(),
-            truth,
+            parameters: truth,
             dynamics: *believed,
         };
-        arm.follow(believed, gravity);
+        arm.set_controller_model(believed, gravity);
         arm
     }
 
     /// The controller was told another payload or gravity. Gravity is what it is told, the payload only where no other hangs
     /// there.
-    pub(super) fn follow(&mut self, believed: &Dynamics, gravity: &Vector3<f64>) {
-        self.dynamics = match &self.truth.payload {
+    pub(super) fn set_controller_model(&mut self, believed: &Dynamics, gravity: &Vector3<f64>) {
+        self.dynamics = match &self.parameters.payload {
             None => *believed,
             Some(payload) => Dynamics::new(self.chain, self.links, payload, *gravity),
         };
@@ -72,18 +72,18 @@ impl RealArm {
     }
 
     /// True where the controller's model of masses and rotors is right.
-    pub(super) fn is_as_believed(&self) -> bool {
-        self.truth.payload.is_none() && self.truth.drivetrain.rotor_inertia == [0.0; DOF]
+    pub(super) fn matches_controller_model(&self) -> bool {
+        self.parameters.payload.is_none() && self.parameters.drivetrain.rotor_inertia == [0.0; DOF]
     }
 
     /// True without friction and rotors.
     pub(super) fn is_without_losses(&self) -> bool {
-        self.truth.drivetrain == Drivetrain::default()
+        self.parameters.drivetrain == Drivetrain::default()
     }
 
     /// Dry friction, Nm, if there is any.
     pub(super) fn coulomb(&self) -> Option<&JointTorques> {
-        let coulomb = &self.truth.drivetrain.coulomb;
+        let coulomb = &self.parameters.drivetrain.coulomb;
         (*coulomb != JointTorques::ZERO).then_some(coulomb)
     }
 
@@ -93,21 +93,21 @@ impl RealArm {
     }
 
     /// Mass matrix for a step of `step` seconds at whose end viscous friction is taken: whatever its size, the step is stable.
-    pub(super) fn mass_over(&self, q: &JointPositions, step: f64) -> Matrix6<f64> {
-        let drag = self.truth.drivetrain.viscous.map(|drag| drag * step);
+    pub(super) fn implicit_mass_matrix(&self, q: &JointPositions, step: f64) -> Matrix6<f64> {
+        let drag = self.parameters.drivetrain.viscous.map(|drag| drag * step);
         self.with_rotors(self.dynamics.mass_matrix(q), &drag)
     }
 
     fn with_rotors(&self, mut mass: Matrix6<f64>, more: &[f64; DOF]) -> Matrix6<f64> {
         for joint in 0..DOF {
-            mass[(joint, joint)] += self.truth.drivetrain.rotor_inertia[joint] + more[joint];
+            mass[(joint, joint)] += self.parameters.drivetrain.rotor_inertia[joint] + more[joint];
         }
         mass
     }
 
     /// Torques that gravity, the links' motion and viscous friction take up at `qd`, Nm.
     pub(super) fn bias(&self, q: &JointPositions, qd: &JointSpeeds) -> Vector6<f64> {
-        let viscous = &self.truth.drivetrain.viscous;
+        let viscous = &self.parameters.drivetrain.viscous;
         let drag = Vector6::from_fn(|joint, _| viscous[joint] * qd[joint]);
         self.dynamics.bias_torques(q, qd).to_vector() + drag
     }
@@ -120,16 +120,16 @@ impl RealArm {
         torque: &JointTorques,
         step: f64,
     ) -> JointAccelerations {
-        let drivetrain = &self.truth.drivetrain;
+        let drivetrain = &self.parameters.drivetrain;
         let (drag, rotor) = (&drivetrain.viscous, &drivetrain.rotor_inertia);
         let left = JointTorques(core::array::from_fn(|j| torque[j] - drag[j] * qd[j]));
         let armature = core::array::from_fn(|j| rotor[j] + step * drag[j]);
         self.dynamics
-            .forward_dynamics_geared(q, qd, &left, &armature)
+            .forward_dynamics_with_armature(q, qd, &left, &armature)
     }
 
     /// What the drives give where the arm moves just so, Nm; the controller thinks that its links take `believed`.
-    pub(super) fn torques_of_motion(
+    pub(super) fn drive_torques(
         &self,
         q: &JointPositions,
         qd: &JointSpeeds,
@@ -140,8 +140,8 @@ impl RealArm {
             coulomb,
             viscous,
             rotor_inertia,
-        } = &self.truth.drivetrain;
-        let links = match &self.truth.payload {
+        } = &self.parameters.drivetrain;
+        let links = match &self.parameters.payload {
             None => *believed,
             Some(_) => self.dynamics.inverse_dynamics(q, qd, qdd),
         };

@@ -9,31 +9,31 @@ use kinematics::{DOF, Dynamics, JointPositions, JointSpeeds, JointTorques, Robot
 use nalgebra::{Vector3, Vector6};
 
 use super::rapier::RapierBodies;
-use super::real_arm::RealArm;
-use super::servo::{Interpolation, Servo};
-use super::{ArmState, Push};
+use super::real_arm::PlantDynamics;
+use super::servo::{CubicInterpolation, JointServo};
+use super::{ArmState, ToolWrench};
 use crate::config::ConfigError;
-use crate::constants::{FELT_SHARE, SERVO_STEP};
-use crate::contact::law::{self, Answer, ContactForces};
-use crate::contact::{Contacts, Touches};
+use crate::constants::{DISTURBANCE_COMPENSATION, SERVO_STEP};
+use crate::contact::law::{self, ArmResponse, ContactForces};
+use crate::contact::{ContactList, ContactModel};
 use crate::setpoint::{LimitedSetpoint, Setpoint};
 
 /// The arm as rigid bodies.
 pub struct RigidPlant {
-    arm: RealArm,
+    arm: PlantDynamics,
     /// `None`: our own equations.
     engine: Option<RapierBodies>,
     chain: Chain,
-    servo: Servo,
+    servo: JointServo,
     target: Setpoint,
     state: ArmState,
-    push: Push,
+    push: ToolWrench,
     /// Torques of dry friction in the last step, Nm: where the next search for them begins.
     friction: JointTorques,
 }
 
 /// Where the arm is at the beginning of a step, the TCP (base frame, m), and the joint torques of the hand, Nm.
-struct Around {
+struct StepContext {
     frames: Frames,
     tcp: Vector3<f64>,
     hand: JointTorques,
@@ -46,7 +46,7 @@ impl RigidPlant {
     /// [`ConfigError::Plant`] when a link has no mass.
     pub(super) fn new(
         model: &RobotModel,
-        arm: RealArm,
+        arm: PlantDynamics,
         q: &JointPositions,
     ) -> Result<Self, ConfigError> {
         if arm.dynamics().bodies().iter().any(|link| link.mass <= 0.0) {
@@ -58,10 +58,10 @@ impl RigidPlant {
             arm,
             engine: None,
             chain: *model.chain(),
-            servo: Servo::new(&model.limits().effort, q),
+            servo: JointServo::new(&model.limits().effort, q),
             target: Setpoint::standing(*q),
             state: ArmState::RESTING,
-            push: Push::default(),
+            push: ToolWrench::default(),
             friction: JointTorques::ZERO,
         };
         plant.reset(q);
@@ -74,7 +74,7 @@ impl RigidPlant {
     /// [`ConfigError::Plant`] when a link has no mass, when the engine cannot join the links, or for what it does not know.
     pub(super) fn in_rapier(
         model: &RobotModel,
-        arm: RealArm,
+        arm: PlantDynamics,
         gravity: &Vector3<f64>,
         q: &JointPositions,
     ) -> Result<Self, ConfigError> {
@@ -94,45 +94,45 @@ impl RigidPlant {
         if let Some(engine) = &mut self.engine {
             engine.reset(q);
         }
-        self.rest_at(q);
+        self.reset_at_rest(q);
     }
 
     /// Forgets the target it was on the way to: it is wanted at `q` from now on.
     pub(super) fn retarget(&mut self, q: &JointPositions) {
-        self.servo.rest_at(q);
+        self.servo.reset(q);
         self.target = Setpoint::standing(*q);
     }
 
-    fn rest_at(&mut self, q: &JointPositions) {
+    fn reset_at_rest(&mut self, q: &JointPositions) {
         self.retarget(q);
-        self.servo.hold_against(JointTorques::ZERO);
+        self.servo.set_disturbance(JointTorques::ZERO);
         self.state.q = *q;
         self.state.qd = JointSpeeds::ZERO;
         self.friction = JointTorques::ZERO;
     }
 
     /// What pushes the tool from now on.
-    pub(super) fn push(&mut self, push: &Push) {
+    pub(super) fn set_tool_wrench(&mut self, push: &ToolWrench) {
         self.push = *push;
     }
 
     /// The controller was told another payload or gravity.
-    pub(super) fn believe(&mut self, believed: &Dynamics, gravity: &Vector3<f64>) {
-        self.arm.follow(believed, gravity);
+    pub(super) fn set_controller_model(&mut self, believed: &Dynamics, gravity: &Vector3<f64>) {
+        self.arm.set_controller_model(believed, gravity);
         if let Some(engine) = &mut self.engine {
             engine.set_masses(self.arm.dynamics(), gravity);
         }
     }
 
     /// One cycle of `step` seconds under servo control.
-    pub(super) fn follow(
+    pub(super) fn step_to_target(
         &mut self,
         target: &LimitedSetpoint,
         believed: &Dynamics,
-        contacts: &mut Contacts,
+        contacts: &mut ContactModel,
         step: f64,
     ) -> ArmState {
-        let way = Interpolation::new(self.target, *target.get(), step);
+        let way = CubicInterpolation::new(self.target, *target.as_setpoint(), step);
         let servo_steps = (step / SERVO_STEP).round().max(1.0);
         let servo_step = step / servo_steps;
         let is_left_alone = contacts.is_empty()
@@ -147,14 +147,14 @@ impl RigidPlant {
             let by = if is_left_alone {
                 None
             } else {
-                Some(self.around(&q))
+                Some(self.step_context(&q))
             };
             let hand = by.as_ref().map_or(JointTorques::ZERO, |by| by.hand);
             let servo = &mut self.servo;
             let torque = servo.torques(believed, &self.arm, (&q, &qd), next, &hand, servo_step);
             let pressing = self.advance(&torque, by.as_ref(), contacts, servo_step);
             self.servo
-                .feel(&self.arm, &q, (&qd, &self.state.qd), servo_step);
+                .update_disturbance(&self.arm, &q, (&qd, &self.state.qd), servo_step);
             contact.force += pressing.force / servo_steps;
             contact.moment += pressing.moment / servo_steps;
             for joint in 0..DOF {
@@ -164,35 +164,35 @@ impl RigidPlant {
         }
         self.state.mean_torque = mean_torque;
         self.state.contact = contact;
-        self.target = *target.get();
+        self.target = *target.as_setpoint();
         self.state
     }
 
     /// Where the arm is, and the hand on it.
-    fn around(&self, q: &JointPositions) -> Around {
+    fn step_context(&self, q: &JointPositions) -> StepContext {
         let frames = self.chain.forward(q);
         let (tcp, hand) = self.push.at(&frames);
-        Around { frames, tcp, hand }
+        StepContext { frames, tcp, hand }
     }
 
-    /// Moves the bodies by `step` seconds under the drives' `torque`; without `around` nothing else acts on them. What touches
+    /// Moves the bodies by `step` seconds under the drives' `torque`; without `step_context` nothing else acts on them. What touches
     /// the tool: base axes, about the TCP.
     fn advance(
         &mut self,
         torque: &JointTorques,
-        around: Option<&Around>,
-        contacts: &mut Contacts,
+        around: Option<&StepContext>,
+        contacts: &mut ContactModel,
         step: f64,
     ) -> Wrench {
         let Some(around) = around else {
-            self.move_freely(torque, step);
+            self.step_without_contact(torque, step);
             return Wrench::default();
         };
-        let touches = contacts.touches(&around.frames, &self.push.flange_from_tcp);
+        let touches = contacts.find_contacts(&around.frames, &self.push.flange_from_tcp);
         let pushing = JointTorques(core::array::from_fn(|j| torque[j] + around.hand[j]));
         let is_held = !touches.as_slice().is_empty() || self.arm.coulomb().is_some();
         let forces = if is_held {
-            self.press(contacts, &touches, around, &pushing, step)
+            self.solve_contacts(contacts, &touches, around, &pushing, step)
         } else {
             None
         };
@@ -204,22 +204,22 @@ impl RigidPlant {
             return forces.tool;
         }
         let Some(forces) = forces else {
-            self.move_freely(&pushing, step);
+            self.step_without_contact(&pushing, step);
             return Wrench::default();
         };
         self.friction = forces.friction;
-        self.move_with(forces.speeds, step);
+        self.integrate(forces.speeds, step);
         forces.tool
     }
 
-    fn move_freely(&mut self, torque: &JointTorques, step: f64) {
+    fn step_without_contact(&mut self, torque: &JointTorques, step: f64) {
         let ArmState { q, qd, .. } = self.state;
         let qdd = self.arm.accelerations(&q, &qd, torque, step);
         let speeds = JointSpeeds(core::array::from_fn(|j| qd[j] + step * qdd[j]));
-        self.move_with(speeds, step);
+        self.integrate(speeds, step);
     }
 
-    fn move_with(&mut self, speeds: JointSpeeds, step: f64) {
+    fn integrate(&mut self, speeds: JointSpeeds, step: f64) {
         let q = self.state.q;
         self.state.qd = speeds;
         self.state.q = JointPositions(core::array::from_fn(|j| q[j] + step * speeds[j]));
@@ -227,51 +227,57 @@ impl RigidPlant {
 
     /// The forces of obstacles and dry friction over the next `step` seconds, in which drives and hand give `torque`, and the
     /// speeds behind them. `None` where nothing can be said: a diverged plant, which the cycle stops.
-    fn press(
+    fn solve_contacts(
         &self,
-        contacts: &mut Contacts,
-        touches: &Touches,
-        around: &Around,
+        contacts: &mut ContactModel,
+        touches: &ContactList,
+        around: &StepContext,
         torque: &JointTorques,
         step: f64,
     ) -> Option<ContactForces> {
         let ArmState { q, qd, .. } = self.state;
-        let mass = self.arm.mass_over(&q, step).cholesky()?;
+        let mass = self.arm.implicit_mass_matrix(&q, step).cholesky()?;
         let bias = self.arm.bias(&q, &qd);
         let net = Vector6::from_fn(|joint, _| torque[joint] - bias[joint]);
         let free = JointSpeeds((qd.to_vector() + mass.solve(&net) * step).into());
         let coulomb = self.arm.coulomb().copied();
-        let answer = Answer {
+        let answer = ArmResponse {
             mass,
             step,
-            dry: coulomb.map(|most| (most, self.friction)),
+            dry_friction: coulomb.map(|most| (most, self.friction)),
         };
         let obstacles = &contacts.obstacles;
-        let Around { frames, tcp, .. } = around;
+        let StepContext { frames, tcp, .. } = around;
         let forces = law::solve(touches, obstacles, frames, *tcp, &free, Some(&answer));
         Some(forces)
     }
 
     /// One cycle with the brakes engaged: no time passes for the bodies. The servo will take over with what holds the arm now.
-    pub(super) fn stand(&mut self, believed: &Dynamics, contacts: &mut Contacts) -> ArmState {
+    pub(super) fn step_with_brakes(
+        &mut self,
+        believed: &Dynamics,
+        contacts: &mut ContactModel,
+    ) -> ArmState {
         if self.state.qd != JointSpeeds::ZERO
             && let Some(engine) = &mut self.engine
         {
             engine.halt();
         }
         let q = self.state.q;
-        self.rest_at(&q);
+        self.reset_at_rest(&q);
         self.state.torque = self.arm.dynamics().gravity_torques(&q);
         self.state.mean_torque = self.state.torque;
         let standing = JointSpeeds::ZERO;
-        let pressing = contacts.pressed(&q, &standing, &self.push.flange_from_tcp);
+        let pressing = contacts.forces_at(&q, &standing, &self.push.flange_from_tcp);
         self.state.contact = pressing.tool;
-        let Around { hand, .. } = self.around(&q);
+        let StepContext { hand, .. } = self.step_context(&q);
         let thought = believed.gravity_torques(&q);
         let torque = &self.state.torque;
         self.servo
-            .hold_against(JointTorques(core::array::from_fn(|j| {
-                thought[j] - torque[j] + pressing.tool_torque[j] + (1.0 - FELT_SHARE) * hand[j]
+            .set_disturbance(JointTorques(core::array::from_fn(|j| {
+                thought[j] - torque[j]
+                    + pressing.tool_torque[j]
+                    + (1.0 - DISTURBANCE_COMPENSATION) * hand[j]
             })));
         self.state
     }

@@ -12,20 +12,23 @@
 
 use kinematics::{DOF, Dynamics, JointAccelerations, JointPositions, JointSpeeds, JointTorques};
 
-use super::real_arm::RealArm;
-use crate::constants::{FELT_FILTER, FELT_SHARE, NOT_FELT, PEAK_TORQUE_FACTOR, SERVO_BANDWIDTH};
+use super::real_arm::PlantDynamics;
+use crate::constants::{
+    DISTURBANCE_COMPENSATION, DISTURBANCE_DEAD_BAND, DISTURBANCE_TIME_CONSTANT, PEAK_TORQUE_FACTOR,
+    SERVO_BANDWIDTH,
+};
 use crate::setpoint::Setpoint;
 use kinematics::bounds::within;
 
 /// Positions between two setpoints.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Interpolation {
+pub(super) struct CubicInterpolation {
     from: Setpoint,
     to: Setpoint,
     duration: f64,
 }
 
-impl Interpolation {
+impl CubicInterpolation {
     pub(super) const fn new(from: Setpoint, to: Setpoint, duration: f64) -> Self {
         Self { from, to, duration }
     }
@@ -45,40 +48,40 @@ impl Interpolation {
 
 /// What the servo remembers between two of its steps.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Servo {
+pub(super) struct JointServo {
     limit: JointTorques,
     /// Target positions now and one servo step ago.
-    now: JointPositions,
-    before: JointPositions,
+    target: JointPositions,
+    previous_target: JointPositions,
     /// What the last torques were to give, rad/s², and what of them the drives could not, Nm.
-    asked: JointAccelerations,
-    cut_off: JointTorques,
+    requested_acceleration: JointAccelerations,
+    saturation_torque: JointTorques,
     /// What pushes the arm on besides the drives and the hand, as far as it is held against, Nm.
-    felt: JointTorques,
+    disturbance: JointTorques,
 }
 
-impl Servo {
+impl JointServo {
     /// At rest at `q`; torques are limited to a multiple of the nominal `effort`.
     pub(super) fn new(effort: &JointTorques, q: &JointPositions) -> Self {
         Self {
             limit: effort.map(|nominal| nominal * PEAK_TORQUE_FACTOR),
-            now: *q,
-            before: *q,
-            asked: JointAccelerations::ZERO,
-            cut_off: JointTorques::ZERO,
-            felt: JointTorques::ZERO,
+            target: *q,
+            previous_target: *q,
+            requested_acceleration: JointAccelerations::ZERO,
+            saturation_torque: JointTorques::ZERO,
+            disturbance: JointTorques::ZERO,
         }
     }
 
     /// Forgets the past: the target stands at `q`.
-    pub(super) fn rest_at(&mut self, q: &JointPositions) {
-        self.now = *q;
-        self.before = *q;
+    pub(super) fn reset(&mut self, q: &JointPositions) {
+        self.target = *q;
+        self.previous_target = *q;
     }
 
     /// What pushes on a resting arm is `torque`, Nm.
-    pub(super) fn hold_against(&mut self, torque: JointTorques) {
-        self.felt = torque.map(|torque| FELT_SHARE * torque);
+    pub(super) fn set_disturbance(&mut self, torque: JointTorques) {
+        self.disturbance = torque.map(|torque| DISTURBANCE_COMPENSATION * torque);
     }
 
     /// The torques for the next `step` seconds, at the end of which the target is `next`, for an arm that is at `q` and moves
@@ -86,7 +89,7 @@ impl Servo {
     pub(super) fn torques(
         &mut self,
         believed: &Dynamics,
-        arm: &RealArm,
+        arm: &PlantDynamics,
         (q, qd): (&JointPositions, &JointSpeeds),
         next: JointPositions,
         hand: &JointTorques,
@@ -95,48 +98,53 @@ impl Servo {
         let (kp, kd) = (SERVO_BANDWIDTH * SERVO_BANDWIDTH, 2.0 * SERVO_BANDWIDTH);
         let mut planned = JointAccelerations::ZERO;
         for joint in 0..DOF {
-            let speed = (self.now[joint] - self.before[joint]) / step;
-            let next_speed = (next[joint] - self.now[joint]) / step;
+            let speed = (self.target[joint] - self.previous_target[joint]) / step;
+            let next_speed = (next[joint] - self.target[joint]) / step;
             planned[joint] = (next_speed - speed) / step;
-            self.asked[joint] =
-                planned[joint] + kd * (speed - qd[joint]) + kp * (self.now[joint] - q[joint]);
+            self.requested_acceleration[joint] =
+                planned[joint] + kd * (speed - qd[joint]) + kp * (self.target[joint] - q[joint]);
         }
-        self.before = self.now;
-        self.now = next;
-        let free = if arm.is_as_believed() {
-            believed.inverse_dynamics(q, qd, &self.asked)
+        self.previous_target = self.target;
+        self.target = next;
+        let free = if arm.matches_controller_model() {
+            believed.inverse_dynamics(q, qd, &self.requested_acceleration)
         } else {
-            let correction = self.asked.to_vector() - planned.to_vector();
+            let correction = self.requested_acceleration.to_vector() - planned.to_vector();
             let planned = believed.inverse_dynamics(q, qd, &planned).to_vector();
             JointTorques((planned + arm.mass_matrix(q) * correction).into())
         };
         JointTorques(core::array::from_fn(|joint| {
-            let known = FELT_SHARE * hand[joint] + self.felt[joint];
+            let known = DISTURBANCE_COMPENSATION * hand[joint] + self.disturbance[joint];
             let (wanted, most) = (free[joint] - known, self.limit[joint]);
             let torque = within(wanted, -most, most);
-            self.cut_off[joint] = wanted - torque;
+            self.saturation_torque[joint] = wanted - torque;
             torque
         }))
     }
 
     /// What the arm made of the last torques: its speeds before and after the step that began at `q`.
-    pub(super) fn feel(
+    pub(super) fn update_disturbance(
         &mut self,
-        arm: &RealArm,
+        arm: &PlantDynamics,
         q: &JointPositions,
         (before, after): (&JointSpeeds, &JointSpeeds),
         step: f64,
     ) {
-        let off = (after.to_vector() - before.to_vector()) / step - self.asked.to_vector();
-        let is_as_asked = off.amax() < NOT_FELT;
-        if is_as_asked && self.felt == JointTorques::ZERO && self.cut_off == JointTorques::ZERO {
+        let off = (after.to_vector() - before.to_vector()) / step
+            - self.requested_acceleration.to_vector();
+        let is_as_asked = off.amax() < DISTURBANCE_DEAD_BAND;
+        if is_as_asked
+            && self.disturbance == JointTorques::ZERO
+            && self.saturation_torque == JointTorques::ZERO
+        {
             return;
         }
         let missing = arm.mass_matrix(q) * off;
-        let share = step / (FELT_FILTER + step);
+        let share = step / (DISTURBANCE_TIME_CONSTANT + step);
         for joint in 0..DOF {
-            let pushing = self.felt[joint] + self.cut_off[joint] + missing[joint];
-            self.felt[joint] += share * (FELT_SHARE * pushing - self.felt[joint]);
+            let pushing = self.disturbance[joint] + self.saturation_torque[joint] + missing[joint];
+            self.disturbance[joint] +=
+                share * (DISTURBANCE_COMPENSATION * pushing - self.disturbance[joint]);
         }
     }
 }

@@ -7,8 +7,10 @@
 
 use kinematics::bounds::within;
 
-use super::{Motion, Queue, Queued};
-use crate::constants::{AHEAD_TIME, DUE_SHARE, HARDER_IN_BLENDS, LATE_CURVE, LATE_TIME, LEAD_TIME};
+use super::{MotionQueue, PathMotion, QueuedSegment};
+use crate::constants::{
+    BLEND_ACCELERATION_FACTOR, DUE_SHARE, LATE_CURVE, LATE_TIME, LEAD_TIME, READY_FOR_NEXT_LEAD,
+};
 use crate::path::Path;
 use crate::scalar::Zone;
 
@@ -22,49 +24,49 @@ pub(super) struct Corner {
     braking: f64,
 }
 
-impl Queue {
+impl MotionQueue {
     /// Keeps the arm able to stop at the end of the last leg, braking as late and as hard as it can, and works out by when the next
     /// has to be known lest a corner comes too late. The leg's pace is set before, speeds are worked out afterwards.
-    pub(super) fn open_zone(&mut self, last: &mut Queued, rate: f64) {
+    pub(super) fn open_zone(&mut self, last: &mut QueuedSegment, rate: f64) {
         if last.leg.radius <= 0.0 {
             return;
         }
         let (end, half) = (self.track.end(), 0.5 * self.track.window());
-        let bears = self.track.bears(last.zone);
+        let bears = self.track.bears(last.blend_start);
         let least = |[rest, fast]: [f64; 2]| rest.min(fast);
         let asked = least(bears.braking);
-        let is_joint = matches!(last.leg.path, Path::Joint(_)) && last.leg.wish.duration <= 0.0;
+        let is_joint = matches!(last.leg.path, Path::Joint(_)) && last.leg.request.duration <= 0.0;
         let times = if is_joint {
-            HARDER_IN_BLENDS
+            BLEND_ACCELERATION_FACTOR
         } else {
             f64::INFINITY
         };
         let hardest = least(bears.planned).min(times * asked).max(asked);
         let braking = |from: f64, to: f64| (from * from - to * to).max(0.0) / (2.0 * hardest);
-        let length = end - last.zone;
-        let (fast, turning) = (bears.speed, last.leg.zone_speed / rate);
+        let length = end - last.blend_start;
+        let (fast, turning) = (bears.speed, last.leg.blend_entry_speed / rate);
         // How far the arm is ahead of where it seems to be, and goes until the next motion is planned.
         let reach = fast * (half + LATE_TIME);
-        let is_process = last.leg.touch > 0.0;
+        let is_process = last.leg.arc_tangent_distance > 0.0;
         let mut zone = Zone {
-            hard_from: last.zone.min(end - braking(fast, 0.0) - reach),
+            hard_from: last.blend_start.min(end - braking(fast, 0.0) - reach),
             times,
             ..Zone::NONE
         };
         // A process move's curve touches at its radius, so it begins with its zone.
         let share = if is_process { 0.0 } else { DUE_SHARE };
         last.corner = Corner {
-            by: last.zone + share * length,
+            by: last.blend_start + share * length,
             speed: f64::INFINITY,
             braking: hardest,
         };
         if fast > turning {
             let slow = LATE_CURVE.1 * turning;
             // What is slow there is so half a window before.
-            let from = last.zone + LATE_CURVE.0 * length + half * slow;
+            let from = last.blend_start + LATE_CURVE.0 * length + half * slow;
             let left = end - from;
             let is_unhurried = !is_process
-                && last.zone + reach + braking(fast, slow) + half * slow <= from
+                && last.blend_start + reach + braking(fast, slow) + half * slow <= from
                 && slow * slow >= asked * left;
             if is_unhurried {
                 // Entered at full speed it is slow enough for any corner where a late curve begins.
@@ -73,7 +75,7 @@ impl Queue {
             } else {
                 // The less it has to slow down, the later.
                 let later = within((2.0 * turning - fast) / turning, 0.0, 1.0);
-                let by = last.zone + share * later * length;
+                let by = last.blend_start + share * later * length;
                 // What is slow there makes the whole cell slow that it is felt in.
                 last.corner.by = self.track.begin_of(by - half * turning);
                 last.corner.speed = LATE_CURVE.1 * turning;
@@ -83,33 +85,40 @@ impl Queue {
     }
 
     /// The last leg, when the arm is so near to its end that the next had better be there, and its sender does not know yet.
-    pub(crate) fn awaits_next(&mut self, motion: &Motion) -> Option<&mut Queued> {
+    pub(crate) fn segment_needing_successor(
+        &mut self,
+        motion: &PathMotion,
+    ) -> Option<&mut QueuedSegment> {
         let window = self.track.window();
-        let place = motion.travel.state(&self.track).position;
+        let place = motion.progress.state(&self.track).position;
         let rate = self.route.last()?.rate;
         let has_room = self.has_room();
         let leg = self.legs.last_mut()?;
-        let wish = &leg.leg.wish;
+        let wish = &leg.leg.request;
         let speed = wish.speed / rate;
         let braking = speed * speed * rate / (2.0 * wish.acceleration);
-        let ahead = braking + speed * (2.0 * window + AHEAD_TIME);
-        let is_near = leg.leg.radius > 0.0 && (leg.is_urged || leg.zone - place < ahead);
-        (is_near && has_room && !leg.is_told && !leg.has_ended && !motion.is_stopping)
+        let ahead = braking + speed * (2.0 * window + READY_FOR_NEXT_LEAD);
+        let is_near = leg.leg.radius > 0.0 && (leg.is_urged || leg.blend_start - place < ahead);
+        (is_near
+            && has_room
+            && !leg.is_ready_for_next_sent
+            && !leg.has_ended
+            && !motion.is_stopping)
             .then_some(leg)
     }
 
     /// The last leg, when the arm would slow down for its end, or be late for a curve, unless the next comes at once, and its
     /// sender does not know yet.
-    pub(crate) fn urges_next(&mut self, motion: &Motion) -> Option<&mut Queued> {
-        let travel = &motion.travel;
+    pub(crate) fn urges_next(&mut self, motion: &PathMotion) -> Option<&mut QueuedSegment> {
+        let travel = &motion.progress;
         let last = self.legs.last()?;
         if last.leg.radius <= 0.0 || last.is_urged || last.has_ended || motion.is_stopping {
             return None;
         }
         let (place, speed) = (travel.committed(), travel.committed_speed());
         let window = self.track.window();
-        let asked = self.track.speeding(self.track.index(place), speed);
-        let faster = (speed + LATE_TIME * asked).min(self.track.square(place).sqrt());
+        let asked = self.track.acceleration_at(self.track.index(place), speed);
+        let faster = (speed + LATE_TIME * asked).min(self.track.squared_limit(place).sqrt());
         // One that still speeds up ends that a window before it slows down.
         let ahead = if faster > speed * (1.0 + 1e-9) {
             place + faster * (LATE_TIME + window)
@@ -125,7 +134,7 @@ impl Queue {
         };
         let is_late_for_curve = ahead + slows_by >= corner.by;
         let slows_down = ahead >= self.track.falls_from()
-            && faster * faster >= self.track.square(ahead) * (1.0 - 1e-9);
+            && faster * faster >= self.track.squared_limit(ahead) * (1.0 - 1e-9);
         if !is_late_for_curve && !slows_down {
             return None;
         }

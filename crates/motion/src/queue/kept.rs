@@ -4,15 +4,15 @@
 
 use kinematics::{JointPositions, Pose};
 
-use super::{Motion, Queue};
+use super::{MotionQueue, PathMotion};
 use crate::config::MotionLimits;
-use crate::path::Ground;
+use crate::path::PathContext;
 use crate::scalar::ScalarState;
 use crate::setpoint::elbow_speed;
 
-/// See [`Queue::keep_within`].
+/// See [`MotionQueue::cap_speeds_ahead`].
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Kept {
+pub(super) struct SpeedCapProgress {
     pub(super) place: f64,
     q: JointPositions,
     /// The largest speed of s there.
@@ -22,42 +22,42 @@ pub(super) struct Kept {
 }
 
 /// Cells that are looked at in one cycle.
-const CELLS_KEPT_PER_CYCLE: usize = 64;
+const INTERVALS_CAPPED_PER_CYCLE: usize = 64;
 /// Share of the limits that places leave for what lies between them.
 const KEPT_SHARE: f64 = 0.98;
 /// Speeds that differ by less than this part are the same.
 const SAME: f64 = 1e-6;
 /// Nothing is kept.
-pub(super) const NONE_KEPT: Kept = Kept {
+pub(super) const NO_SPEED_CAPS: SpeedCapProgress = SpeedCapProgress {
     place: f64::NEG_INFINITY,
     q: JointPositions([0.0; 6]),
     cap: f64::INFINITY,
     pace: 1.0,
 };
 
-impl Queue {
+impl MotionQueue {
     /// Keeps the way ahead of the motion within `limits` of joints, TCP and elbow, whatever it was planned with; some cells a
     /// cycle, the nearest first. `near` is where the joints are.
-    pub(crate) fn keep_within(
+    pub(crate) fn cap_speeds_ahead(
         &mut self,
-        motion: &Motion,
+        motion: &PathMotion,
         limits: &MotionLimits,
         tool: &Pose,
-        ground: &Ground,
+        ground: &PathContext,
         near: &JointPositions,
     ) {
-        let oldest = motion.travel.oldest();
-        if self.kept.place < oldest {
-            self.kept = Kept {
+        let oldest = motion.progress.oldest();
+        if self.speed_caps.place < oldest {
+            self.speed_caps = SpeedCapProgress {
                 place: oldest,
                 q: *near,
                 cap: f64::INFINITY,
-                ..self.kept
+                ..self.speed_caps
             };
         }
-        let before = self.kept.place;
-        for _ in 0..CELLS_KEPT_PER_CYCLE {
-            let Some((cell, until)) = self.track.cell_after(self.kept.place) else {
+        let before = self.speed_caps.place;
+        for _ in 0..INTERVALS_CAPPED_PER_CYCLE {
+            let Some((cell, until)) = self.track.cell_after(self.speed_caps.place) else {
                 break;
             };
             let evenly = ScalarState {
@@ -65,7 +65,7 @@ impl Queue {
                 speed: 1.0,
                 acceleration: 0.0,
             };
-            let Some(there) = self.route.at(ground, &evenly, &self.kept.q) else {
+            let Some(there) = self.route.at(ground, &evenly, &self.speed_caps.q) else {
                 break;
             };
             let frames = ground.model.forward(&there.q);
@@ -86,32 +86,32 @@ impl Queue {
                 least.min((limits.acceleration[joint] / most).sqrt())
             });
             // What was planned within the limits stays as it is.
-            let bears = cap.min(self.kept.cap);
+            let bears = cap.min(self.speed_caps.cap);
             if planned.speed > bears * (1.0 + SAME) {
                 self.track.set_cap(cell, KEPT_SHARE * bears);
             }
-            self.kept = Kept {
+            self.speed_caps = SpeedCapProgress {
                 place: until,
                 q: there.q,
                 cap,
-                pace: pace.min(self.kept.pace),
+                pace: pace.min(self.speed_caps.pace),
             };
         }
-        if self.kept.place > before {
-            self.track.settle();
+        if self.speed_caps.place > before {
+            self.track.recompute();
         }
     }
 
     /// The share of its speed at which a motion whose way is kept keeps the joints' accelerations too; `None` until its whole
     /// way has been looked at.
     pub(crate) fn kept_pace(&self) -> Option<f64> {
-        (self.kept.place >= self.track.end()).then_some(self.kept.pace)
+        (self.speed_caps.place >= self.track.end()).then_some(self.speed_caps.pace)
     }
 
     /// The way is as fast as it was planned.
-    pub(crate) fn forget_caps(&mut self) {
-        self.kept = NONE_KEPT;
-        self.track.forget_caps();
-        self.track.settle();
+    pub(crate) fn clear_speed_caps(&mut self) {
+        self.speed_caps = NO_SPEED_CAPS;
+        self.track.clear_caps();
+        self.track.recompute();
     }
 }

@@ -5,9 +5,11 @@
 
 use kinematics::bounds::within;
 
-use super::{Queue, Queued, TooShort};
-use crate::constants::{CATCH_UP, DUE_ATTEMPTS, EARLY, EASE, LONGEST, RAMPS, START_OF_MOTION};
-use crate::scalar::{Pace, Travel};
+use super::{DurationShortfall, MotionQueue, QueuedSegment};
+use crate::constants::{
+    CATCH_UP, DURATION_SEARCH_STEPS, EARLY, EASE, MAX_DURATION, RAMPS, START_OF_MOTION,
+};
+use crate::scalar::{Pace, PathProgress};
 
 /// Times that differ by less are the same, s.
 const SAME_TIME: f64 = 1e-4;
@@ -19,7 +21,7 @@ const ATTEMPTS_TO_FIT: u32 = 6;
 /// What the pace of the last leg is chosen for.
 struct Timing {
     /// Who goes there; at rest at the beginning of the way without one.
-    travel: Option<Travel>,
+    travel: Option<PathProgress>,
     /// Where the curve before the leg begins and ends, and the speed before it.
     entry: f64,
     exit: f64,
@@ -31,26 +33,26 @@ struct Timing {
     left: f64,
 }
 
-impl Queue {
+impl MotionQueue {
     /// Slows the last leg down, which follows a curve from one place to another, so that it takes the time that is wanted of it.
     /// That counts from the waypoint before: from when that leg is due, otherwise from the middle of the curve. Without a travel the
     /// motion begins from rest.
     pub(super) fn keep_time(
         &mut self,
-        travel: Option<&Travel>,
+        travel: Option<&PathProgress>,
         (entry, exit): (f64, f64),
-    ) -> TooShort {
+    ) -> DurationShortfall {
         let last = *self.legs.last()?;
-        let wanted = last.leg.wish.duration;
+        let wanted = last.leg.request.duration;
         if wanted <= 0.0 {
             return None;
         }
         let mut others = self.legs.iter().rev().skip(1);
         let before = others.next().copied().filter(|_| travel.is_some());
-        let now = travel.map_or(0.0, Travel::time);
+        let now = travel.map_or(0.0, PathProgress::time);
         let middle = 0.5 * (entry + exit);
-        let passed = now + travel.map_or(0.0, |travel| travel.foresee(&self.track, middle).1);
-        let begins = before.map_or(0.0, |before| before.due);
+        let passed = now + travel.map_or(0.0, |travel| travel.predict_times(&self.track, middle).1);
+        let begins = before.map_or(0.0, |before| before.deadline);
         let begins = if begins > 0.0 { begins } else { passed };
         let overrun = match travel {
             Some(_) => 0.0,
@@ -91,8 +93,8 @@ impl Queue {
 
     /// Slows a timed leg that begins at `exit` down to what it will not have to exceed, while its pace is not known; not below the
     /// speed that the motion has.
-    pub(super) fn keep_pace_about(&mut self, exit: f64, leg: &Queued, speed: f64) {
-        let wanted = leg.leg.wish.duration;
+    pub(super) fn keep_pace_about(&mut self, exit: f64, leg: &QueuedSegment, speed: f64) {
+        let wanted = leg.leg.request.duration;
         if wanted > 0.0 {
             let nominal = (leg.end - exit) / wanted;
             let pace = Pace {
@@ -105,7 +107,7 @@ impl Queue {
 
     fn set_due(&mut self, due: f64) {
         if let Some(last) = self.legs.last_mut() {
-            last.due = due;
+            last.deadline = due;
         }
     }
 
@@ -174,8 +176,8 @@ impl Queue {
             return fastest.1 - timing.left;
         }
         let mut slowest: Option<(f64, f64)> = None;
-        let mut inverse = within(guess, quick, LONGEST.max(quick));
-        for _ in 0..DUE_ATTEMPTS {
+        let mut inverse = within(guess, quick, MAX_DURATION.max(quick));
+        for _ in 0..DURATION_SEARCH_STEPS {
             let time = self.time_at(timing, pace(inverse));
             if time <= timing.left {
                 fastest = (inverse, time);
@@ -208,9 +210,9 @@ impl Queue {
         let Some(travel) = timing.travel else {
             self.track.set_pace(timing.exit, pace);
             self.open_zone(&mut last, rate);
-            self.track.settle();
-            return Travel::new(&self.track)
-                .foresee(&self.track, f64::INFINITY)
+            self.track.recompute();
+            return PathProgress::new(&self.track)
+                .predict_times(&self.track, f64::INFINITY)
                 .0;
         };
         let now = travel.committed_speed();
@@ -230,17 +232,17 @@ impl Queue {
             self.track.set_pace(timing.entry, before);
             self.track.set_pace(from, pace);
             self.open_zone(&mut last, rate);
-            self.track.settle();
+            self.track.recompute();
             if travel.fits_as_before(&self.track, timing.leeway) {
                 break;
             }
             before.speed = before.speed.max(now);
         }
         self.set_last(last);
-        travel.foresee(&self.track, f64::INFINITY).0
+        travel.predict_times(&self.track, f64::INFINITY).0
     }
 
-    fn set_last(&mut self, leg: Queued) {
+    fn set_last(&mut self, leg: QueuedSegment) {
         if let Some(last) = self.legs.last_mut() {
             *last = leg;
         }

@@ -4,7 +4,7 @@
 
 /// Limits of a cell; unit of the way over powers of seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CellLimits {
+pub struct IntervalLimits {
     /// Largest speed.
     pub speed: f64,
     /// Largest acceleration when speeding up at rest and at that speed; evenly less with the square of the speed in between.
@@ -14,7 +14,7 @@ pub struct CellLimits {
     /// The hardest slowing down that a plan may ask for, at rest and at that speed: every limit is kept, that of the jerk as well.
     pub planned: [f64; 2],
     /// The hardest slowing down that the joints can do, at rest and at that speed: for stops, whatever the program asked for.
-    pub hardest: [f64; 2],
+    pub max_braking: [f64; 2],
     /// Largest jerk.
     pub jerk: f64,
 }
@@ -44,14 +44,14 @@ impl Pace {
     }
 }
 
-impl CellLimits {
+impl IntervalLimits {
     /// No limits.
     pub const NONE: Self = Self {
         speed: f64::INFINITY,
         asked: [f64::INFINITY; 2],
         braking: [f64::INFINITY; 2],
         planned: [f64::INFINITY; 2],
-        hardest: [f64::INFINITY; 2],
+        max_braking: [f64::INFINITY; 2],
         jerk: f64::INFINITY,
     };
 
@@ -59,7 +59,7 @@ impl CellLimits {
     pub fn are_usable(&self) -> bool {
         let [a, b] = self.asked;
         let [c, d] = self.braking;
-        let [e, f] = self.hardest;
+        let [e, f] = self.max_braking;
         let [g, h] = self.planned;
         let all = [self.speed, a, b, c, d, e, f, g, h, self.jerk];
         all.iter().all(|x| x.is_finite() && *x > 0.0)
@@ -67,24 +67,24 @@ impl CellLimits {
 
     /// The same way counted in a unit of which one has `rate` of the present ones.
     #[must_use]
-    pub fn counted(&self, rate: f64) -> Self {
+    pub fn reparametrized(&self, rate: f64) -> Self {
         Self {
             speed: self.speed / rate,
             asked: self.asked.map(|a| a / rate),
             braking: self.braking.map(|a| a / rate),
             planned: self.planned.map(|a| a / rate),
-            hardest: self.hardest.map(|a| a / rate),
+            max_braking: self.max_braking.map(|a| a / rate),
             jerk: self.jerk / rate,
         }
     }
 
     /// The acceleration left where the square of the speed is `square`.
-    pub(super) fn left(&self, [rest, fast]: [f64; 2], square: f64) -> f64 {
+    pub(super) fn acceleration_at(&self, [rest, fast]: [f64; 2], square: f64) -> f64 {
         rest + (fast - rest) * (square / (self.speed * self.speed)).min(1.0)
     }
 
     /// What is left of them at a pace, where accelerations are reached within `window` seconds.
-    pub(super) fn paced(&self, pace: &Pace, window: f64) -> Self {
+    pub(super) fn scaled(&self, pace: &Pace, window: f64) -> Self {
         let most = self.jerk * window;
         let square = pace.share * pace.share;
         let asked = most.min(pace.acceleration);
@@ -95,7 +95,7 @@ impl CellLimits {
             asked: self.asked.map(|a| a * square),
             braking: self.braking.map(|a| a * square),
             planned: at_share(self.planned),
-            hardest: at_share(self.hardest),
+            max_braking: at_share(self.max_braking),
             ..*self
         };
         let slowed = stretched.up_to(pace.speed);
@@ -103,7 +103,7 @@ impl CellLimits {
             asked: slowed.asked.map(|a| a.min(asked)),
             braking: slowed.braking.map(|a| a.min(asked)),
             planned: slowed.planned.map(|a| a.min(most)),
-            hardest: slowed.hardest.map(|a| a.min(most)),
+            max_braking: slowed.max_braking.map(|a| a.min(most)),
             ..slowed
         }
     }
@@ -113,13 +113,13 @@ impl CellLimits {
         if speed >= self.speed {
             return *self;
         }
-        let left = |pair: [f64; 2]| [pair[0], self.left(pair, speed * speed)];
+        let left = |pair: [f64; 2]| [pair[0], self.acceleration_at(pair, speed * speed)];
         Self {
             speed,
             asked: left(self.asked),
             braking: left(self.braking),
             planned: left(self.planned),
-            hardest: left(self.hardest),
+            max_braking: left(self.max_braking),
             jerk: self.jerk,
         }
     }
@@ -133,14 +133,14 @@ impl CellLimits {
     }
 
     /// The lower of both.
-    pub fn lower(&mut self, other: &Self) {
+    pub fn restrict_to(&mut self, other: &Self) {
         let other = other.up_to(self.speed);
         *self = self.up_to(other.speed);
         for k in 0..2 {
             self.asked[k] = self.asked[k].min(other.asked[k]);
             self.braking[k] = self.braking[k].min(other.braking[k]);
             self.planned[k] = self.planned[k].min(other.planned[k]);
-            self.hardest[k] = self.hardest[k].min(other.hardest[k]);
+            self.max_braking[k] = self.max_braking[k].min(other.max_braking[k]);
         }
         self.jerk = self.jerk.min(other.jerk);
     }

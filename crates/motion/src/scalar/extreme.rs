@@ -3,14 +3,14 @@
 /// The first motion at the end of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Knot {
-    pub(super) place: f64,
+    pub(super) s: f64,
     pub(super) speed: f64,
 }
 
 /// The largest or the smallest change of speed from one knot to the next, 0 included. It is kept from step to step: mostly the
 /// newest change is not beyond it, and it is not the one that is forgotten.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Extreme {
+pub(super) struct WindowExtremum {
     /// The change.
     pub(super) change: f64,
     /// The knot from which on it is; the latest of several.
@@ -19,23 +19,23 @@ pub(super) struct Extreme {
 
 /// Which changes count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum Extremum {
     /// The larger one.
-    Faster,
+    Max,
     /// The smaller one.
-    Slower,
+    Min,
 }
 
-impl Kind {
+impl Extremum {
     fn is_beyond(self, a: f64, b: f64) -> bool {
         match self {
-            Self::Faster => a >= b,
-            Self::Slower => a <= b,
+            Self::Max => a >= b,
+            Self::Min => a <= b,
         }
     }
 }
 
-impl Extreme {
+impl WindowExtremum {
     /// Of so many knots, between which nothing changes.
     pub(super) const fn none(knots: usize) -> Self {
         Self {
@@ -45,7 +45,7 @@ impl Extreme {
     }
 
     /// Of these knots.
-    pub(super) fn of(knots: &[Knot], kind: Kind) -> Self {
+    pub(super) fn of(knots: &[Knot], kind: Extremum) -> Self {
         let pairs = knots.windows(2).enumerate();
         pairs.fold(Self::none(knots.len()), |found, (from, pair)| {
             let change = pair[1].speed - pair[0].speed;
@@ -58,7 +58,7 @@ impl Extreme {
     }
 
     /// After the oldest knot was forgotten; the last one stands in two places until it is followed by another.
-    pub(super) fn moved(self, knots: &[Knot], kind: Kind) -> Self {
+    pub(super) fn after_shift(self, knots: &[Knot], kind: Extremum) -> Self {
         match self.from.checked_sub(1) {
             Some(from) => Self { from, ..self },
             None => Self::of(knots, kind),
@@ -66,7 +66,7 @@ impl Extreme {
     }
 
     /// With a change at the end, where none was before.
-    pub(super) fn with(self, newest: f64, knots: &[Knot], kind: Kind) -> Self {
+    pub(super) fn including(self, newest: f64, knots: &[Knot], kind: Extremum) -> Self {
         if kind.is_beyond(newest, self.change) {
             Self {
                 change: newest,
@@ -91,16 +91,16 @@ mod tests {
             steps in proptest::collection::vec((-2..3_i32, 1..20_usize), 1..30),
         ) {
             let mut knots = [Knot::default(); 9];
-            let [mut faster, mut slower] = [Extreme::none(9); 2];
+            let [mut faster, mut slower] = [WindowExtremum::none(9); 2];
             for change in steps.iter().flat_map(|(change, times)| core::iter::repeat_n(change, *times)) {
                 let last = knots[8];
                 knots.copy_within(1.., 0);
-                faster = faster.moved(&knots, Kind::Faster);
-                slower = slower.moved(&knots, Kind::Slower);
+                faster = faster.after_shift(&knots, Extremum::Max);
+                slower = slower.after_shift(&knots, Extremum::Min);
                 knots[8].speed = (last.speed + f64::from(*change)).max(0.0);
                 let newest = knots[8].speed - last.speed;
-                faster = faster.with(newest, &knots, Kind::Faster);
-                slower = slower.with(newest, &knots, Kind::Slower);
+                faster = faster.including(newest, &knots, Extremum::Max);
+                slower = slower.including(newest, &knots, Extremum::Min);
                 let changes = || knots.windows(2).map(|pair| pair[1].speed - pair[0].speed);
                 prop_assert_eq!(faster.change, changes().fold(0.0, f64::max));
                 prop_assert_eq!(slower.change, changes().fold(0.0, f64::min));

@@ -17,10 +17,10 @@ pub mod ramp;
 pub mod track;
 pub mod travel;
 
-pub use cell_limits::{CellLimits, Pace};
+pub use cell_limits::{IntervalLimits, Pace};
 pub use profile::Profile;
-pub use track::{Track, Zone};
-pub use travel::{Drive, Travel, window_for};
+pub use track::{VelocityLimitCurve, Zone};
+pub use travel::{PathProgress, ProgressGoal, smoothing_window};
 
 /// Limits of a scalar motion, all positive and finite; unit of s over powers of seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,11 +3,11 @@
 //! The way is known to its present end and may be lengthened while somebody is on it; until then it ends at rest. A cell's
 //! speed is lowered to what can still be braked from (backward pass over the squares of the speeds, which change evenly
 //! with the place at constant acceleration; Bobrow, Dubowsky and Gibson 1985). The motion along the way is smoothed in time
-//! afterwards ([`Travel`](super::Travel)): for half of that time before and behind a cell nobody may be faster than the cell
+//! afterwards ([`PathProgress`](super::PathProgress)): for half of that time before and behind a cell nobody may be faster than the cell
 //! allows, so that the mean keeps its limits too.
 
-use super::{CellLimits, Pace};
-use crate::constants::{HARDEST_SHARE, PAUSE_SHARE};
+use super::{IntervalLimits, Pace};
+use crate::constants::{HARD_STOP_SHARE, PAUSE_SHARE};
 
 /// A cell that is passed within so many windows counts as short, and a step to a next one whose square of the speed is such a
 /// share as gentle; less is not felt.
@@ -17,43 +17,43 @@ const GENTLE_STEP: (f64, f64) = (0.6, 0.98);
 
 /// A piece of the way.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cell {
+pub struct LimitInterval {
     /// Where it ends.
     pub until: f64,
     /// What is asked for and possible on it.
-    pub limits: CellLimits,
+    pub limits: IntervalLimits,
     /// Slower than it could be when a longer duration is wanted.
-    pub pace: Pace,
+    pub speed_scale: Pace,
     /// The most it may be done at, whatever was planned.
     pub cap: f64,
     /// What its neighbours leave of the limits, and of the caps.
-    eroded: CellLimits,
-    capped: f64,
-    speeds: Speeds,
+    windowed_limits: IntervalLimits,
+    windowed_cap: f64,
+    squared_limit: SquaredSpeedLimit,
     /// What they would be without caps: whoever is still too fast for those keeps to these.
-    planned: Speeds,
+    uncapped_squared_limit: SquaredSpeedLimit,
 }
 
 /// How fast one may be in a cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Speeds {
+struct SquaredSpeedLimit {
     /// Square of the speed at its end, how fast it may fall towards there along the way, and the most it may be.
-    end: f64,
-    fall: f64,
-    most: f64,
+    end_squared: f64,
+    slope: f64,
+    max_squared: f64,
 }
 
 /// The cells in order, and where they begin.
 #[derive(Clone, Debug)]
-pub struct Track {
+pub struct VelocityLimitCurve {
     begin: f64,
-    cells: Vec<Cell>,
+    cells: Vec<LimitInterval>,
     /// Time over which the motion is smoothed, s.
     window: f64,
     /// What is so while it is not known what comes behind the end.
-    zone: Zone,
-    /// What stood from a place on, for [`restore`](Self::restore), and the zone.
-    saved: (usize, Vec<Cell>),
+    blend_entry_limit: Zone,
+    /// What stood from a place on, for [`undo_truncate`](Self::undo_truncate), and the zone.
+    undo_state: (usize, Vec<LimitInterval>),
     saved_zone: Zone,
 }
 
@@ -83,15 +83,15 @@ impl Zone {
     };
 }
 
-impl Track {
+impl VelocityLimitCurve {
     /// A way of no length; room for `room` cells, more are never taken.
     pub fn new(room: usize) -> Self {
         Self {
             begin: 0.0,
             cells: Vec::with_capacity(room),
             window: 0.0,
-            zone: Zone::NONE,
-            saved: (0, Vec::with_capacity(room)),
+            blend_entry_limit: Zone::NONE,
+            undo_state: (0, Vec::with_capacity(room)),
             saved_zone: Zone::NONE,
         }
     }
@@ -101,7 +101,7 @@ impl Track {
         self.begin = 0.0;
         self.cells.clear();
         self.window = window;
-        self.zone = Zone::NONE;
+        self.blend_entry_limit = Zone::NONE;
     }
 
     /// Places for further cells.
@@ -125,37 +125,37 @@ impl Track {
     }
 
     /// Adds a cell; `None` when there is no room or it cannot be used. One of no length is left out.
-    pub fn push(&mut self, until: f64, limits: CellLimits) -> Option<()> {
+    pub fn push(&mut self, until: f64, limits: IntervalLimits) -> Option<()> {
         if until <= self.end() + 1e-12 * (1.0 + until.abs()) {
             return Some(());
         }
         if self.room() == 0 || !limits.are_usable() || !until.is_finite() {
             return None;
         }
-        self.cells.push(Cell {
+        self.cells.push(LimitInterval {
             until,
             limits,
-            pace: Pace::FULL,
+            speed_scale: Pace::FULL,
             cap: f64::INFINITY,
-            eroded: limits,
-            capped: f64::INFINITY,
-            speeds: Speeds::default(),
-            planned: Speeds::default(),
+            windowed_limits: limits,
+            windowed_cap: f64::INFINITY,
+            squared_limit: SquaredSpeedLimit::default(),
+            uncapped_squared_limit: SquaredSpeedLimit::default(),
         });
         Some(())
     }
 
-    /// Ends the way at `place`. What stands behind `from`, which is before that, can be [restored](Self::restore) until the
+    /// Ends the way at `place`. What stands behind `from`, which is before that, can be [restored](Self::undo_truncate) until the
     /// next cut.
-    pub fn cut(&mut self, from: f64, place: f64) {
-        self.saved_zone = self.zone;
-        self.zone = Zone::NONE;
+    pub fn truncate(&mut self, from: f64, place: f64) {
+        self.saved_zone = self.blend_entry_limit;
+        self.blend_entry_limit = Zone::NONE;
         let kept = self
             .cells
             .partition_point(|cell| cell.until < from.min(place));
-        self.saved.0 = kept;
-        self.saved.1.clear();
-        self.saved
+        self.undo_state.0 = kept;
+        self.undo_state.1.clear();
+        self.undo_state
             .1
             .extend_from_slice(self.cells.get(kept..).unwrap_or_default());
         let kept = self.cells.partition_point(|cell| cell.until < place);
@@ -166,7 +166,7 @@ impl Track {
     }
 
     /// Lets the motion slow down so many times harder in the cells between two places, as far as that is possible.
-    pub fn harden(&mut self, from: f64, to: f64, times: f64) {
+    pub fn scale_braking(&mut self, from: f64, to: f64, times: f64) {
         let mut begin = from;
         for cell in self.cells.iter_mut().filter(|cell| cell.until > from) {
             if begin >= to {
@@ -174,15 +174,15 @@ impl Track {
             }
             begin = cell.until;
             cell.limits.brake_harder(times);
-            cell.pace.acceleration *= times;
+            cell.speed_scale.acceleration *= times;
         }
     }
 
     /// Takes the last cut back, and what was added since.
-    pub fn restore(&mut self) {
-        self.cells.truncate(self.saved.0);
-        self.cells.extend_from_slice(&self.saved.1);
-        self.zone = self.saved_zone;
+    pub fn undo_truncate(&mut self) {
+        self.cells.truncate(self.undo_state.0);
+        self.cells.extend_from_slice(&self.undo_state.1);
+        self.blend_entry_limit = self.saved_zone;
     }
 
     /// Cells that end before `place` are forgotten.
@@ -200,7 +200,7 @@ impl Track {
 
     /// What is so until the way is cut.
     pub fn set_zone(&mut self, zone: Zone) {
-        self.zone = zone;
+        self.blend_entry_limit = zone;
     }
 
     /// Sets the pace of the cells from `place` on.
@@ -209,14 +209,14 @@ impl Track {
         self.cells
             .iter_mut()
             .skip(from)
-            .for_each(|cell| cell.pace = pace);
+            .for_each(|cell| cell.speed_scale = pace);
     }
 
     /// What the way bears behind a place at its pace, whatever neighbours leave of that.
-    pub fn bears(&self, place: f64) -> CellLimits {
+    pub fn bears(&self, place: f64) -> IntervalLimits {
         let cell = self.cells.get(self.index(place));
-        cell.map_or(CellLimits::NONE, |cell| {
-            cell.limits.paced(&cell.pace, self.window)
+        cell.map_or(IntervalLimits::NONE, |cell| {
+            cell.limits.scaled(&cell.speed_scale, self.window)
         })
     }
 
@@ -250,19 +250,28 @@ impl Track {
     /// From where on the speed only falls, because the way ends, or to what is allowed while it is not known what comes behind.
     pub fn falls_from(&self) -> f64 {
         let mut place = self.end();
-        let slow = if self.zone.slow_from < place {
-            self.zone.speed * self.zone.speed * (1.0 + 1e-9)
+        let slow = if self.blend_entry_limit.slow_from < place {
+            self.blend_entry_limit.speed * self.blend_entry_limit.speed * (1.0 + 1e-9)
         } else {
             0.0
         };
         for k in (0..self.cells.len()).rev() {
             let (length, cell) = (self.length(k), self.cells.get(k));
-            let Some(Cell { until, speeds, .. }) = cell else {
+            let Some(LimitInterval {
+                until,
+                squared_limit: speeds,
+                ..
+            }) = cell
+            else {
                 break;
             };
-            if speeds.most > slow && speeds.end + speeds.fall * length > speeds.most {
+            if speeds.max_squared > slow
+                && speeds.end_squared + speeds.slope * length > speeds.max_squared
+            {
                 // Even before that.
-                return place.min(until - (speeds.most - speeds.end).max(0.0) / speeds.fall);
+                return place.min(
+                    until - (speeds.max_squared - speeds.end_squared).max(0.0) / speeds.slope,
+                );
             }
             place = until - length;
         }
@@ -276,10 +285,10 @@ impl Track {
     }
 
     /// What is asked for and possible in that cell.
-    pub fn limits(&self, cell: usize) -> CellLimits {
+    pub fn limits(&self, cell: usize) -> IntervalLimits {
         self.cells
             .get(cell)
-            .map_or(CellLimits::NONE, |cell| cell.limits)
+            .map_or(IntervalLimits::NONE, |cell| cell.limits)
     }
 
     /// Nobody may be faster than `cap` in that cell, until the caps are forgotten.
@@ -290,48 +299,49 @@ impl Track {
     }
 
     /// Cells bear again what they were planned with.
-    pub fn forget_caps(&mut self) {
+    pub fn clear_caps(&mut self) {
         for cell in &mut self.cells {
             cell.cap = f64::INFINITY;
         }
     }
 
     /// Works out the speeds after cells were added, cut or paced.
-    pub fn settle(&mut self) {
+    pub fn recompute(&mut self) {
         for k in 0..self.cells.len() {
-            let own = self.own(k);
+            let own = self.interval_limits(k);
             if let Some(cell) = self.cells.get_mut(k) {
-                cell.eroded = own;
-                cell.capped = cell.cap;
+                cell.windowed_limits = own;
+                cell.windowed_cap = cell.cap;
             }
         }
-        self.erode();
+        self.apply_window_minimum();
         let window = self.window;
-        let (mut behind, mut behind_planned) = (Behind::default(), Behind::default());
+        let (mut behind, mut behind_planned) = (BackwardPass::default(), BackwardPass::default());
         for k in (0..self.cells.len()).rev() {
             let length = self.length(k);
             let Some(cell) = self.cells.get_mut(k) else {
                 return;
             };
-            let most = cell.eroded.speed * cell.eroded.speed;
-            let capped = most.min(cell.capped * cell.capped);
-            cell.planned = behind_planned.reached_from(&cell.eroded, most, length, window);
-            cell.speeds = behind.reached_from(&cell.eroded, capped, length, window);
+            let most = cell.windowed_limits.speed * cell.windowed_limits.speed;
+            let capped = most.min(cell.windowed_cap * cell.windowed_cap);
+            cell.uncapped_squared_limit =
+                behind_planned.step_back(&cell.windowed_limits, most, length, window);
+            cell.squared_limit = behind.step_back(&cell.windowed_limits, capped, length, window);
         }
     }
 
     /// What a cell bears by itself, without its cap: that is no reason to accelerate less in it.
-    fn own(&self, k: usize) -> CellLimits {
+    fn interval_limits(&self, k: usize) -> IntervalLimits {
         let Some(cell) = self.cells.get(k) else {
-            return CellLimits::NONE;
+            return IntervalLimits::NONE;
         };
-        let mut own = cell.limits.paced(&cell.pace, self.window);
+        let mut own = cell.limits.scaled(&cell.speed_scale, self.window);
         let is_behind = |place: f64| cell.until > place + 1e-12 * (1.0 + cell.until.abs());
-        if is_behind(self.zone.hard_from) {
-            own.brake_harder(self.zone.times);
+        if is_behind(self.blend_entry_limit.hard_from) {
+            own.brake_harder(self.blend_entry_limit.times);
         }
-        if cell.until - self.length(k) >= self.zone.slow_from {
-            own = own.up_to(self.zone.speed);
+        if cell.until - self.length(k) >= self.blend_entry_limit.slow_from {
+            own = own.up_to(self.blend_entry_limit.speed);
         }
         own
     }
@@ -345,9 +355,9 @@ impl Track {
     }
 
     /// Lowers every cell to what others allow for half of the window before and behind them.
-    fn erode(&mut self) {
+    fn apply_window_minimum(&mut self) {
         for k in 0..self.cells.len() {
-            let own = self.own(k);
+            let own = self.interval_limits(k);
             let cap = self.cells.get(k).map_or(f64::INFINITY, |cell| cell.cap);
             // Whoever still slows down for a cap passes as fast as was planned.
             let reach = 0.5 * own.speed * self.window;
@@ -357,14 +367,14 @@ impl Track {
                 if cell.until <= begin - reach {
                     break;
                 }
-                cell.lower(&own, cap);
+                cell.restrict_to(&own, cap);
             }
             let mut from = end;
             for cell in self.cells.get_mut(k + 1..).unwrap_or_default() {
                 if from >= end + reach {
                     break;
                 }
-                cell.lower(&own, cap);
+                cell.restrict_to(&own, cap);
                 from = cell.until;
             }
         }
@@ -384,65 +394,72 @@ impl Track {
     }
 
     /// Square of the speed allowed at a place.
-    pub fn square(&self, place: f64) -> f64 {
-        self.square_in(self.index(place), place)
+    pub fn squared_limit(&self, place: f64) -> f64 {
+        self.squared_limit_in(self.index(place), place)
     }
 
     /// The same, where it is known in which cell that is.
-    pub fn square_in(&self, cell: usize, place: f64) -> f64 {
+    pub fn squared_limit_in(&self, cell: usize, place: f64) -> f64 {
         let cell = self.cells.get(cell);
         cell.map_or(0.0, |cell| cell.square(place))
     }
 
     /// The same without caps.
-    pub fn planned_square(&self, place: f64) -> f64 {
+    pub fn uncapped_squared_limit_at(&self, place: f64) -> f64 {
         let cell = self.cells.get(self.index(place));
-        cell.map_or(0.0, |cell| cell.planned.square(cell.until - place))
+        cell.map_or(0.0, |cell| {
+            cell.uncapped_squared_limit.square(cell.until - place)
+        })
     }
 
     /// The least of it between two places; of the first its cell is known.
-    pub fn least_square(&self, (first, from): (usize, f64), to: f64) -> f64 {
+    pub fn min_squared_limit(&self, (first, from): (usize, f64), to: f64) -> f64 {
         if to >= self.end() {
             return 0.0;
         }
         let last = self.index_from(first, to);
-        let mut least = self.square_in(first, from).min(self.square_in(last, to));
+        let mut least = self
+            .squared_limit_in(first, from)
+            .min(self.squared_limit_in(last, to));
         for cell in self.cells.get(first..last).unwrap_or_default() {
-            least = least.min(cell.speeds.end);
+            least = least.min(cell.squared_limit.end_squared);
         }
         least
     }
 
     /// Acceleration asked for when speeding up, in a cell and at a speed.
-    pub fn speeding(&self, cell: usize, speed: f64) -> f64 {
+    pub fn acceleration_at(&self, cell: usize, speed: f64) -> f64 {
         self.cells.get(cell).map_or(1.0, |cell| {
-            cell.eroded.left(cell.eroded.asked, speed * speed)
+            cell.windowed_limits
+                .acceleration_at(cell.windowed_limits.asked, speed * speed)
         })
     }
 
     /// Acceleration with which a pause and the slider slow down, the hardest one, and the jerk, at a place and a speed. The
     /// first is what is asked for when slowing down, and no less than [`PAUSE_SHARE`] of what the joints can do.
-    pub fn slowing(&self, place: f64, speed: f64) -> (f64, f64, f64) {
+    pub fn braking_at(&self, place: f64, speed: f64) -> (f64, f64, f64) {
         let Some(cell) = self.cells.get(self.index(place)) else {
             return (1.0, 1.0, 1.0);
         };
-        let limits = &cell.eroded;
+        let limits = &cell.windowed_limits;
         let square = speed * speed;
-        let asked = limits.left(limits.braking, square);
-        let hardest = limits.left(limits.hardest, square).max(asked);
-        let [without_bends, _] = limits.hardest;
-        let least = (PAUSE_SHARE / HARDEST_SHARE * without_bends).min(hardest);
+        let asked = limits.acceleration_at(limits.braking, square);
+        let hardest = limits
+            .acceleration_at(limits.max_braking, square)
+            .max(asked);
+        let [without_bends, _] = limits.max_braking;
+        let least = (PAUSE_SHARE / HARD_STOP_SHARE * without_bends).min(hardest);
         (asked.max(least), hardest, limits.jerk)
     }
 
     /// The speed after `time` when one goes at `speed` at `place` and follows the squares of the speeds down; the place.
-    pub fn followed(&self, place: f64, speed: f64, time: f64) -> (f64, f64) {
-        self.follow(place, speed, time, |cell| &cell.speeds)
+    pub fn follow_limit(&self, place: f64, speed: f64, time: f64) -> (f64, f64) {
+        self.follow(place, speed, time, |cell| &cell.squared_limit)
     }
 
     /// The same down the squares without caps.
-    pub fn followed_as_planned(&self, place: f64, speed: f64, time: f64) -> (f64, f64) {
-        self.follow(place, speed, time, |cell| &cell.planned)
+    pub fn follow_uncapped_limit(&self, place: f64, speed: f64, time: f64) -> (f64, f64) {
+        self.follow(place, speed, time, |cell| &cell.uncapped_squared_limit)
     }
 
     fn follow(
@@ -450,7 +467,7 @@ impl Track {
         place: f64,
         speed: f64,
         time: f64,
-        speeds: impl Fn(&Cell) -> &Speeds,
+        speeds: impl Fn(&LimitInterval) -> &SquaredSpeedLimit,
     ) -> (f64, f64) {
         let mut k = self.index(place);
         loop {
@@ -459,11 +476,11 @@ impl Track {
             };
             let speeds = speeds(cell);
             // w² = square here - fall (next place - place), next place - place = (speed + w) time / 2.
-            let here = speeds.end + speeds.fall * (cell.until - place);
-            let quarter = speeds.fall * time / 4.0;
+            let here = speeds.end_squared + speeds.slope * (cell.until - place);
+            let quarter = speeds.slope * time / 4.0;
             let under = quarter * quarter + here - 2.0 * quarter * speed;
             let next = if under >= 0.0 {
-                (under.sqrt() - quarter).min(speeds.most.sqrt())
+                (under.sqrt() - quarter).min(speeds.max_squared.sqrt())
             } else {
                 -1.0
             };
@@ -480,16 +497,21 @@ impl Track {
     }
 
     /// How far the allowed speed stays what it is at a place.
-    pub fn even_until(&self, place: f64, speed: f64) -> f64 {
+    pub fn constant_until(&self, place: f64, speed: f64) -> f64 {
         let square = speed * speed * (1.0 - 1e-12);
         let mut until = place;
         for cell in self.cells.get(self.index(place)..).unwrap_or_default() {
             // Where more is allowed one speeds up.
-            if cell.speeds.most < square || cell.speeds.most > square * (1.0 + 1e-9) {
+            if cell.squared_limit.max_squared < square
+                || cell.squared_limit.max_squared > square * (1.0 + 1e-9)
+            {
                 break;
             }
-            if cell.speeds.end < square {
-                return until.max(cell.until - (square - cell.speeds.end) / cell.speeds.fall);
+            if cell.squared_limit.end_squared < square {
+                return until.max(
+                    cell.until
+                        - (square - cell.squared_limit.end_squared) / cell.squared_limit.slope,
+                );
             }
             until = cell.until;
         }
@@ -499,15 +521,21 @@ impl Track {
 
 /// What a cell has to be left with: the squares of the speed at which the next one may be entered, and the most in it.
 #[derive(Clone, Copy, Debug, Default)]
-struct Behind {
-    entry: f64,
-    most: f64,
+struct BackwardPass {
+    entry_squared: f64,
+    max_squared: f64,
 }
 
-impl Behind {
-    /// The speeds in the cell before, where the square is `most` at most; that cell is what is behind afterwards.
-    fn reached_from(&mut self, limits: &CellLimits, most: f64, length: f64, window: f64) -> Speeds {
-        let end = self.entry.min(self.most).min(most);
+impl BackwardPass {
+    /// The speeds in the cell before, where the square is `max_squared` at most; that cell is what is behind afterwards.
+    fn step_back(
+        &mut self,
+        limits: &IntervalLimits,
+        most: f64,
+        length: f64,
+        window: f64,
+    ) -> SquaredSpeedLimit {
+        let end = self.entry_squared.min(self.max_squared).min(most);
         // With x the square of the speed: x = end + 2 (rest + change x) length, change being 0 or less.
         let [rest, fast] = limits.braking;
         let change = (fast - rest).min(0.0) / (limits.speed * limits.speed);
@@ -515,30 +543,37 @@ impl Behind {
         let mut fall = 2.0 * (rest + change * entry.min(most));
         let is_short = length > 0.0 && length < SHORT_CELL * most.sqrt() * window;
         let gentle = GENTLE_STEP.0..GENTLE_STEP.1;
-        if is_short && self.most <= self.entry && gentle.contains(&(self.most / most)) {
+        if is_short
+            && self.max_squared <= self.entry_squared
+            && gentle.contains(&(self.max_squared / most))
+        {
             // Where the next cell bears a little less, evenly down to that: full braking at every step would shake the arm.
             fall = fall.min((most - end) / length);
         }
-        self.entry = (end + fall * length).min(most);
-        self.most = most;
-        Speeds { end, fall, most }
+        self.entry_squared = (end + fall * length).min(most);
+        self.max_squared = most;
+        SquaredSpeedLimit {
+            end_squared: end,
+            slope: fall,
+            max_squared: most,
+        }
     }
 }
 
-impl Speeds {
+impl SquaredSpeedLimit {
     /// Square of the speed so far before the end of the cell.
     fn square(&self, before: f64) -> f64 {
-        (self.end + self.fall * before.max(0.0)).min(self.most)
+        (self.end_squared + self.slope * before.max(0.0)).min(self.max_squared)
     }
 }
 
-impl Cell {
-    fn lower(&mut self, neighbour: &CellLimits, cap: f64) {
-        self.eroded.lower(neighbour);
-        self.capped = self.capped.min(cap);
+impl LimitInterval {
+    fn restrict_to(&mut self, neighbour: &IntervalLimits, cap: f64) {
+        self.windowed_limits.restrict_to(neighbour);
+        self.windowed_cap = self.windowed_cap.min(cap);
     }
 
     fn square(&self, place: f64) -> f64 {
-        self.speeds.square(self.until - place)
+        self.squared_limit.square(self.until - place)
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! A first motion accelerates and brakes with the full acceleration from one step to the next; the motion that is made is
 //! its mean over a window of time. So the acceleration changes no faster than its bound over the window, which is an
-//! S-curve of seven phases wherever the limits are the same: for those, with the window chosen by [`window_for`], the
+//! S-curve of seven phases wherever the limits are the same: for those, with the window chosen by [`smoothing_window`], the
 //! fastest there is (Biagiotti and Melchiorri, *Trajectory Planning for Automatic Machines and Robots*, 2008, 3.4 and 4.6:
 //! trajectories by chains of moving averages).
 //!
@@ -11,8 +11,8 @@
 
 mod hardest;
 
-use super::extreme::{Extreme, Kind, Knot};
-use super::{ScalarLimits, ScalarState, Track};
+use super::extreme::{Extremum, Knot, WindowExtremum};
+use super::{ScalarLimits, ScalarState, VelocityLimitCurve};
 use crate::constants::WINDOW_RANGE;
 use kinematics::bounds::within;
 use kinematics::elementary::cbrt;
@@ -22,28 +22,28 @@ const STEPS: usize = 32;
 /// Room for rounding where speeds are compared.
 const SLACK: f64 = 1e-12;
 /// From rest the way left is nothing where it is less, of the place and by itself: steps of it would be lost in rounding.
-const NO_WAY: f64 = 1e-13;
+const MIN_DISTANCE: f64 = 1e-13;
 /// By this part a motion is faster than the track only if that was lowered.
-const OVER: f64 = 1e-6;
+const OVERSPEED_TOLERANCE: f64 = 1e-6;
 /// Steps of a foreseen motion before it counts as endless.
-const FORESEEN: usize = 200_000;
+const MAX_PREDICTION_STEPS: usize = 200_000;
 
 /// What is wanted of the motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Drive {
+pub enum ProgressGoal {
     /// Go on at this fraction of the pace, in (0, 1].
-    Go(f64),
+    Run(f64),
     /// Brake on the path and stand.
-    Halt,
+    Stop,
     /// Brake on the path as hard as the arm can, and stand.
-    HaltHard,
+    StopHard,
     /// Come to rest with this acceleration, whatever the path bears: for an arm whose joints brake beside it, so that the
     /// place on the path stays near the arm. Unit of the way over s².
     HaltBeside(f64),
 }
 
 /// The window over which a motion under these limits over `length` is fastest; infinite lengths are allowed.
-pub fn window_for(limits: &ScalarLimits, length: f64) -> f64 {
+pub fn smoothing_window(limits: &ScalarLimits, length: f64) -> f64 {
     let reached = limits.acceleration / limits.jerk;
     let by_speed = (limits.speed / limits.jerk).sqrt();
     let by_length = cbrt(length / (2.0 * limits.jerk));
@@ -53,59 +53,59 @@ pub fn window_for(limits: &ScalarLimits, length: f64) -> f64 {
 
 /// A motion under way along a track.
 #[derive(Clone, Copy, Debug)]
-pub struct Travel {
+pub struct PathProgress {
     /// The first motion at the ends of the steps of a window, the oldest first, and one step ahead.
     knots: [Knot; STEPS + 2],
     /// What is known of them: the hardest speeding up and slowing down, and how many but the oldest stand still.
-    faster: Extreme,
-    slower: Extreme,
-    halts: usize,
+    max_speed_change: WindowExtremum,
+    min_speed_change: WindowExtremum,
+    knots_at_rest: usize,
     step: f64,
     /// Time since the last but one knot.
     phase: f64,
     /// Time of its own clock since the start, s.
     time: f64,
     /// Seconds of its own clock a second.
-    rate: f64,
-    wanted: Drive,
+    time_scale: f64,
+    wanted: ProgressGoal,
     fraction: f64,
     /// Share of its speed that what is laid over the motion leaves it; at rest as well it is no other clock, so that a motion
     /// that hardly moves is at full speed as soon as it may be.
     pace: f64,
     /// Where it is faster than the track allows it brakes as hard as the arm can.
-    is_hard: bool,
+    is_hard_braking: bool,
     /// The state after the last advance, on a track that ended there.
-    known: Option<(f64, ScalarState)>,
+    cached_state: Option<(f64, ScalarState)>,
 }
 
-impl Travel {
+impl PathProgress {
     /// At rest at the beginning of `track`; the first [`advance`](Self::advance) moves.
-    pub fn new(track: &Track) -> Self {
+    pub fn new(track: &VelocityLimitCurve) -> Self {
         Self {
             knots: [Knot::default(); STEPS + 2],
-            faster: Extreme::none(STEPS + 2),
-            slower: Extreme::none(STEPS + 2),
-            halts: STEPS + 1,
+            max_speed_change: WindowExtremum::none(STEPS + 2),
+            min_speed_change: WindowExtremum::none(STEPS + 2),
+            knots_at_rest: STEPS + 1,
             step: track.window().max(WINDOW_RANGE.0) / STEPS as f64,
             phase: 0.0,
             time: 0.0,
-            rate: 1.0,
-            wanted: Drive::Halt,
+            time_scale: 1.0,
+            wanted: ProgressGoal::Stop,
             fraction: 0.0,
             pace: 1.0,
-            is_hard: false,
-            known: None,
+            is_hard_braking: false,
+            cached_state: None,
         }
     }
 
     /// Changes what is wanted; takes effect in the next [`advance`](Self::advance).
-    pub fn drive(&mut self, drive: Drive) {
+    pub fn set_goal(&mut self, drive: ProgressGoal) {
         self.wanted = drive;
     }
 
     /// Whether it brakes as hard as the arm can where it is faster than the track allows.
-    pub fn brake_hard(&mut self, is_hard: bool) {
-        self.is_hard = is_hard;
+    pub fn set_hard_braking(&mut self, is_hard: bool) {
+        self.is_hard_braking = is_hard;
     }
 
     /// From now on it goes at this share of the speed that it would have otherwise, more than 0.
@@ -115,7 +115,7 @@ impl Travel {
 
     /// Whether it is to go on.
     pub fn is_going(&self) -> bool {
-        matches!(self.wanted, Drive::Go(_))
+        matches!(self.wanted, ProgressGoal::Run(_))
     }
 
     /// Time of its own clock since the start, s: real time at full speed.
@@ -130,93 +130,93 @@ impl Travel {
 
     /// The track up to here cannot be changed any more: the first motion has been there.
     pub fn committed(&self) -> f64 {
-        self.knots[STEPS + 1].place
+        self.knots[STEPS + 1].s
     }
 
     /// The oldest place that the motion still depends on.
     pub fn oldest(&self) -> f64 {
-        self.knots[0].place
+        self.knots[0].s
     }
 
     /// The speed of the first motion there.
     pub fn committed_speed(&self) -> f64 {
-        self.knots[STEPS + 1].speed * self.rate
+        self.knots[STEPS + 1].speed * self.time_scale
     }
 
     /// Whether the motion can go on over a track that has been changed: it is not too fast, and one that speeds up has time
     /// to end that first.
-    pub fn fits(&self, track: &Track) -> bool {
+    pub fn can_continue_on(&self, track: &VelocityLimitCurve) -> bool {
         self.fits_as_before(track, 0.0)
     }
 
     /// Whether the motion can go on over a track that has been changed, or has at least as much leeway as on another track.
-    pub fn fits_as_before(&self, track: &Track, before: f64) -> bool {
+    pub fn fits_as_before(&self, track: &VelocityLimitCurve, before: f64) -> bool {
         let speed = self.committed_speed();
         self.leeway(track) >= before.min(0.0) - 1e-9 * speed * speed
     }
 
     /// By how much the square of its speed is less than what the track bears where that cannot be changed any more.
-    pub fn leeway(&self, track: &Track) -> f64 {
+    pub fn leeway(&self, track: &VelocityLimitCurve) -> f64 {
         let (place, speed) = (self.committed(), self.committed_speed());
         let least = if self.speeding_up() > 0.0 {
-            track.least_square(
+            track.min_squared_limit(
                 (track.index(place), place),
-                place + speed * track.window() / self.rate,
+                place + speed * track.window() / self.time_scale,
             )
         } else {
-            track.square(place)
+            track.squared_limit(place)
         };
         least - speed * speed
     }
 
     /// True when the end of the track is reached.
-    pub fn is_finished(&self, track: &Track) -> bool {
-        self.knots[0].place >= track.end()
+    pub fn is_finished(&self, track: &VelocityLimitCurve) -> bool {
+        self.knots[0].s >= track.end()
     }
 
     /// True when nothing moves: at the end, or halted.
-    pub fn is_standing(&self, track: &Track) -> bool {
-        self.is_finished(track) || !self.is_going() && self.rests()
+    pub fn is_standing(&self, track: &VelocityLimitCurve) -> bool {
+        self.is_finished(track) || !self.is_going() && self.is_at_rest()
     }
 
     /// Nothing of the first motion within the window moves.
-    fn rests(&self) -> bool {
+    fn is_at_rest(&self) -> bool {
         self.knots.iter().all(|knot| knot.speed == 0.0)
-            && self.knots[0].place == self.knots[STEPS + 1].place
+            && self.knots[0].s == self.knots[STEPS + 1].s
     }
 
     /// The state `dt` seconds later; from the end of the track on exactly its end, at rest.
-    pub fn advance(&mut self, dt: f64, track: &Track) -> ScalarState {
+    pub fn advance(&mut self, dt: f64, track: &VelocityLimitCurve) -> ScalarState {
         self.fraction = match self.wanted {
-            Drive::Go(fraction) => fraction,
-            Drive::Halt | Drive::HaltHard | Drive::HaltBeside(_) => 0.0,
+            ProgressGoal::Run(fraction) => fraction,
+            ProgressGoal::Stop | ProgressGoal::StopHard | ProgressGoal::HaltBeside(_) => 0.0,
         };
-        if self.rests() {
+        if self.is_at_rest() {
             if !self.is_going() {
                 return self.state(track);
             }
-            self.begin(self.fraction, track);
+            self.start_from_rest(self.fraction, track);
         }
-        if self.rate < 1.0 && (!self.is_going() || self.fraction > self.rate) {
-            self.hasten(track);
+        if self.time_scale < 1.0 && (!self.is_going() || self.fraction > self.time_scale) {
+            self.resync_to_real_time(track);
         }
-        self.known = None;
-        let passed = dt * self.rate;
+        self.cached_state = None;
+        let passed = dt * self.time_scale;
         self.time += passed;
         self.phase += passed;
         while self.phase >= self.step {
             self.phase -= self.step;
-            self.step_on(track);
+            self.advance_knot(track);
         }
         let state = self.state(track);
-        self.known = Some((track.end(), state));
+        self.cached_state = Some((track.end(), state));
         state
     }
 
     /// Takes its clock to the pace of real time: one that is slow takes its time to come to rest, too, and the mean over a window
     /// that is stretched would be faster than the track allows where that changes within it. What has been becomes the even
     /// acceleration that has the same place, speed and acceleration now, so that nothing jumps.
-    fn hasten(&mut self, track: &Track) {
+    fn resync_to_real_time(&mut self, track: &VelocityLimitCurve) {
         let now = self.state(track);
         let half = 0.5 * self.step * STEPS as f64;
         let (v, a) = (now.speed, now.acceleration);
@@ -228,33 +228,33 @@ impl Travel {
         let at = |knot: usize| {
             let t = self.step * knot as f64 - half;
             Knot {
-                place: middle + t * (v + 0.5 * a * t),
+                s: middle + t * (v + 0.5 * a * t),
                 speed: v + a * t,
             }
         };
         let hastened = Self {
-            rate: 1.0,
+            time_scale: 1.0,
             phase: 0.0,
-            known: None,
+            cached_state: None,
             ..*self
         }
         .with_knots(core::array::from_fn(at));
-        if hastened.committed() <= self.committed() && hastened.fits(track) {
+        if hastened.committed() <= self.committed() && hastened.can_continue_on(track) {
             *self = hastened;
         }
     }
 
     /// From rest at a fraction of the pace.
-    fn begin(&mut self, fraction: f64, track: &Track) {
-        self.rate = fraction;
+    fn start_from_rest(&mut self, fraction: f64, track: &VelocityLimitCurve) {
+        self.time_scale = fraction;
         self.phase = 0.0;
-        self.known = None;
-        self.end_with(self.next_knot(track));
+        self.cached_state = None;
+        self.set_last_knot(self.next_knot(track));
     }
 
     /// The state now.
-    pub fn state(&self, track: &Track) -> ScalarState {
-        if let Some((end, state)) = self.known
+    pub fn state(&self, track: &VelocityLimitCurve) -> ScalarState {
+        if let Some((end, state)) = self.cached_state
             && end == track.end()
         {
             return state;
@@ -265,24 +265,24 @@ impl Travel {
         let own = self.smoothed();
         ScalarState {
             position: own.position,
-            speed: own.speed * self.rate,
-            acceleration: own.acceleration * self.rate * self.rate,
+            speed: own.speed * self.time_scale,
+            acceleration: own.acceleration * self.time_scale * self.time_scale,
         }
     }
 
-    /// Time of its own clock until the end of the track and until the mean has passed `place`, s.
-    pub fn foresee(&self, track: &Track, place: f64) -> (f64, f64) {
+    /// Time of its own clock until the end of the track and until the mean has passed `s`, s.
+    pub fn predict_times(&self, track: &VelocityLimitCurve, place: f64) -> (f64, f64) {
         let mut travel = *self;
-        travel.wanted = Drive::Go(travel.rate);
+        travel.wanted = ProgressGoal::Run(travel.time_scale);
         travel.pace = 1.0;
-        if travel.rests() && travel.knots[0].place < track.end() {
-            travel.begin(1.0, track);
-            travel.wanted = Drive::Go(1.0);
+        if travel.is_at_rest() && travel.knots[0].s < track.end() {
+            travel.start_from_rest(1.0, track);
+            travel.wanted = ProgressGoal::Run(1.0);
         }
         let mut time = -travel.phase;
         let mut passed = None;
-        for _ in 0..FORESEEN {
-            if travel.knots[0].place >= track.end() {
+        for _ in 0..MAX_PREDICTION_STEPS {
+            if travel.knots[0].s >= track.end() {
                 break;
             }
             if passed.is_none() && travel.middle() >= place {
@@ -294,14 +294,14 @@ impl Travel {
                 f64::INFINITY
             };
             time += travel.skip_evenly(track, until);
-            travel.step_on(track);
+            travel.advance_knot(track);
             time += travel.step;
         }
         (time, passed.unwrap_or(time))
     }
 
     fn middle(&self) -> f64 {
-        self.knots[STEPS / 2].place
+        self.knots[STEPS / 2].s
     }
 
     /// The mean of the first motion over the window, on its own clock.
@@ -314,13 +314,13 @@ impl Travel {
         let rest_of_first = self.integral(&old_left, &knots[1], self.step)
             - self.integral(&old_left, &knots[1], self.phase);
         let mut sum = rest_of_first + self.integral(&new_left, &knots[STEPS + 1], self.phase);
-        if self.halts == 0 && knots[0].speed > 0.0 {
+        if self.knots_at_rest == 0 && knots[0].speed > 0.0 {
             // Nowhere at rest: every step lasts to its end, and all of them are worked out side by side.
             let mut whole = [0.0; STEPS - 1];
             for (k, whole) in whole.iter_mut().enumerate() {
                 let (from, to) = (knots[k + 1], knots[k + 2]);
                 let change = (to.speed - from.speed) / self.step;
-                let place = from.place - old_left.place;
+                let place = from.s - old_left.s;
                 *whole =
                     self.step * (place + self.step * (from.speed / 2.0 + self.step * change / 6.0));
             }
@@ -331,8 +331,8 @@ impl Travel {
             }
         }
         ScalarState {
-            position: old_left.place + sum / window,
-            speed: (new.place - old.place) / window,
+            position: old_left.s + sum / window,
+            speed: (new.s - old.s) / window,
             acceleration: (new.speed - old.speed) / window,
         }
     }
@@ -345,7 +345,7 @@ impl Travel {
         }
         let t = self.phase;
         Knot {
-            place: from.place + t * (from.speed + 0.5 * change * t),
+            s: from.s + t * (from.speed + 0.5 * change * t),
             speed: from.speed + change * t,
         }
     }
@@ -356,42 +356,42 @@ impl Travel {
         if to.speed > 0.0 || from.speed <= 0.0 {
             return ((to.speed - from.speed) / self.step, self.step);
         }
-        let ends = (2.0 * (to.place - from.place) / from.speed).min(self.step);
+        let ends = (2.0 * (to.s - from.s) / from.speed).min(self.step);
         (-from.speed / ends.max(1e-12), ends)
     }
 
     /// Integral of the place, counted from the oldest knot's, over the first `t` seconds after `from`.
     fn integral(&self, from: &Knot, to: &Knot, t: f64) -> f64 {
         let (change, ends) = self.change(from, to);
-        let place = from.place - self.knots[0].place;
+        let place = from.s - self.knots[0].s;
         let moving = t.min(ends);
-        let rest = (t - moving) * (to.place - self.knots[0].place);
+        let rest = (t - moving) * (to.s - self.knots[0].s);
         moving * (place + moving * (from.speed / 2.0 + moving * change / 6.0)) + rest
     }
 
     /// One step of the first motion.
-    fn next_knot(&self, track: &Track) -> Knot {
+    fn next_knot(&self, track: &VelocityLimitCurve) -> Knot {
         let now = self.knots[STEPS + 1];
-        if now.place >= track.end() {
+        if now.s >= track.end() {
             return Knot {
-                place: track.end(),
+                s: track.end(),
                 speed: 0.0,
             };
         }
         let gear = match self.wanted {
             // A slow clock goes no faster than it is before it is hastened.
-            Drive::Go(fraction) => (fraction / self.rate).min(1.0) * self.pace,
-            Drive::Halt | Drive::HaltHard | Drive::HaltBeside(_) => 0.0,
+            ProgressGoal::Run(fraction) => (fraction / self.time_scale).min(1.0) * self.pace,
+            ProgressGoal::Stop | ProgressGoal::StopHard | ProgressGoal::HaltBeside(_) => 0.0,
         };
-        let here = track.index(now.place);
-        let allowed = track.square_in(here, now.place).sqrt();
+        let here = track.index(now.s);
+        let allowed = track.squared_limit_in(here, now.s).sqrt();
         if gear > 0.0 && now.speed <= gear * allowed * (1.0 + 1e-9) {
             // Slower by a factor is the same in steps that are shorter by it.
             let slowed = Knot {
                 speed: now.speed / gear,
                 ..now
             };
-            let next = self.onward(slowed, gear, (track, here));
+            let next = self.accelerate_step(slowed, gear, (track, here));
             let next = Knot {
                 speed: next.speed * gear,
                 ..next
@@ -401,20 +401,20 @@ impl Travel {
             if next.speed >= now.speed || self.speeding_up() <= 0.0 {
                 return next;
             }
-            return self.braked(now, next.speed, track);
+            return self.brake_step(now, next.speed, track);
         }
-        self.braked(now, gear * allowed, track)
+        self.brake_step(now, gear * allowed, track)
     }
 
     /// The largest acceleration of the first motion within the window; 0 at least.
     fn speeding_up(&self) -> f64 {
-        self.faster.change / self.step
+        self.max_speed_change.change / self.step
     }
 
     /// The smallest acceleration of the first motion within the window; 0 at most.
     fn slowing_down(&self) -> f64 {
-        let slower = self.slower.change / self.step;
-        if self.halts == 0 {
+        let slower = self.min_speed_change.change / self.step;
+        if self.knots_at_rest == 0 {
             return slower;
         }
         self.knots.windows(2).fold(slower, |least, pair| {
@@ -428,69 +428,78 @@ impl Travel {
     }
 
     /// Forgets the oldest knot and adds the next one.
-    fn step_on(&mut self, track: &Track) {
-        self.halts -= usize::from(self.knots[1].speed <= 0.0);
+    fn advance_knot(&mut self, track: &VelocityLimitCurve) {
+        self.knots_at_rest -= usize::from(self.knots[1].speed <= 0.0);
         self.knots.copy_within(1.., 0);
-        self.halts += usize::from(self.knots[STEPS + 1].speed <= 0.0);
-        self.faster = self.faster.moved(&self.knots, Kind::Faster);
-        self.slower = self.slower.moved(&self.knots, Kind::Slower);
-        self.end_with(self.next_knot(track));
+        self.knots_at_rest += usize::from(self.knots[STEPS + 1].speed <= 0.0);
+        self.max_speed_change = self
+            .max_speed_change
+            .after_shift(&self.knots, Extremum::Max);
+        self.min_speed_change = self
+            .min_speed_change
+            .after_shift(&self.knots, Extremum::Min);
+        self.set_last_knot(self.next_knot(track));
     }
 
     /// Puts a knot in the place of the last one, which is the same as the one before.
-    fn end_with(&mut self, knot: Knot) {
+    fn set_last_knot(&mut self, knot: Knot) {
         let last = self.knots[STEPS + 1];
-        self.halts -= usize::from(last.speed <= 0.0);
-        self.halts += usize::from(knot.speed <= 0.0);
+        self.knots_at_rest -= usize::from(last.speed <= 0.0);
+        self.knots_at_rest += usize::from(knot.speed <= 0.0);
         self.knots[STEPS + 1] = knot;
         let newest = knot.speed - last.speed;
-        self.faster = self.faster.with(newest, &self.knots, Kind::Faster);
-        self.slower = self.slower.with(newest, &self.knots, Kind::Slower);
+        self.max_speed_change = self
+            .max_speed_change
+            .including(newest, &self.knots, Extremum::Max);
+        self.min_speed_change = self
+            .min_speed_change
+            .including(newest, &self.knots, Extremum::Min);
     }
 
     /// The same with other knots.
     fn with_knots(self, knots: [Knot; STEPS + 2]) -> Self {
         let halts = knots[1..].iter().filter(|knot| knot.speed <= 0.0);
         Self {
-            faster: Extreme::of(&knots, Kind::Faster),
-            slower: Extreme::of(&knots, Kind::Slower),
-            halts: halts.count(),
+            max_speed_change: WindowExtremum::of(&knots, Extremum::Max),
+            min_speed_change: WindowExtremum::of(&knots, Extremum::Min),
+            knots_at_rest: halts.count(),
             knots,
             ..self
         }
     }
 
     /// One step towards a lower speed than the present one.
-    fn braked(&self, now: Knot, goal: f64, track: &Track) -> Knot {
-        let (h, rate) = (self.step, self.rate);
-        let (asked, hardest, jerk) = track.slowing(now.place, now.speed * rate);
+    fn brake_step(&self, now: Knot, goal: f64, track: &VelocityLimitCurve) -> Knot {
+        let (h, rate) = (self.step, self.time_scale);
+        let (asked, hardest, jerk) = track.braking_at(now.s, now.speed * rate);
         // How hard, and how much the acceleration may change within the window.
         let (hard, change) = match self.wanted {
-            Drive::HaltBeside(deceleration) => (deceleration, f64::INFINITY),
-            Drive::HaltHard => (hardest, (jerk * track.window() * rate).max(hardest)),
-            _ if self.is_hard => (hardest, (jerk * track.window() * rate).max(hardest)),
-            Drive::Halt | Drive::Go(_) => (asked, asked),
+            ProgressGoal::HaltBeside(deceleration) => (deceleration, f64::INFINITY),
+            ProgressGoal::StopHard => (hardest, (jerk * track.window() * rate).max(hardest)),
+            _ if self.is_hard_braking => (hardest, (jerk * track.window() * rate).max(hardest)),
+            ProgressGoal::Stop | ProgressGoal::Run(_) => (asked, asked),
         };
         let largest = self.speeding_up();
         let square = rate * rate;
         let a = (-hard / square).max(largest - change / square).min(0.0);
         let next = (now.speed + a * h).max(goal).max(0.0).min(now.speed);
-        let there = now.place + 0.5 * (now.speed + next) * h;
-        let ahead = track.square(there).sqrt() / rate;
+        let there = now.s + 0.5 * (now.speed + next) * h;
+        let ahead = track.squared_limit(there).sqrt() / rate;
         // One that is faster than the track allows, because that was lowered, comes down as it can.
-        let is_over = now.speed * rate > track.square(now.place).sqrt() * (1.0 + OVER);
+        let is_over =
+            now.speed * rate > track.squared_limit(now.s).sqrt() * (1.0 + OVERSPEED_TOLERANCE);
         if next > ahead && !is_over {
-            let (place, speed) = track.followed(now.place, now.speed * rate, h / rate);
+            let (place, speed) = track.follow_limit(now.s, now.speed * rate, h / rate);
             return Knot {
-                place,
+                s: place,
                 speed: (speed / rate).min(now.speed),
             };
         }
         // But no later than was planned.
-        if is_over && next > track.planned_square(there).sqrt() / rate {
-            let (place, speed) = track.followed_as_planned(now.place, now.speed * rate, h / rate);
+        if is_over && next > track.uncapped_squared_limit_at(there).sqrt() / rate {
+            let (place, speed) = track.follow_uncapped_limit(now.s, now.speed * rate, h / rate);
             return Knot {
-                place,
+                s: place,
                 speed: (speed / rate).min(now.speed),
             };
         }
@@ -500,38 +509,44 @@ impl Travel {
         } else {
             (-now.speed / a).min(h)
         };
-        let place = now.place + 0.5 * (now.speed + next) * lasts;
+        let place = now.s + 0.5 * (now.speed + next) * lasts;
         Knot {
-            place: place.min(track.end()),
+            s: place.min(track.end()),
             speed: if place < track.end() { next } else { 0.0 },
         }
     }
 
     /// One step as fast as the track allows; the step and the window are longer by the gear.
-    fn onward(&self, now: Knot, gear: f64, (track, here): (&Track, usize)) -> Knot {
-        let (place, speed) = (now.place, now.speed);
-        if speed <= 0.0 && track.end() - place <= NO_WAY * (1.0 + place) {
+    fn accelerate_step(
+        &self,
+        now: Knot,
+        gear: f64,
+        (track, here): (&VelocityLimitCurve, usize),
+    ) -> Knot {
+        let (place, speed) = (now.s, now.speed);
+        if speed <= 0.0 && track.end() - place <= MIN_DISTANCE * (1.0 + place) {
             return Knot {
-                place: track.end(),
+                s: track.end(),
                 speed: 0.0,
             };
         }
         let (h, window) = (self.step * gear, track.window() * gear);
-        let asked = track.speeding(here, speed);
+        let asked = track.acceleration_at(here, speed);
         // What slowed down within the window must have gone from the mean before it may speed up fully.
         let least = self.slowing_down() / (gear * gear);
         let up = speed + (asked + least).max(0.0) * h;
         // After speeding up there has to be time for the mean to do so too before it slows down.
         let room = |next: f64| {
             let ahead = place + next * (h + window);
-            track.least_square((here, place), ahead) - next * next
+            track.min_squared_limit((here, place), ahead) - next * next
         };
         // The cell at the end of the step is this one or close behind it.
-        let there = track.square_in(track.index_from(here, place + speed * h), place + speed * h);
+        let there =
+            track.squared_limit_in(track.index_from(here, place + speed * h), place + speed * h);
         let top = there.sqrt();
         let up = up.min(top);
         if up >= speed && up > 0.0 && room(up) >= -SLACK * up * up {
-            return reached(now, up, h, track);
+            return knot_at_speed(now, up, h, track);
         }
         if up > speed && room(speed) > 0.0 {
             let (mut low, mut high) = (speed, up);
@@ -544,11 +559,11 @@ impl Travel {
                 }
             }
             if low > 0.0 {
-                return reached(now, low, h, track);
+                return knot_at_speed(now, low, h, track);
             }
         }
         if there >= speed * speed * (1.0 - SLACK) && speed > 0.0 {
-            return reached(now, speed, h, track);
+            return knot_at_speed(now, speed, h, track);
         }
         if speed <= 0.0 && up <= 0.0 && least < 0.0 {
             // It has just come to rest: in a moment it may go on.
@@ -557,25 +572,25 @@ impl Travel {
         if speed <= 0.0 {
             // Too short a way to speed up on.
             return Knot {
-                place: track.end(),
+                s: track.end(),
                 speed: 0.0,
             };
         }
-        let (place, next) = track.followed(place, speed, h);
+        let (place, next) = track.follow_limit(place, speed, h);
         Knot {
-            place,
+            s: place,
             speed: next.min(speed),
         }
     }
 }
 
-fn reached(now: Knot, speed: f64, h: f64, track: &Track) -> Knot {
-    let place = now.place + 0.5 * (now.speed + speed) * h;
+fn knot_at_speed(now: Knot, speed: f64, h: f64, track: &VelocityLimitCurve) -> Knot {
+    let place = now.s + 0.5 * (now.speed + speed) * h;
     if place >= track.end() {
         return Knot {
-            place: track.end(),
+            s: track.end(),
             speed: 0.0,
         };
     }
-    Knot { place, speed }
+    Knot { s: place, speed }
 }

@@ -2,7 +2,7 @@
 
 use kinematics::{Pose, RobotModel, RpyPose};
 use motion::CycleConfig;
-use motion::contact::{Obstacle, Shape, Solid};
+use motion::contact::{Obstacle, PlacedShape, Shape};
 use motion_api::{CommandKind, Outcome};
 use nalgebra::Vector3;
 
@@ -21,7 +21,7 @@ pub fn over_plate(config: CycleConfig, gap: f64, stiffness: f64, tilt: f64) -> C
     let pose = Pose::from_rpy(&RpyPose::from_array([x, y, z - gap, 0.0, -tilt, 0.0]));
     config.surroundings.obstacles.push(Obstacle {
         name: "plate".to_owned(),
-        solid: Solid {
+        solid: PlacedShape {
             pose,
             shape: Shape::Plane,
         },

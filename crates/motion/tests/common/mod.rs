@@ -15,10 +15,10 @@ pub mod force;
 use std::sync::Arc;
 
 use kinematics::{JointPositions, RobotModel, RpyPose};
-use motion::{Cycle, CycleConfig, MotionLimits, PlantKind, Timing};
+use motion::{ControlLoop, CycleConfig, CycleTiming, MotionLimits, PlantKind};
 use motion_api::{
-    BorderSizes, CommandId, CommandKind, Event, Origin, Outcome, PointList, Record, RobotState,
-    ScriptEnd, StopReason, Warning, border,
+    CommandId, CommandKind, Event, Origin, Outcome, PointList, Record, RingCapacities, RobotState,
+    ScriptEndpoint, StopReason, Warning, motion_channel,
 };
 use nalgebra::Vector3;
 
@@ -26,8 +26,8 @@ pub const MODELS: [&str; 6] = ["cs63", "cs66", "cs612", "cs616", "cs620", "cs625
 
 pub struct Bench {
     pub model: &'static str,
-    pub cycle: Cycle,
-    pub script: ScriptEnd,
+    pub cycle: ControlLoop,
+    pub script: ScriptEndpoint,
     pub states: Vec<RobotState>,
     pub ended: Vec<(CommandId, Outcome, u64)>,
     pub warnings: Vec<(CommandId, Warning)>,
@@ -57,12 +57,12 @@ pub fn unwatched(model: &str) -> CycleConfig {
 
 impl Bench {
     pub fn new(config: CycleConfig) -> Self {
-        let (motion, script) = border(BorderSizes::default(), &config.first_state());
+        let (motion, script) = motion_channel(RingCapacities::default(), &config.first_state());
         let limits = config.resolve().unwrap();
         let first = config.first_state();
         Self {
             model: "cs66",
-            cycle: Cycle::new(config, motion).unwrap(),
+            cycle: ControlLoop::new(config, motion).unwrap(),
             script,
             states: vec![first],
             ended: Vec::new(),
@@ -81,7 +81,7 @@ impl Bench {
 
     /// A moveml through joint positions.
     pub fn moveml(&self, points: &[JointPositions], interval: f64) -> CommandId {
-        self.send_points(PointList::of_joints(points).unwrap(), interval)
+        self.send_points(PointList::from_joint_positions(points).unwrap(), interval)
     }
 
     /// A moveml through any points.
@@ -93,7 +93,7 @@ impl Bench {
 
     /// One cycle; its state.
     pub fn tick(&mut self) -> RobotState {
-        self.cycle.tick(Timing::default());
+        self.cycle.tick(CycleTiming::default());
         while let Some(record) = self.script.records.as_mut().unwrap().next_record() {
             if let Record::Cycle(state) = record {
                 self.states.push(state);
@@ -104,7 +104,7 @@ impl Bench {
                 Event::Ended { id, outcome, cycle } => self.ended.push((id, outcome, cycle)),
                 Event::Warned { id, warning, .. } => self.warnings.push((id, warning)),
                 Event::Stopped { reason, .. } => self.stops.push(reason),
-                Event::Queued { id, .. } => self.queued.push(id),
+                Event::ReadyForNext { id, .. } => self.queued.push(id),
                 Event::Due { id, .. } => self.due.push(id),
             }
         }

@@ -9,8 +9,9 @@ use kinematics::{
     JointAccelerations, JointPositions, JointSpeeds, JointTorques, Payload, RobotModel, RpyPose,
 };
 use motion_api::{
-    BorderSizes, Command, CommandId, CommandKind, IoConfig, MotionEnd, MotionMode, Origin,
-    ProgramId, Record, RobotMode, RobotState, SafetyMode, ScriptEnd, ThreadNumber, border,
+    Command, CommandId, CommandKind, IoConfig, MotionEndpoint, MotionMode, Origin, ProgramId,
+    Record, RingCapacities, RobotMode, RobotState, SafetyMode, ScriptEndpoint, ThreadNumber,
+    motion_channel,
 };
 use recorder::{Recorder, RecorderConfig, RecorderHandle, Setup};
 
@@ -129,19 +130,20 @@ pub fn config() -> RecorderConfig {
 pub fn start(
     out: impl Write + Send + 'static,
     config: RecorderConfig,
-) -> (MotionEnd, ScriptEnd, Recorder, RecorderHandle) {
-    let sizes = BorderSizes {
+) -> (MotionEndpoint, ScriptEndpoint, Recorder, RecorderHandle) {
+    let sizes = RingCapacities {
         records: Some(4096),
-        ..BorderSizes::default()
+        ..RingCapacities::default()
     };
-    let (motion, mut script) = border(sizes, &RobotState::at_start(JointPositions::ZERO, STEP));
+    let (motion, mut script) =
+        motion_channel(sizes, &RobotState::at_start(JointPositions::ZERO, STEP));
     let records = script.records.take().unwrap();
     let (recorder, handle) = Recorder::start_on(out, config, records).unwrap();
     (motion, script, recorder, handle)
 }
 
 /// Puts a record into the ring, waiting for room as the virtual clock does.
-pub fn push(motion: &mut MotionEnd, mut record: Record) {
+pub fn push(motion: &mut MotionEndpoint, mut record: Record) {
     let ring = motion.records.as_mut().unwrap();
     while let Err(rtrb_full) = ring.push(record) {
         let rtrb::PushError::Full(back) = rtrb_full;

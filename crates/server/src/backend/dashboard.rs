@@ -9,7 +9,7 @@ use io_bus::ControlMode;
 use kinematics::{Payload, RpyPose};
 use motion_api::{CommandKind, Origin, ProgramId, RobotMode, RobotState};
 use serde::Deserialize;
-use supervision::Kind;
+use supervision::ThreadRole;
 use tokio::time::timeout;
 
 use super::{Backend, LOOK_AGAIN, locked, shipped_tasks};
@@ -255,26 +255,29 @@ impl Backend {
         }
         self.take(CommandKind::PowerOn).await;
         let (robot, ends) = (self.robot.clone(), self.lifetime.token().clone());
-        self.faults.spawn(Kind::Service, "brakes", async move {
-            let powered = async {
-                let begun = tokio::time::Instant::now();
-                loop {
-                    match robot.state().robot_mode {
-                        RobotMode::Idle => break true,
-                        // Switched off again, or never on; or released by somebody else.
-                        RobotMode::PowerOff if begun.elapsed() > SWITCHED_ON_WITHIN => break false,
-                        RobotMode::Running => break false,
-                        _ => tokio::time::sleep(LOOK_AGAIN).await,
+        self.faults
+            .spawn(ThreadRole::Service, "brakes", async move {
+                let powered = async {
+                    let begun = tokio::time::Instant::now();
+                    loop {
+                        match robot.state().robot_mode {
+                            RobotMode::Idle => break true,
+                            // Switched off again, or never on; or released by somebody else.
+                            RobotMode::PowerOff if begun.elapsed() > SWITCHED_ON_WITHIN => {
+                                break false;
+                            }
+                            RobotMode::Running => break false,
+                            _ => tokio::time::sleep(LOOK_AGAIN).await,
+                        }
                     }
+                };
+                let powered = ends.run_until_cancelled(timeout(POWERED_WITHIN, powered));
+                if let Some(Ok(true)) = powered.await
+                    && let Err(full) = robot.send(Origin::default(), CommandKind::ReleaseBrakes)
+                {
+                    tracing::warn!("the brakes were not released: {full}");
                 }
-            };
-            let powered = ends.run_until_cancelled(timeout(POWERED_WITHIN, powered));
-            if let Some(Ok(true)) = powered.await
-                && let Err(full) = robot.send(Origin::default(), CommandKind::ReleaseBrakes)
-            {
-                tracing::warn!("the brakes were not released: {full}");
-            }
-        });
+            });
     }
 
     /// Gives the robot a command and returns when a cycle has taken it, so that what a client asks next, in the next line or

@@ -23,13 +23,13 @@ use elite_runtime::message::{Message, RECORDING_ALARM_CODE, REPLACED, Severity};
 use elite_runtime::panel::{FLAGS, PopupStyle};
 use elite_runtime::{NoAnswer, Robot, Supervisor};
 use io_bus::{ControlMode, Fieldbus};
-use motion::realtime::ClockMeter;
+use motion::realtime::ClockMetrics;
 use motion_api::{
     CommandId, CommandKind, MotionMode, Origin, ProgramId, RegisterImages, RobotState,
 };
 use recorder::RecorderMeter;
 use serde_json::{Value, json};
-use supervision::Faults;
+use supervision::ThreadSupervisor;
 use tokio::sync::{broadcast, watch};
 use tokio_util::sync::CancellationToken;
 
@@ -84,12 +84,12 @@ pub struct Backend {
     sent: Mutex<Vec<(ProgramId, primary::Sender)>>,
     log_pace: Mutex<LogPace>,
     lifetime: Lifetime,
-    clock: ClockMeter,
+    clock: ClockMetrics,
     recording: Option<RecorderMeter>,
     recording_path: Option<PathBuf>,
     known: Arc<KnownNames>,
     log: InterpreterLog,
-    faults: Faults,
+    faults: ThreadSupervisor,
 }
 
 /// Every value is whole at every moment, so a poisoned lock is as good as any.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use elite_lang::SourceFile;
 use elite_runtime::{ProgramText, TaskState};
 use io_bus::ControlMode;
-use motion_api::{CommandKind, Frame, ProgramId};
+use motion_api::{CommandKind, CycleFrame, ProgramId};
 use tokio::sync::watch;
 
 use super::{Backend, locked, unix_millis};
@@ -29,7 +29,7 @@ impl primary::Backend for Backend {
     }
 
     fn sample(&self) -> Sample {
-        self.feed.sample(&Frame {
+        self.feed.sample(&CycleFrame {
             state: self.robot.state(),
             registers: self.robot.registers().images(),
         })

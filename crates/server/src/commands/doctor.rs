@@ -13,7 +13,7 @@ use std::thread::available_parallelism;
 use std::time::Duration;
 
 use motion::realtime::{RealtimeOptions, SetupWarning};
-use motion::rehearsal::{Rehearsal, rehearse};
+use motion::rehearsal::{LatencyTest, run_latency_test};
 use platform::machine;
 use serde_json::{Value, json};
 
@@ -165,7 +165,7 @@ fn processors() -> Finding {
 fn timing(config: &ServeConfig) -> Vec<Finding> {
     let step = Duration::from_secs_f64(config.robot.step.as_secs());
     let cycles = (TIMER_TRIED.as_secs_f64() / step.as_secs_f64()).ceil() as usize;
-    match rehearse(RealtimeOptions::default(), step, cycles) {
+    match run_latency_test(RealtimeOptions::default(), step, cycles) {
         Ok(rehearsal) => judged(&rehearsal, step),
         Err(error) => vec![Finding::bad(
             "threads",
@@ -175,7 +175,7 @@ fn timing(config: &ServeConfig) -> Vec<Finding> {
     }
 }
 
-fn judged(rehearsal: &Rehearsal, step: Duration) -> Vec<Finding> {
+fn judged(rehearsal: &LatencyTest, step: Duration) -> Vec<Finding> {
     let mut priority = Finding::good("priority", "real-time priority is given");
     let mut memory = Finding::good("memory", "it can be locked");
     for warning in &rehearsal.warnings {
@@ -203,17 +203,17 @@ fn judged(rehearsal: &Rehearsal, step: Duration) -> Vec<Finding> {
     let micros = |time: Duration| time.as_micros();
     let found = format!(
         "woken {} µs late in the median, {} µs in 99 of 100 cycles, {} µs at most, of {} cycles of {} ms",
-        micros(rehearsal.within(500)),
-        micros(rehearsal.within(990)),
-        micros(rehearsal.latest()),
+        micros(rehearsal.latency_permille(500)),
+        micros(rehearsal.latency_permille(990)),
+        micros(rehearsal.max_latency()),
         rehearsal.latencies.len(),
         step.as_secs_f64() * 1e3,
     );
     let advice = "keep other load off this machine, set the governor to performance, and for a real cell use a kernel with \
                   PREEMPT_RT; a virtual machine is never quite on time";
-    let timer = if rehearsal.latest() > step {
+    let timer = if rehearsal.max_latency() > step {
         Finding::poor("timer", format!("{found}: cycles would be missed"), advice)
-    } else if rehearsal.within(990) > LATE {
+    } else if rehearsal.latency_permille(990) > LATE {
         Finding::poor("timer", found, advice)
     } else {
         Finding::good("timer", found)
@@ -301,8 +301,8 @@ fn ports(config: &ServeConfig) -> Vec<Finding> {
 mod tests {
     use super::*;
 
-    fn rehearsal(latencies: &[u64], warnings: Vec<SetupWarning>) -> Rehearsal {
-        Rehearsal {
+    fn rehearsal(latencies: &[u64], warnings: Vec<SetupWarning>) -> LatencyTest {
+        LatencyTest {
             warnings,
             latencies: latencies
                 .iter()

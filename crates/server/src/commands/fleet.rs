@@ -16,7 +16,7 @@ use std::time::Duration;
 
 use platform::machine;
 use platform::signals::Hangups;
-use supervision::{Faults, Kind};
+use supervision::{ThreadRole, ThreadSupervisor};
 use thiserror::Error;
 use tokio::sync::{mpsc, oneshot};
 use tokio::task::JoinSet;
@@ -96,9 +96,11 @@ async fn run(
         let robot = Arc::new(Robot::new(plan));
         let (orders, inbox) = mpsc::channel(1);
         let (in_task, program, token) = (robot.clone(), program.clone(), shutdown.clone());
-        running.push(Faults::default().spawn(Kind::Service, "robot", async move {
-            in_task.keep(&program, inbox, &token).await;
-        }));
+        running.push(
+            ThreadSupervisor::default().spawn(ThreadRole::Service, "robot", async move {
+                in_task.keep(&program, inbox, &token).await;
+            }),
+        );
         kept.push(Kept { robot, orders });
     }
     let robots: page::Robots = Arc::new(kept.iter().map(|kept| kept.robot.clone()).collect());

@@ -10,7 +10,7 @@ mod robot;
 use std::time::{Duration, SystemTime};
 
 use kinematics::{CalibrationError, JointPositions};
-use motion_api::{BorderSizes, MotionEnd, Record, RobotState, border};
+use motion_api::{MotionEndpoint, Record, RingCapacities, RobotState, motion_channel};
 use recorder::{
     ExtraNumber, ExtraTopic, LogLevel, RecordError, Recorder, RecorderConfig, RecorderHandle,
     Rotation, Setup,
@@ -120,11 +120,11 @@ async fn recorded(args: &RecordArgs, shutdown: &Shutdown) -> Result<String, Reco
     let since = SystemTime::now()
         .duration_since(SystemTime::UNIX_EPOCH)
         .unwrap_or_default();
-    let sizes = BorderSizes {
+    let sizes = RingCapacities {
         frames: 0,
-        ..BorderSizes::default()
+        ..RingCapacities::default()
     };
-    let (into, from) = border(sizes, &state);
+    let (into, from) = motion_channel(sizes, &state);
     let setup = Setup {
         model: reading.calibration.model().to_owned(),
         calibration: Some(reading.calibration.to_toml()),
@@ -248,7 +248,7 @@ struct Recording {
     observer: Observer,
     clock: Clock,
     tally: Tally,
-    into: MotionEnd,
+    into: MotionEndpoint,
     handle: RecorderHandle,
 }
 

@@ -23,7 +23,7 @@ use crate::ready_file;
 use crate::shutdown::{FAULT_EXIT, Shutdown};
 use controller::options::{ClockChoice, RecordTarget};
 use platform::priority::favour;
-use supervision::{Faults, Kind};
+use supervision::{ThreadRole, ThreadSupervisor};
 use thiserror::Error;
 use tokio::net::TcpListener;
 use tokio::runtime::Runtime;
@@ -118,7 +118,7 @@ pub fn serve(config: &ServeConfig) -> Result<u8, ServeError> {
 /// Begins the end when whoever has started the server closes its standard input, or is gone.
 fn end_with_stdin(shutdown: &Shutdown) -> std::io::Result<()> {
     let shutdown = shutdown.clone();
-    Faults::default().start(Kind::Service, "stdin", move || {
+    ThreadSupervisor::default().start(ThreadRole::Service, "stdin", move || {
         // An error is an end as well; what is written there means nothing.
         let _ = std::io::copy(&mut std::io::stdin().lock(), &mut std::io::sink());
         tracing::info!("standard input is closed: the end begins");
@@ -237,7 +237,7 @@ pub(crate) fn bound_ports(
 fn open_page(
     config: &ServeConfig,
     backend: &Arc<Backend>,
-    faults: &Faults,
+    faults: &ThreadSupervisor,
     token: &CancellationToken,
 ) -> std::io::Result<Arc<Page<Backend>>> {
     let is_given = config.bind.is_loopback();
@@ -250,8 +250,8 @@ fn open_page(
         ));
     }
     let (shown, watch, token) = (page.clone(), faults.clone(), token.clone());
-    faults.spawn(Kind::Service, "page", async move {
-        watch.keep_up("page", || shown.run(&token)).await;
+    faults.spawn(ThreadRole::Service, "page", async move {
+        watch.run_restarting("page", || shown.run(&token)).await;
     });
     Ok(page)
 }
@@ -272,24 +272,24 @@ async fn serve_ports(
         let (announcer, backend, token) =
             (host.announcer().clone(), backend.clone(), token.clone());
         let watch = faults.clone();
-        faults.spawn(Kind::Service, "messages", async move {
+        faults.spawn(ThreadRole::Service, "messages", async move {
             let begin = || forward_messages(announcer.subscribe(), backend.clone(), token.clone());
-            watch.keep_up("messages", begin).await;
+            watch.run_restarting("messages", begin).await;
         })
     };
 
     {
         let (backend, hub, token) = (backend.clone(), hub.clone(), token.clone());
         let watch = faults.clone();
-        faults.spawn(Kind::Service, "states", async move {
+        faults.spawn(ThreadRole::Service, "states", async move {
             let begin = || hub.publish_states(&*backend, token.clone());
-            watch.keep_up("states", begin).await;
+            watch.run_restarting("states", begin).await;
         });
     }
 
     {
         let (backend, mut status) = (Arc::downgrade(&backend), controller.supervisor().watch());
-        faults.spawn(Kind::Service, "variables", async move {
+        faults.spawn(ThreadRole::Service, "variables", async move {
             while status.changed().await.is_ok()
                 && let Some(backend) = backend.upgrade()
             {

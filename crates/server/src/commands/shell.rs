@@ -17,7 +17,7 @@ use std::time::Duration;
 use elite_lang::{SourceFile, compile};
 use elite_runtime::{Preset, PresetError};
 use robot_client::{RobotAddress, Word};
-use supervision::{Faults, Handle, Kind};
+use supervision::{ThreadHandle, ThreadRole, ThreadSupervisor};
 use thiserror::Error;
 use tokio::runtime::Runtime;
 use tokio::sync::mpsc;
@@ -136,7 +136,7 @@ async fn opened(
 struct Link {
     orders: mpsc::Sender<Asked>,
     /// Ends with the exit status when the session is over before it is left.
-    thread: Option<Handle<u8>>,
+    thread: Option<ThreadHandle<u8>>,
 }
 
 impl Link {
@@ -147,20 +147,21 @@ impl Link {
         is_terminal: bool,
     ) -> std::io::Result<Self> {
         let (orders, mut asked) = mpsc::channel(1);
-        let thread = Faults::default().start(Kind::Service, "session", move || {
-            let (status, error) = match runtime.block_on(session.serve(&mut asked)) {
-                Ok(has_failed) => return u8::from(has_failed) * FAILED,
-                Err(error @ SessionError::Stopped(_)) => (FAILED, error),
-                Err(error) => (NO_CONNECTION, error),
-            };
-            logging::say(&format!("eliteserver: {error}"));
-            // Whoever waits for a line of a pipe is not told in any other way; a terminal is to be left in order.
-            match is_terminal {
-                true => logging::say("press Enter"),
-                false => shutdown.begin(status),
-            }
-            status
-        })?;
+        let thread =
+            ThreadSupervisor::default().start(ThreadRole::Service, "session", move || {
+                let (status, error) = match runtime.block_on(session.serve(&mut asked)) {
+                    Ok(has_failed) => return u8::from(has_failed) * FAILED,
+                    Err(error @ SessionError::Stopped(_)) => (FAILED, error),
+                    Err(error) => (NO_CONNECTION, error),
+                };
+                logging::say(&format!("eliteserver: {error}"));
+                // Whoever waits for a line of a pipe is not told in any other way; a terminal is to be left in order.
+                match is_terminal {
+                    true => logging::say("press Enter"),
+                    false => shutdown.begin(status),
+                }
+                status
+            })?;
         let thread = Some(thread);
         Ok(Self { orders, thread })
     }
@@ -171,7 +172,7 @@ impl Link {
         let is_taken = self.orders.blocking_send((order, sender)).is_ok();
         let answer = is_taken.then(|| answer.recv().ok()).flatten();
         answer.ok_or_else(|| {
-            let status = self.thread.take().map(Handle::join);
+            let status = self.thread.take().map(ThreadHandle::join);
             // A fault of ours in that thread has been told.
             status.and_then(Result::ok).unwrap_or(NO_CONNECTION)
         })

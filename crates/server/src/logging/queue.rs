@@ -9,7 +9,7 @@ use std::io::{self, Write};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use supervision::{Faults, injection};
+use supervision::{ThreadSupervisor, injection};
 
 use crate::options::LogFormat;
 
@@ -52,7 +52,7 @@ impl LogQueue {
             shared: Arc::default(),
         };
         let writing = queue.clone();
-        Faults::default().start_service("log", move || writing.write_all(&mut out))?;
+        ThreadSupervisor::default().start_service("log", move || writing.write_all(&mut out))?;
         Ok(queue)
     }
 

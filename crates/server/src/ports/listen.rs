@@ -14,7 +14,7 @@ use std::time::Duration;
 
 use platform::sockets::break_when_deaf_for;
 use socket2::{SockRef, TcpKeepalive};
-use supervision::{Faults, Kind, injection};
+use supervision::{ThreadRole, ThreadSupervisor, injection};
 use thiserror::Error;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::task::JoinSet;
@@ -52,7 +52,7 @@ impl fmt::Display for ClientId {
 pub struct PortMeter {
     name: &'static str,
     clients: Arc<AtomicUsize>,
-    faults: Faults,
+    faults: ThreadSupervisor,
 }
 
 impl PortMeter {
@@ -61,12 +61,12 @@ impl PortMeter {
         Self {
             name,
             clients: Arc::default(),
-            faults: Faults::default(),
+            faults: ThreadSupervisor::default(),
         }
     }
 
     /// The same port; `faults` hears of those in its sessions.
-    pub fn told_to(self, faults: Faults) -> Self {
+    pub fn told_to(self, faults: ThreadSupervisor) -> Self {
         Self { faults, ..self }
     }
 
@@ -219,7 +219,9 @@ pub async fn serve_port<S>(
             }
         };
         // A fault ends this client only; it has been told when it happened.
-        let contained = meter.faults.contain(Kind::Port, name, until_it_gives_up);
+        let contained = meter
+            .faults
+            .contain(ThreadRole::Port, name, until_it_gives_up);
         #[allow(
             clippy::disallowed_methods,
             reason = "the one place where sessions start, each contained"
@@ -288,7 +290,7 @@ where
                 }
             }
         };
-        faults.keep_up(name, begin).await;
+        faults.run_restarting(name, begin).await;
     });
     Ok(())
 }

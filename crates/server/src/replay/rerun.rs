@@ -9,8 +9,8 @@ use controller::feed::{Feed, FeedError};
 use controller::recorded_run::{ArmError, BeginningError, beginning_of, cell_of, model_of};
 use controller::register_write::RegisterWrite;
 use controller::start_configuration::cycle_config;
-use motion::{ConfigError, Cycle, CycleConfig, Timing};
-use motion_api::{BorderSizes, ScriptEnd, border};
+use motion::{ConfigError, ControlLoop, CycleConfig, CycleTiming};
+use motion_api::{RingCapacities, ScriptEndpoint, motion_channel};
 use recorder::{
     CommandMessage, Difference, Entry, ReadError, Recording, Setup, Topic, difference_but,
 };
@@ -134,8 +134,8 @@ pub fn rerun(recording: &Recording) -> Result<Comparison, RerunError> {
 
 /// A controller without threads.
 struct Controller {
-    cycle: Cycle,
-    script: ScriptEnd,
+    cycle: ControlLoop,
+    script: ScriptEndpoint,
     /// The latest cycle that ran.
     latest: u64,
     /// Cycles that ran and are not recorded.
@@ -145,14 +145,14 @@ struct Controller {
 
 impl Controller {
     fn new(config: CycleConfig) -> Result<Self, RerunError> {
-        let sizes = BorderSizes {
+        let sizes = RingCapacities {
             records: None,
             frames: 0,
-            ..BorderSizes::default()
+            ..RingCapacities::default()
         };
-        let (motion, script) = border(sizes, &config.first_state());
+        let (motion, script) = motion_channel(sizes, &config.first_state());
         Ok(Self {
-            cycle: Cycle::new(config, motion)?,
+            cycle: ControlLoop::new(config, motion)?,
             script,
             latest: 0,
             missing: 0,
@@ -186,7 +186,7 @@ impl Controller {
             for write in writes.drain(..seen) {
                 write.apply(&self.script.registers);
             }
-            self.cycle.tick(Timing::default());
+            self.cycle.tick(CycleTiming::default());
             self.latest = next;
             while self.script.events.next_event().is_some() {}
         }

@@ -14,7 +14,7 @@ use std::time::Duration;
 use controller::recorded_run::{BeginningError, model_of};
 use recorder::lengths::cut;
 use recorder::{Entry, ReadError, Recording, Topic, Viewer};
-use supervision::{Faults, Kind};
+use supervision::{ThreadRole, ThreadSupervisor};
 use thiserror::Error;
 use tokio::sync::mpsc;
 use tokio::task::JoinSet;
@@ -130,7 +130,7 @@ pub(super) fn serve(
         .worker_threads(2)
         .enable_all()
         .build()?;
-    let faults = Faults::default();
+    let faults = ThreadSupervisor::default();
     let served = runtime.block_on(async {
         let stop = shutdown.token().child_token();
         let listeners = open_ports(bind, &mut ports).await?;
@@ -153,11 +153,9 @@ pub(super) fn serve(
             })?;
         }
         let (shown, until) = (page.clone(), stop.clone());
-        faults.spawn(
-            Kind::Service,
-            "page",
-            async move { shown.run(&until).await },
-        );
+        faults.spawn(ThreadRole::Service, "page", async move {
+            shown.run(&until).await
+        });
         let played = stop
             .run_until_cancelled(play(recording, rate, &playback))
             .await;
@@ -290,7 +288,7 @@ fn read_ahead(
     recording: Recording,
 ) -> std::io::Result<mpsc::Receiver<Result<(f64, Entry), ReadError>>> {
     let (sender, receiver) = mpsc::channel(READ_AHEAD);
-    Faults::default().start(Kind::Service, "replay", move || {
+    ThreadSupervisor::default().start(ThreadRole::Service, "replay", move || {
         let entries = match recording.entries(&Topic::ALL) {
             Ok(entries) => entries,
             Err(error) => {

@@ -8,7 +8,7 @@ use std::time::Duration;
 use editor::dap::{Inbox, Outbox};
 use futures_util::{SinkExt as _, StreamExt as _};
 use serde_json::{Value as Json, json};
-use supervision::{Faults, Kind};
+use supervision::{ThreadRole, ThreadSupervisor};
 use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
 use tokio::net::TcpStream;
 use tokio::sync::mpsc;
@@ -47,8 +47,8 @@ pub(super) fn attach(arguments: &Json, inbox: Inbox) -> Result<Outbox, String> {
             Err(error) => drop(tell.send(Err(error.to_string()))),
         }
     };
-    Faults::default()
-        .start(Kind::Service, "attach", body)
+    ThreadSupervisor::default()
+        .start(ThreadRole::Service, "attach", body)
         .map_err(|error| format!("the operating system gives no thread: {error}"))?;
     let lost = |_| "the connection broke".to_owned();
     connected.recv().map_err(lost)??;

@@ -12,7 +12,7 @@ use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 use serde_json::{Value as Json, json};
-use supervision::{Faults, Kind};
+use supervision::{ThreadRole, ThreadSupervisor};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::time::timeout;
@@ -43,7 +43,7 @@ pub(super) fn router(robots: Robots) -> Router {
 async fn asked(robots: &Robots, page: &'static str) -> Vec<(Arc<Robot>, Seen, Option<String>)> {
     let asked = |robot: &Arc<Robot>| {
         let (robot, seen) = (robot.clone(), robot.seen());
-        Faults::default().spawn(Kind::Task, "question", async move {
+        ThreadSupervisor::default().spawn(ThreadRole::Task, "question", async move {
             let bind = robot.plan().bind;
             let answer = match seen.ports.get("http") {
                 Some(port) => ask(bind, *port, page).await,

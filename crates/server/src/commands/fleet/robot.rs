@@ -13,7 +13,7 @@ use std::time::Duration;
 
 use platform::{machine, processes};
 use serde_json::Value as Json;
-use supervision::{Faults, Kind};
+use supervision::{ThreadRole, ThreadSupervisor};
 use tokio::process::{Child, ChildStdin, Command};
 use tokio::sync::{mpsc, oneshot};
 use tokio::time::{Instant, sleep, timeout};
@@ -282,12 +282,12 @@ fn start(program: &Path, plan: &Plan) -> io::Result<Process> {
         .stderr(Stdio::piped())
         .kill_on_drop(true);
     // Ctrl-C at the terminal is the fleet's to hear.
-    processes::own_group(command.as_std_mut());
+    processes::set_process_group(command.as_std_mut());
     let mut child = command.spawn()?;
     let input = child.stdin.take();
     if let Some(said) = child.stderr.take() {
         let copying = copy_lines(said, plan.folder.join("robot.log"));
-        Faults::default().spawn(Kind::Service, "robot-log", copying);
+        ThreadSupervisor::default().spawn(ThreadRole::Service, "robot-log", copying);
     }
     Ok(Process {
         child,

@@ -12,7 +12,7 @@ use rmcp::RoleServer;
 use rmcp::model::{ClientJsonRpcMessage, ErrorData, RequestId, ServerJsonRpcMessage};
 use rmcp::transport::Transport;
 use serde_json::Value as Json;
-use supervision::{Faults, Kind};
+use supervision::{ThreadRole, ThreadSupervisor};
 use tokio::sync::mpsc::{Receiver, channel};
 
 /// Longest message, bytes: a program of the longest kind, every character of it written as an escape.
@@ -118,7 +118,7 @@ impl Lines<io::Stdout> {
 impl<W: Write + Send + 'static> Lines<W> {
     fn new(input: impl Read + Send + 'static, output: W) -> io::Result<Self> {
         let (sender, receiver) = channel(AHEAD_MAX);
-        Faults::default().start(Kind::Service, "mcp-input", move || {
+        ThreadSupervisor::default().start(ThreadRole::Service, "mcp-input", move || {
             let mut input = BufReader::new(input);
             // An error of the stream is its end.
             while let Ok(Some(line)) = next_line(&mut input, LINE_BYTES_MAX) {

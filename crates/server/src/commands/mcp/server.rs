@@ -14,7 +14,7 @@ use rmcp::model::{
     ServerConfig,
 };
 use rmcp::service::{RequestContext, RoleServer};
-use supervision::{Faults, Kind, catch};
+use supervision::{ThreadRole, ThreadSupervisor, catch};
 use tokio::sync::{Semaphore, oneshot};
 
 use super::tools::{self, Answer, Tool};
@@ -141,9 +141,11 @@ impl Server {
             let _ = sender.send(answer);
             drop((turn, at_work));
         };
-        if let Err(error) =
-            Faults::default().start(Kind::Service, format!("mcp-{}", tool.name), work)
-        {
+        if let Err(error) = ThreadSupervisor::default().start(
+            ThreadRole::Service,
+            format!("mcp-{}", tool.name),
+            work,
+        ) {
             return refused(format!("the system gives no thread: {error}"));
         }
         let answer = tokio::select! {

@@ -2,10 +2,10 @@
 
 use core::fmt::{Display, Write};
 
-use motion::histogram::{BUCKETS_US, HistogramReading};
+use motion::histogram::{BUCKETS_US, HistogramSnapshot};
 use motion_api::RobotState;
 use recorder::RecorderMeter;
-use supervision::Kind;
+use supervision::ThreadRole;
 
 use crate::ports::description::TaskStatus;
 use crate::ports::listen::PortMeter;
@@ -34,9 +34,9 @@ pub struct Figures {
     /// Cycles that were left out because the motion thread woke up too late.
     pub missed_cycles: u64,
     /// How long cycles took.
-    pub cycle_durations: HistogramReading,
+    pub cycle_durations: HistogramSnapshot,
     /// How late cycles began.
-    pub wakeup_latencies: HistogramReading,
+    pub wakeup_latencies: HistogramSnapshot,
     /// Commands that wait for the motion thread.
     pub commands_waiting: usize,
     /// Statements of interpreter mode that wait.
@@ -46,7 +46,7 @@ pub struct Figures {
     /// Errors by kind.
     pub errors: [(&'static str, u64); 5],
     /// Faults of ours that were contained, by the kind of their thread.
-    pub faults: [u64; Kind::ALL.len()],
+    pub faults: [u64; ThreadRole::ALL.len()],
     /// Log lines that nobody will read.
     pub log_lines_lost: u64,
 }
@@ -140,7 +140,7 @@ pub fn render(m: &Measurements<'_>) -> String {
         "Faults of ours that were contained, by kind of thread.",
         "counter",
     );
-    for (kind, count) in Kind::ALL.iter().zip(m.figures.faults) {
+    for (kind, count) in ThreadRole::ALL.iter().zip(m.figures.faults) {
         page.labelled("faults_total", "kind", kind.name(), count);
     }
     page.counter(
@@ -221,7 +221,7 @@ impl Page {
         self.line(format_args!("elite_{name} {value}"));
     }
 
-    fn histogram(&mut self, name: &str, help: &str, histogram: &HistogramReading) {
+    fn histogram(&mut self, name: &str, help: &str, histogram: &HistogramSnapshot) {
         self.head(name, help, "histogram");
         let mut count = 0;
         for (end_us, in_bucket) in BUCKETS_US.iter().zip(histogram.counts) {

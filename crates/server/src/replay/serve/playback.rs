@@ -13,7 +13,7 @@ use recorder::{
     CommandMessage, Entry, LogLevel, LogMessage, ScriptMessage, Setup, VariableMessage,
 };
 use serde_json::{Value, json};
-use supervision::Faults;
+use supervision::ThreadSupervisor;
 use tokio::sync::{broadcast, watch};
 
 use super::time_line::Shown;
@@ -102,7 +102,7 @@ impl Playback {
             registers: Registers::default(),
             now: Mutex::new(now),
             shown: Arc::default(),
-            pool: CompilePool::new(Faults::default()),
+            pool: CompilePool::new(ThreadSupervisor::default()),
         }
     }
 
@@ -185,8 +185,8 @@ impl Playback {
     fn cycle(&self, state: RobotState) {
         let micros = |value: f64| Duration::try_from_secs_f64(value / 1e6).unwrap_or_default();
         if state.step_duration_us > 0.0 {
-            self.durations.add(micros(state.step_duration_us));
-            self.latencies.add(micros(state.wakeup_latency_us));
+            self.durations.record(micros(state.step_duration_us));
+            self.latencies.record(micros(state.wakeup_latency_us));
         }
         self.now().state = state;
         let sample = Arc::new(self.sample());
@@ -410,8 +410,8 @@ impl http::Source for Playback {
 
     fn figures(&self) -> Figures {
         Figures {
-            cycle_durations: self.durations.read(),
-            wakeup_latencies: self.latencies.read(),
+            cycle_durations: self.durations.snapshot(),
+            wakeup_latencies: self.latencies.snapshot(),
             errors: crate::announce::ERROR_KINDS.map(|kind| match kind {
                 "other" => (kind, self.now().errors),
                 kind => (kind, 0),

@@ -9,7 +9,7 @@ use pendant::History;
 use pendant::frame::{Beside, encode};
 use recorder::{Entry, Recording, Topic};
 use serde_json::{Value, json};
-use supervision::{Faults, Kind};
+use supervision::{ThreadRole, ThreadSupervisor};
 
 use super::locked;
 use super::playback::Playback;
@@ -56,7 +56,7 @@ pub(super) fn read(
     shadow: Playback,
     shown: Arc<Shown>,
 ) -> std::io::Result<()> {
-    Faults::default().start(Kind::Service, "time line", move || {
+    ThreadSupervisor::default().start(ThreadRole::Service, "time line", move || {
         let mut reading = Reading {
             shadow,
             shown: &shown,

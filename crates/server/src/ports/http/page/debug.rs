@@ -12,7 +12,7 @@ use futures_util::{SinkExt as _, StreamExt as _};
 use hyper::upgrade::OnUpgrade;
 use hyper_util::rt::TokioIo;
 use serde_json::{Value, json};
-use supervision::{Faults, Kind};
+use supervision::{ThreadRole, ThreadSupervisor};
 use tokio::sync::mpsc;
 use tokio::time::{MissedTickBehavior, interval};
 use tokio_tungstenite::WebSocketStream;
@@ -71,7 +71,7 @@ pub async fn attend<C: Cockpit>(page: &Page<C>, upgrade: OnUpgrade, shutdown: &C
     let (session, inlet) = AttachedSession::new(hub, given.is_some());
     let (sender, mut out) = mpsc::channel(WAITING_MAX);
     let body = move || session.serve(&mut Texts(sender));
-    let serving = Faults::default().start(Kind::Service, "attached debugger", body);
+    let serving = ThreadSupervisor::default().start(ThreadRole::Service, "attached debugger", body);
     if let Err(error) = serving {
         tracing::warn!("debugger: the operating system gives no thread: {error}");
         return;

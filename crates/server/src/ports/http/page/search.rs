@@ -11,7 +11,7 @@ use controller::search::{Stretch, search};
 use recorder::{ReadError, Recording};
 use serde::Deserialize;
 use serde_json::{Value, json};
-use supervision::{Faults, Kind};
+use supervision::{ThreadRole, ThreadSupervisor};
 use thiserror::Error;
 use tokio::sync::oneshot;
 
@@ -63,7 +63,7 @@ pub(super) async fn find<C: Cockpit>(page: &Page<C>, asked: Question) -> Result<
         // Nobody waiting is fine.
         let _ = reply.send(found);
     };
-    let started = Faults::default().start(Kind::Service, "search", looking);
+    let started = ThreadSupervisor::default().start(ThreadRole::Service, "search", looking);
     started.map_err(|error| format!("the operating system gives no thread: {error}"))?;
     found
         .await
