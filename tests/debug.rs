@@ -12,7 +12,7 @@ use std::net::TcpStream;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use editor::dap::stream::{self, Incoming};
+use editor::dap::stream::{self, DapInput};
 use serde_json::{Value as Json, json};
 
 const BINARY: &str = env!("CARGO_BIN_EXE_eliteserver");
@@ -50,7 +50,7 @@ impl<'c> Client<'c> {
 
     fn wait(&mut self, is_it: impl Fn(&Json) -> bool) -> Json {
         loop {
-            let Some(Incoming::Message(message)) = stream::read(&mut self.from).unwrap() else {
+            let Some(DapInput::Message(message)) = stream::read(&mut self.from).unwrap() else {
                 panic!("the debugger is gone");
             };
             if message["event"] == "output" {

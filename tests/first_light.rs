@@ -10,7 +10,7 @@
 
 use crate::common::{Recording, Server, alone, first_light, read_recording, run_script};
 use kinematics::{JointPositions, Pose, RobotModel, RpyPose};
-use recorder::cycle::Cycle;
+use recorder::cycle::CycleMessage;
 
 /// End of the last movej of the example.
 const LAST_TARGET: [f64; 6] = [-0.3, -1.3708, 1.5708, -1.7708, -1.5708, 0.2];
@@ -104,7 +104,7 @@ fn the_virtual_clock_gives_identical_recordings() {
     );
 }
 
-fn assert_cycles_have_no_gaps(cycles: &[Cycle]) {
+fn assert_cycles_have_no_gaps(cycles: &[CycleMessage]) {
     assert_eq!(cycles[0].cycle, 1);
     for pair in cycles.windows(2) {
         assert_eq!(pair[1].cycle, pair[0].cycle + 1);
@@ -113,7 +113,7 @@ fn assert_cycles_have_no_gaps(cycles: &[Cycle]) {
 }
 
 /// Commanded speed, acceleration and jerk, taken from the commanded positions alone by differences.
-fn assert_limits_are_kept(cycles: &[Cycle]) {
+fn assert_limits_are_kept(cycles: &[CycleMessage]) {
     let limits = *RobotModel::built_in("cs66").unwrap().limits();
     // The example's movej calls ask for at most 1.5 rad/s and 2 rad/s²; its line may use the arm's own limits.
     for joint in 0..6 {
@@ -149,7 +149,7 @@ fn assert_limits_are_kept(cycles: &[Cycle]) {
 }
 
 /// The last cycle of each motion, in order.
-fn ends_of_motions(recording: &Recording) -> Vec<&Cycle> {
+fn ends_of_motions(recording: &Recording) -> Vec<&CycleMessage> {
     let moves: Vec<u64> = recording.json["/command"]
         .iter()
         .filter(|c| matches!(c["name"].as_str(), Some("movej" | "movel")))
@@ -205,13 +205,13 @@ fn assert_targets_are_reached(recording: &Recording) {
 }
 
 /// The commanded TCP stays on the line from where it was to where the program sent it, and arrives there.
-fn assert_line_is_straight(cycles: &[Cycle]) {
+fn assert_line_is_straight(cycles: &[CycleMessage]) {
     let model = RobotModel::built_in("cs66").unwrap();
     let first = cycles
         .iter()
         .position(|c| c.mode == "movel")
         .expect("the program has a movel");
-    let tcp = |c: &Cycle| {
+    let tcp = |c: &CycleMessage| {
         let q: [f64; 6] = c.target_q.clone().try_into().unwrap();
         model.tcp_pose(&JointPositions(q), &Pose::IDENTITY)
     };

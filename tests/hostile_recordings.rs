@@ -232,7 +232,7 @@ fn with(messages: &[(&str, u64, Vec<u8>)]) -> Vec<u8> {
     file(&[declared, chunk(&all)])
 }
 
-/// `elite.Cycle` in protobuf: number, time and step, then more fields.
+/// `elite.CycleMessage` in protobuf: number, time and step, then more fields.
 fn cycle(number: u64, time: f64, more: &[u8]) -> Vec<u8> {
     let mut data = vec![0x08];
     let mut rest = number;

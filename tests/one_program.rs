@@ -154,7 +154,7 @@ fn the_next_program_begins_while_the_arm_brakes_and_moves_once_it_has_come_to_re
         let recording = read_recording(&folder.path().join("out.mcap"));
         let cycles = &recording.cycles;
         for n in 0..motions.len() {
-            let is_set = |c: &recorder::cycle::Cycle| c.digital_out >> n & 1 == 1;
+            let is_set = |c: &recorder::cycle::CycleMessage| c.digital_out >> n & 1 == 1;
             let at = cycles.iter().position(is_set).unwrap();
             let speed = |k: usize| {
                 cycles[k]

@@ -14,7 +14,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::common::{FromPrimary, PATIENCE, Server, eliteserver};
-use recorder::{Ending, Entry, Recording, Topic};
+use recorder::{FileEnd, Recording, RecordingEntry, Topic};
 
 /// What is on disk after a kill ends so long before it at the latest, s.
 const LOST_MAX: f64 = 0.5;
@@ -61,13 +61,13 @@ fn readable_until(path: &Path) -> f64 {
     let mut entries = recording.entries(&Topic::ALL).unwrap();
     let (mut cycles, mut until) = (0, 0.0);
     for entry in &mut entries {
-        if let (_, Entry::Cycle(cycle)) = entry.unwrap() {
+        if let (_, RecordingEntry::Cycle(cycle)) = entry.unwrap() {
             cycles += 1;
             assert_eq!(cycle.cycle, cycles, "{}", path.display());
             until = cycle.time;
         }
     }
-    assert_eq!(entries.ending(), Some(&Ending::Cut), "{}", path.display());
+    assert_eq!(entries.ending(), Some(&FileEnd::Cut), "{}", path.display());
     until
 }
 

@@ -10,8 +10,8 @@ use controller::start_configuration::cycle_config;
 use motion::{ControlLoop, CycleTiming};
 use motion_api::io::{InputAction, IoChange};
 use motion_api::{CommandKind, Origin, Registers, RingCapacities, ScriptEndpoint, motion_channel};
-use recorder::{Entry, IoMessage, IoValue, Recorder, Recording, Setup, Topic};
-use server::cli::{Cli, Command};
+use recorder::{IoMessage, IoValue, Recorder, Recording, RecordingEntry, Setup, Topic};
+use server::cli::{Cli, CliCommand};
 use server::replay::answer;
 
 /// A register that leads to an input, and a hand that pushes.
@@ -85,7 +85,7 @@ fn every_change_of_a_register_is_in_the_recording_at_its_cycle() {
         .entries(&[Topic::Io])
         .unwrap()
         .map(|entry| match entry.unwrap().1 {
-            Entry::Io(change) => change,
+            RecordingEntry::Io(change) => change,
             other => panic!("{other:?}"),
         })
         .collect();
@@ -113,7 +113,7 @@ fn every_change_of_a_register_is_in_the_recording_at_its_cycle() {
 fn registers_that_move_the_arm_move_it_again() {
     let led = record("register_rerun.mcap", act);
     let line = ["eliteserver", "replay", led.name(), "--rerun"];
-    let Command::Replay(args) = Cli::try_parse_from(line).unwrap().into_command() else {
+    let CliCommand::Replay(args) = Cli::try_parse_from(line).unwrap().into_command() else {
         panic!("not a replay");
     };
     let mut out = Vec::new();
@@ -132,7 +132,7 @@ fn registers_that_move_the_arm_move_it_again() {
     let last = |recording: &Recording| {
         let cycles = recording.entries(&[Topic::Cycle]).unwrap();
         match cycles.last().unwrap().unwrap().1 {
-            Entry::Cycle(cycle) => cycle.actual_q,
+            RecordingEntry::Cycle(cycle) => cycle.actual_q,
             other => panic!("{other:?}"),
         }
     };

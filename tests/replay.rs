@@ -9,7 +9,7 @@ use kinematics::{JointPositions, JointSpeeds, RobotModel};
 use motion::{ControlLoop, CycleConfig, CycleTiming, LimitOverrides, PlantKind};
 use motion_api::{CommandKind, Origin, ProgramId, RingCapacities, ThreadNumber, motion_channel};
 use recorder::{IoValue, LogLevel, Recorder, Setup};
-use server::cli::{Cli, Command};
+use server::cli::{Cli, CliCommand};
 use server::replay::{ReplayError, answer};
 
 const CYCLES: u64 = 600;
@@ -78,7 +78,7 @@ fn replay(path: &Path, options: &str) -> Result<(u8, String), ReplayError> {
     let path = path.to_str().unwrap();
     let line = ["eliteserver", "replay", path].into_iter();
     let cli = Cli::try_parse_from(line.chain(options.split_whitespace())).unwrap();
-    let Command::Replay(args) = cli.into_command() else {
+    let CliCommand::Replay(args) = cli.into_command() else {
         panic!("not a replay");
     };
     let mut out = Vec::new();
@@ -291,7 +291,7 @@ fn find_says_when_where_and_in_which_line() {
             "--find",
             condition,
         ];
-        let Command::Replay(args) = Cli::try_parse_from(args).unwrap().into_command() else {
+        let CliCommand::Replay(args) = Cli::try_parse_from(args).unwrap().into_command() else {
             panic!("not a replay");
         };
         let mut out = Vec::new();

@@ -7,9 +7,9 @@ use std::fmt::Write as _;
 use std::ops::Range;
 use std::path::Path;
 
-use server::ports::rtsi::inputs::Input;
-use server::ports::rtsi::outputs::Output;
-use wire::rtsi::Kind;
+use server::ports::rtsi::inputs::InputVariable;
+use server::ports::rtsi::outputs::OutputVariable;
+use wire::rtsi::RtsiType;
 
 const HEAD: &str = "# Variables of RTSI (port 30004)
 
@@ -19,8 +19,8 @@ Made from the code by `UPDATE_DOCS=1 cargo test -p server --test all rtsi_docs::
 
 fn table(
     out: &mut String,
-    named: impl Iterator<Item = (&'static str, Kind)>,
-    numbered: impl Iterator<Item = (&'static str, Range<u8>, Kind)>,
+    named: impl Iterator<Item = (&'static str, RtsiType)>,
+    numbered: impl Iterator<Item = (&'static str, Range<u8>, RtsiType)>,
 ) {
     out.push_str("\n| variable | type |\n|---|---|\n");
     for (name, kind) in named {
@@ -42,14 +42,14 @@ fn page() -> String {
     page.push_str("\n## Outputs: what clients read\n");
     table(
         &mut page,
-        Output::named().map(|(name, output)| (name, output.kind())),
-        Output::numbered().map(|(group, numbers, first)| (group, numbers, first.kind())),
+        OutputVariable::named().map(|(name, output)| (name, output.kind())),
+        OutputVariable::numbered().map(|(group, numbers, first)| (group, numbers, first.kind())),
     );
     page.push_str("\n## Inputs: what clients write\n");
     table(
         &mut page,
-        Input::named().map(|(name, input)| (name, input.kind())),
-        Input::numbered().map(|(group, numbers, first)| (group, numbers, first.kind())),
+        InputVariable::named().map(|(name, input)| (name, input.kind())),
+        InputVariable::numbered().map(|(group, numbers, first)| (group, numbers, first.kind())),
     );
     page
 }
@@ -69,25 +69,25 @@ fn the_page_of_variables_is_current() {
 
 #[test]
 fn every_name_of_the_page_is_found_by_that_name() {
-    for (name, output) in Output::named() {
-        assert_eq!(Output::by_name(name).unwrap().kind(), output.kind());
+    for (name, output) in OutputVariable::named() {
+        assert_eq!(OutputVariable::by_name(name).unwrap().kind(), output.kind());
     }
-    for (group, numbers, first) in Output::numbered() {
+    for (group, numbers, first) in OutputVariable::numbered() {
         for number in numbers {
-            let found = Output::by_name(&format!("{group}{number}")).unwrap();
+            let found = OutputVariable::by_name(&format!("{group}{number}")).unwrap();
             assert_eq!(found.kind(), first.kind());
         }
     }
-    for (name, input) in Input::named() {
+    for (name, input) in InputVariable::named() {
         assert_eq!(
-            (Input::by_name(name), input.name()),
+            (InputVariable::by_name(name), input.name()),
             (Some(input), name.to_owned())
         );
     }
-    for (group, numbers, first) in Input::numbered() {
+    for (group, numbers, first) in InputVariable::numbered() {
         for number in numbers {
             let name = format!("{group}{number}");
-            let found = Input::by_name(&name).unwrap();
+            let found = InputVariable::by_name(&name).unwrap();
             assert_eq!((found.kind(), found.name()), (first.kind(), name));
         }
     }
@@ -96,17 +96,17 @@ fn every_name_of_the_page_is_found_by_that_name() {
 #[test]
 fn scripts_can_watch_every_input_and_nothing_else() {
     use elite_runtime::panel::is_rtsi_input;
-    let numbered = |(group, numbers, _): (&'static str, Range<u8>, Input)| {
+    let numbered = |(group, numbers, _): (&'static str, Range<u8>, InputVariable)| {
         numbers.map(move |number| format!("{group}{number}"))
     };
-    let named = Input::named().map(|(name, _)| name.to_owned());
-    for name in named.chain(Input::numbered().flat_map(numbered)) {
+    let named = InputVariable::named().map(|(name, _)| name.to_owned());
+    for name in named.chain(InputVariable::numbered().flat_map(numbered)) {
         assert!(is_rtsi_input(&name), "{name}");
     }
-    for (name, _) in Output::named() {
+    for (name, _) in OutputVariable::named() {
         assert_eq!(
             is_rtsi_input(name),
-            Input::by_name(name).is_some(),
+            InputVariable::by_name(name).is_some(),
             "{name}"
         );
     }

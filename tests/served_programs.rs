@@ -16,7 +16,7 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::time::Duration;
 
 use crate::common::{self, Server, eliteserver};
-use editor::dap::stream::{self, Incoming};
+use editor::dap::stream::{self, DapInput};
 use serde_json::{Value as Json, json};
 
 /// A debugger, and what its client has heard.
@@ -64,7 +64,7 @@ impl Debugger {
 
     fn next(&mut self) -> Json {
         match stream::read(&mut self.from).unwrap() {
-            Some(Incoming::Message(message)) => message,
+            Some(DapInput::Message(message)) => message,
             other => panic!("the debugger says {other:?}"),
         }
     }

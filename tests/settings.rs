@@ -44,7 +44,7 @@ end
     let recording = recorded(text, "");
     let cycles = &recording.cycles;
     let first_with = |bit: u64| {
-        let is_set = |c: &recorder::cycle::Cycle| c.digital_out >> bit & 1 == 1;
+        let is_set = |c: &recorder::cycle::CycleMessage| c.digital_out >> bit & 1 == 1;
         cycles.iter().position(is_set).unwrap()
     };
     let at = first_with(0);

@@ -15,7 +15,7 @@ use std::process::{Child, Command, ExitStatus, Output, Stdio};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use recorder::cycle::Cycle;
+use recorder::cycle::CycleMessage;
 use recorder::{RecorderConfig, Rotation, Setup};
 
 /// Longest time any step of a test may take.
@@ -332,7 +332,7 @@ fn decode_exception(message: &[u8]) -> FromPrimary {
 /// A recording, read back with the public reader.
 pub struct Recording {
     /// Every cycle.
-    pub cycles: Vec<Cycle>,
+    pub cycles: Vec<CycleMessage>,
     /// JSON messages by topic.
     pub json: BTreeMap<String, Vec<serde_json::Value>>,
     /// Texts of `/log`.

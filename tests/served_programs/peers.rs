@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use io_bus::modbus_server::tables::Store;
 use io_bus::xmlrpc::RpcValue;
-use io_bus::xmlrpc::codec::{Fault, decode_call, encode_response};
+use io_bus::xmlrpc::codec::{RpcFault, decode_call, encode_response};
 use serde_json::{Value as Json, json};
 
 use super::{Debugger, order, program_state, rerun, wait_for};
@@ -67,7 +67,7 @@ fn answer_calls(stream: TcpStream, contacts: &Contacts) {
                 ),
                 ("raw".into(), RpcValue::Bytes(vec![0, 255, *n as u8])),
             ])),
-            _ => Err(Fault {
+            _ => Err(RpcFault {
                 code: 7,
                 text: format!("no {method} here"),
             }),

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use controller::{Manner, Prepared, RobotConfig};
+use controller::{ControllerConfig, PreparedController, StartOptions};
 use elite_runtime::ProgramText;
 use elite_runtime::message::Observer;
 
@@ -21,7 +21,8 @@ fn main() {
     let begin = Instant::now();
     for _ in 0..ROUNDS {
         let started = Instant::now();
-        let prepared = Prepared::new(&RobotConfig::default(), Manner::alone()).unwrap();
+        let prepared =
+            PreparedController::new(&ControllerConfig::default(), StartOptions::alone()).unwrap();
         let controller = prepared.start(Arc::new(Nobody)).unwrap();
         times[0].push(started.elapsed());
         let ran = Instant::now();

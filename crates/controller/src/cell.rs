@@ -4,10 +4,10 @@
 //! limits suit the arm is checked with the arm. Poses are
 //! `[x, y, z, Rx, Ry, Rz]` in the base frame, m and rad.
 
-mod act;
 mod check;
-mod drawn;
+mod convert;
 pub mod point;
+mod scene;
 pub mod schema;
 
 use std::path::{Path, PathBuf};
@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 use io_bus::modbus::{DeviceAddress, SignalKind, SignalSpec};
 use io_bus::serial::{Endpoint, SerialLine};
-use io_bus::{Fieldbus, StandIns};
+use io_bus::{Fieldbus, SimulatedPeers};
 use kinematics::SafetyBounds;
 use kinematics::safety::SafetySettingError;
 use kinematics::{JointAccelerations, JointJerks, JointPositions, JointSpeeds};
@@ -30,7 +30,7 @@ use supervision::ThreadSupervisor;
 use thiserror::Error;
 use toml::de::{DeTable, DeValue};
 
-use schema::{ActiveLevel, PointValue, SafetyFunction, SerialPort, Tables};
+use schema::{ActiveLevel, InputValue, SafetyFunction, SerialPort, Tables};
 
 /// Why there is no cell. Each is one sentence and ends the program with exit status 2.
 #[derive(Debug, Error)]
@@ -148,7 +148,7 @@ impl Cell {
     /// As [`Cell::load`].
     pub fn from_text(text: String, path: &Path) -> Result<Self, CellError> {
         let tables = parse(&text, path)?;
-        let safety = act::safety_bounds(&tables).map_err(|source| CellError::Safety {
+        let safety = convert::safety_bounds(&tables).map_err(|source| CellError::Safety {
             path: path.to_owned(),
             source,
         })?;
@@ -180,8 +180,8 @@ impl Cell {
             at: input.at,
             to: input.set.io_point(),
             value: match input.value {
-                PointValue::Level(level) => f64::from(u8::from(level)),
-                PointValue::Number(number) => number,
+                InputValue::Level(level) => f64::from(u8::from(level)),
+                InputValue::Number(number) => number,
             },
         });
         IoSetup {
@@ -240,7 +240,7 @@ impl Cell {
     pub fn fieldbus(
         &self,
         faults: &ThreadSupervisor,
-        stand_ins: Option<Arc<dyn StandIns>>,
+        stand_ins: Option<Arc<dyn SimulatedPeers>>,
     ) -> Result<Fieldbus, CellError> {
         let line = |wanted| {
             let port = self
@@ -288,22 +288,22 @@ impl Cell {
 
     /// `[[conveyor]]`: what turns the two encoders.
     pub fn belts(&self) -> [Option<Belt>; 2] {
-        act::belts(&self.tables.conveyor)
+        convert::belts(&self.tables.conveyor)
     }
 
     /// `[[wrench]]`: loads on the tool by time.
     pub fn loads(&self) -> Vec<TimedWrench> {
-        act::loads(&self.tables.wrench)
+        convert::loads(&self.tables.wrench)
     }
 
     /// `[[obstacle]]` and `[tool]`: what the arm touches, and with what.
     pub fn surroundings(&self) -> Environment {
-        act::surroundings(&self.tables)
+        convert::surroundings(&self.tables)
     }
 
     /// `[payload]` and `[arm]`: what is true of the arm though the controller does not know it.
     pub fn truth(&self) -> PlantParameters {
-        act::truth(&self.tables)
+        convert::truth(&self.tables)
     }
 
     /// `[sensor]`, with the seed of its noise.

@@ -23,7 +23,7 @@ const IDLE_PUMP: Duration = Duration::from_millis(2);
 const RARE_PUMP: Duration = Duration::from_millis(100);
 
 /// What moves time.
-pub(crate) enum Clock {
+pub(crate) enum ClockDriver {
     Real(MotionThread),
     Virtual(Option<IdlePacer>),
 }
@@ -35,7 +35,7 @@ pub(crate) fn start_clock(
     cycle: ControlLoop,
     pump: Thread,
     faults: &ThreadSupervisor,
-) -> Result<(Clock, Arc<dyn Timeline>), StartError> {
+) -> Result<(ClockDriver, Arc<dyn Timeline>), StartError> {
     match choice {
         ClockChoice::Realtime => {
             let options = RealtimeOptions {
@@ -49,7 +49,7 @@ pub(crate) fn start_clock(
                 tracing::warn!("{warning}");
             }
             let timeline = Arc::new(thread.timeline());
-            Ok((Clock::Real(thread), timeline))
+            Ok((ClockDriver::Real(thread), timeline))
         }
         ClockChoice::Virtual => {
             let timeline = VirtualTimeline::new(cycle, Vec::new())?;
@@ -58,18 +58,18 @@ pub(crate) fn start_clock(
                 true => Some(IdlePacer::start(timeline.clone())?),
                 false => None,
             };
-            Ok((Clock::Virtual(pacer), timeline))
+            Ok((ClockDriver::Virtual(pacer), timeline))
         }
     }
 }
 
 /// The thread that carries events from the motion thread to whoever waits for them.
-pub(crate) struct Pump {
+pub(crate) struct EventPump {
     thread: ThreadHandle<()>,
     ending: Arc<AtomicBool>,
 }
 
-impl Pump {
+impl EventPump {
     /// Starts the thread; it begins once it is given the robot.
     pub(crate) fn start(
         faults: &ThreadSupervisor,

@@ -9,14 +9,14 @@ use std::rc::Rc;
 
 use elite_lang::{
     ExceptionKind, Host, Interpreter, KnownNames, Limits, NativeBody, NativeFunction, Param,
-    Resume, ScriptThread, Severity, SourceFile, Step, ThreadId, Value, check, compile,
+    Resume, ResumeOutcome, ScriptThread, Severity, SourceFile, ThreadId, Value, check, compile,
     render_human, render_script_error,
 };
 use motion_api::{MotionMode, RobotMode, SafetyMode};
-use recorder::{Cycle, FieldValue};
+use recorder::{CycleMessage, FieldValue};
 use thiserror::Error;
 
-pub use crate::doing::Doing;
+pub use crate::program_position::ProgramPosition;
 
 /// Safepoints that one turn of an evaluation may pass, and the turns: a condition is looked at for every cycle, it cannot be a
 /// program. It may need a second turn however easy it is, since the interpreter gives way after so much work of all evaluations.
@@ -56,9 +56,9 @@ pub struct Condition {
 }
 
 /// A condition can reach nothing.
-struct Nowhere;
+struct ConditionHost;
 
-impl Host for Nowhere {
+impl Host for ConditionHost {
     fn print(&self, _: ThreadId, _: &str) {}
     fn unix_time(&self) -> f64 {
         0.0
@@ -82,7 +82,7 @@ impl Condition {
     /// [`ConditionError::Text`].
     pub fn new(place: &str, text: &str) -> Result<Self, ConditionError> {
         let words = mode_words();
-        let cycle = Cycle::default();
+        let cycle = CycleMessage::default();
         let fields = cycle.fields().map(|(name, _)| name.to_owned());
         let of_the_script = ["line", "program", "command"].map(str::to_owned);
         let values: BTreeSet<String> = fields.into_iter().chain(of_the_script).collect();
@@ -108,7 +108,7 @@ impl Condition {
         if !findings.is_empty() {
             return Err(ConditionError::Text(findings.join("\n")));
         }
-        let interpreter = Interpreter::new(Rc::new(Nowhere), natives, Limits::default());
+        let interpreter = Interpreter::new(Rc::new(ConditionHost), natives, Limits::default());
         for word in &words {
             interpreter.set_global(word, Value::from(word.as_str()));
         }
@@ -122,7 +122,7 @@ impl Condition {
             ConditionError::Text(texts.join("\n"))
         })?;
         let mut thread = interpreter.spawn_program(&program);
-        let (Step::Done(_), Some(function)) = (
+        let (ResumeOutcome::Done(_), Some(function)) = (
             thread.resume(Resume::Continue, FUEL),
             interpreter.global("holds"),
         ) else {
@@ -141,7 +141,11 @@ impl Condition {
 
     /// # Errors
     /// [`ConditionError::Raised`], [`ConditionError::Endless`].
-    pub fn holds(&self, cycle: &Cycle, doing: &Doing) -> Result<bool, ConditionError> {
+    pub fn holds(
+        &self,
+        cycle: &CycleMessage,
+        doing: &ProgramPosition,
+    ) -> Result<bool, ConditionError> {
         for (name, value) in cycle.fields() {
             self.set(name, || value_of(name, value));
         }
@@ -159,11 +163,11 @@ impl Condition {
         let mut turns = 0;
         while turns < TURNS_MAX {
             match thread.resume(Resume::Continue, FUEL) {
-                Step::Done(value) => return Ok(value.as_bool() == Some(true)),
-                Step::Failed(error) => return Err(raised(&error)),
+                ResumeOutcome::Done(value) => return Ok(value.as_bool() == Some(true)),
+                ResumeOutcome::Failed(error) => return Err(raised(&error)),
                 // What earlier evaluations left is looked through slice by slice; that is no work of this one, whose fuel is kept.
-                Step::OutOfFuel if self.interpreter.is_searching() => {}
-                Step::OutOfFuel => turns += 1,
+                ResumeOutcome::OutOfFuel if self.interpreter.is_searching() => {}
+                ResumeOutcome::OutOfFuel => turns += 1,
                 _ => break,
             }
         }
@@ -239,20 +243,20 @@ fn norm() -> NativeFunction {
 mod tests {
     use super::*;
 
-    fn cycle() -> Cycle {
-        Cycle {
+    fn cycle() -> CycleMessage {
+        CycleMessage {
             time: 1.5,
             safety_mode: SafetyMode::ProtectiveStop.number() as u32,
             robot_mode: RobotMode::Running.number() as u32,
             tcp_force: vec![3.0, 4.0, 0.0, 0.0, 0.0, 0.0],
             mode: "movel".to_owned(),
-            ..Cycle::default()
+            ..CycleMessage::default()
         }
     }
 
     #[test]
     fn a_condition_reads_like_the_field_names_of_a_cycle() {
-        let doing = Doing {
+        let doing = ProgramPosition {
             program: "weld".to_owned(),
             line: 7,
             command: "movel".to_owned(),
@@ -281,7 +285,7 @@ mod tests {
         let condition = Condition::new("condition", text).unwrap();
         // Circles of garbage, of which some evaluations leave more than is looked through at once.
         for evaluation in 0..40 {
-            let answer = condition.holds(&cycle(), &Doing::default());
+            let answer = condition.holds(&cycle(), &ProgramPosition::default());
             assert!(matches!(answer, Ok(true)), "{evaluation}: {answer:?}");
         }
     }
@@ -289,12 +293,12 @@ mod tests {
     #[test]
     fn a_condition_stays_easy_after_any_number_of_cycles() {
         let condition = Condition::new("condition", "norm(actual_tcp_speed[0:3]) > 0.3").unwrap();
-        let cycle = Cycle {
+        let cycle = CycleMessage {
             actual_tcp_speed: vec![0.3, 0.4, 0.0, 0.0, 0.0, 0.0],
             ..cycle()
         };
         for evaluation in 0..20_000 {
-            let answer = condition.holds(&cycle, &Doing::default());
+            let answer = condition.holds(&cycle, &ProgramPosition::default());
             assert!(matches!(answer, Ok(true)), "{evaluation}: {answer:?}");
         }
     }
@@ -315,11 +319,15 @@ mod tests {
             assert!(error.contains(said), "{text}: {error}");
         }
         let condition = Condition::new("condition", "tcp_force[9] > 1").unwrap();
-        let error = condition.holds(&cycle(), &Doing::default()).unwrap_err();
+        let error = condition
+            .holds(&cycle(), &ProgramPosition::default())
+            .unwrap_err();
         assert!(error.to_string().contains("IndexError"), "{error}");
         assert!(error.to_string().contains("1.500 s"), "{error}");
         let endless = Condition::new("condition", "[1 for i in range(10**9)]").unwrap();
-        let error = endless.holds(&cycle(), &Doing::default()).unwrap_err();
+        let error = endless
+            .holds(&cycle(), &ProgramPosition::default())
+            .unwrap_err();
         assert!(matches!(error, ConditionError::Endless), "{error}");
     }
 }

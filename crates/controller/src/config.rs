@@ -5,17 +5,17 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use elite_runtime::Folders;
+use elite_runtime::SandboxRoots;
 use kinematics::{Calibration, JointPositions, Payload, RpyPose};
 
 use crate::options::{
-    ByteSize, ClockChoice, Home, ModelChoice, Permission, PlantChoice, RecordTarget, RotateAt,
-    StepMillis,
+    ByteSize, ClockChoice, HomeJoints, ModelChoice, Permission, PlantChoice, RecordTarget,
+    RotationLimit, StepMillis,
 };
 
 /// Settings of a robot.
 #[derive(Clone, Debug, PartialEq)]
-pub struct RobotConfig {
+pub struct ControllerConfig {
     /// Which arm.
     pub model: ModelChoice,
     /// What was measured of it.
@@ -35,7 +35,7 @@ pub struct RobotConfig {
     /// Where the recording goes.
     pub record: RecordTarget,
     /// When its next file begins.
-    pub record_rotate: Option<RotateAt>,
+    pub record_rotate: Option<RotationLimit>,
     /// How much of it is kept.
     pub record_budget: Option<ByteSize>,
     /// TCP relative to the flange.
@@ -49,10 +49,10 @@ pub struct RobotConfig {
     /// What scripts may reach beyond the robot.
     pub allow: BTreeSet<Permission>,
     /// The folders beneath which the files are that these settings name, links followed; `None`: anywhere.
-    pub within: Option<Folders>,
+    pub within: Option<SandboxRoots>,
 }
 
-impl Default for RobotConfig {
+impl Default for ControllerConfig {
     /// A CS66 under the virtual clock with nothing around it and no recording.
     fn default() -> Self {
         Self {
@@ -69,7 +69,7 @@ impl Default for RobotConfig {
             record_budget: None,
             tcp: RpyPose::default(),
             payload: Payload::default(),
-            home: Home::default().0,
+            home: HomeJoints::default().0,
             seed: 0,
             allow: BTreeSet::from([Permission::Net]),
             within: None,
@@ -77,7 +77,7 @@ impl Default for RobotConfig {
     }
 }
 
-impl RobotConfig {
+impl ControllerConfig {
     /// The text of a file that these settings name.
     pub(crate) fn read_text(&self, path: &Path) -> io::Result<String> {
         match &self.within {

@@ -12,34 +12,34 @@
 )]
 
 pub mod cell;
-pub mod chronicle;
 mod clock;
+pub mod command_replay;
 pub mod condition;
 mod config;
-pub mod doing;
-pub mod external;
-pub mod feed;
-pub mod gate;
-mod herald;
+pub mod cycle_gate;
+pub mod external_topic;
+mod gate_observer;
+pub mod io_values;
 mod loaded_model;
 pub mod options;
 pub mod outcome;
 pub mod peaks;
-pub mod points;
+pub mod program_position;
 pub mod recorded_run;
 mod recording_files;
+pub mod recording_observer;
 pub mod register_write;
-pub mod repeating;
+pub mod rerun;
 mod running;
 pub mod search;
 mod start;
 pub mod start_configuration;
 pub mod stepped;
 
-pub use chronicle::{LogLine, LogLines};
-pub use config::RobotConfig;
-pub use outcome::{Collector, Nobody, Outcome, ProgramResult};
+pub use config::ControllerConfig;
+pub use outcome::{NullObserver, ProgramOutcome, ProgramResult, ResultCollector};
 pub use peaks::Peaks;
+pub use recording_observer::{LogLine, LogLines};
 pub use running::Controller;
-pub use start::{Manner, Prepared, StartError};
-pub use stepped::{Patience, SteppedController, SteppedError};
+pub use start::{PreparedController, StartError, StartOptions};
+pub use stepped::{SteppedController, SteppedError, WallTimeout};

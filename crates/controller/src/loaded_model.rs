@@ -4,7 +4,7 @@ use kinematics::{Calibration, RobotModel};
 use recorder::Setup;
 
 use crate::cell::Cell;
-use crate::config::RobotConfig;
+use crate::config::ControllerConfig;
 use crate::options::{ClockChoice, ModelChoice, PlantChoice};
 use crate::start::StartError;
 use crate::start_configuration;
@@ -20,7 +20,7 @@ pub(crate) struct LoadedModel {
 }
 
 impl LoadedModel {
-    pub(crate) fn open(config: &RobotConfig) -> Result<Self, StartError> {
+    pub(crate) fn open(config: &ControllerConfig) -> Result<Self, StartError> {
         let given = config.model.to_string();
         let (model, urdf) = match &config.model {
             ModelChoice::BuiltIn(name) => (RobotModel::built_in(name), None),
@@ -55,7 +55,7 @@ impl LoadedModel {
 
 /// How the controller is started, for the recording.
 pub(crate) fn setup(
-    config: &RobotConfig,
+    config: &ControllerConfig,
     loaded: &LoadedModel,
     cell: Option<&Cell>,
     powered_off: bool,

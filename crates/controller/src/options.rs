@@ -9,7 +9,7 @@ use core::str::FromStr;
 use std::path::PathBuf;
 
 use kinematics::{JointPositions, Payload, RpyPose};
-use recorder::PartEnd;
+use recorder::RotationTrigger;
 
 /// Names of the built-in models.
 pub const MODEL_NAMES: [&str; 6] = ["cs63", "cs66", "cs612", "cs616", "cs620", "cs625"];
@@ -145,19 +145,19 @@ impl FromStr for RecordTarget {
 
 /// How long one file of the recording becomes: a size or a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RotateAt(pub PartEnd);
+pub struct RotationLimit(pub RotationTrigger);
 
-impl FromStr for RotateAt {
+impl FromStr for RotationLimit {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
         if let Ok(size) = text.parse::<ByteSize>() {
-            return Ok(Self(PartEnd::Bytes(size.0)));
+            return Ok(Self(RotationTrigger::Bytes(size.0)));
         }
         let units = [("min", 60.0), ("h", 3600.0), ("s", 1.0)];
         let secs = with_unit(text, &units).filter(|secs| (1.0..=31_536_000.0).contains(secs));
         match secs {
-            Some(secs) => Ok(Self(PartEnd::Secs(secs))),
+            Some(secs) => Ok(Self(RotationTrigger::Secs(secs))),
             None => Err("allowed are sizes from 1 MB and times from 1 s to a year, as in 500MB, 2GB, 90s, 30min or 8h".to_owned()),
         }
     }
@@ -231,13 +231,13 @@ impl FromStr for Permission {
 
 /// The joint positions at start, rad.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Home(pub JointPositions);
+pub struct HomeJoints(pub JointPositions);
 
 #[allow(
     clippy::approx_constant,
     reason = "the figures as documented, not the constant"
 )]
-impl Default for Home {
+impl Default for HomeJoints {
     fn default() -> Self {
         Self(JointPositions([
             0.0, -1.5708, 1.5708, -1.5708, -1.5708, 0.0,
@@ -245,7 +245,7 @@ impl Default for Home {
     }
 }
 
-impl FromStr for Home {
+impl FromStr for HomeJoints {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
@@ -342,10 +342,10 @@ mod tests {
 
     #[test]
     fn home_needs_six_finite_numbers() {
-        let home: Home = "-0.3,0,1e-1,+2, 3 ,4".parse().unwrap();
+        let home: HomeJoints = "-0.3,0,1e-1,+2, 3 ,4".parse().unwrap();
         assert_eq!(home.0.0, [-0.3, 0.0, 0.1, 2.0, 3.0, 4.0]);
         for wrong in ["0,0,0,0,0", "0,0,0,0,0,0,0", "0,0,0,0,0,nan", "a", "--tcp"] {
-            assert!(wrong.parse::<Home>().is_err(), "{wrong}");
+            assert!(wrong.parse::<HomeJoints>().is_err(), "{wrong}");
         }
     }
 
@@ -354,7 +354,7 @@ mod tests {
         #[test]
         fn six_written_numbers_are_read_back(q in proptest::array::uniform6(-1e3f64..1e3)) {
             let text = q.map(|x| x.to_string()).join(",");
-            prop_assert_eq!(text.parse::<Home>().unwrap().0.0, q);
+            prop_assert_eq!(text.parse::<HomeJoints>().unwrap().0.0, q);
         }
     }
 }

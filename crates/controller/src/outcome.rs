@@ -1,6 +1,6 @@
 //! How a program ended, in the words that tests, Python and sweeps share, and who notes it down.
 //!
-//! Owns the words, the result of a program and the [`Collector`] that gathers what it said. Starts and stops nothing:
+//! Owns the words, the result of a program and the [`ResultCollector`] that gathers what it said. Starts and stops nothing:
 //! that is [`stepped`](crate::stepped)'s.
 
 use core::fmt;
@@ -13,8 +13,8 @@ use elite_runtime::message::{
 };
 use motion_api::{CycleFrame, ProgramId, StopReason, ThreadNumber};
 
-use crate::doing::Follower;
 use crate::peaks::Peaks;
+use crate::program_position::PositionTracker;
 
 /// Most that is kept of what one program prints, bytes; the rest is counted.
 const PRINTS_BYTES_MAX: usize = 16 << 20;
@@ -23,7 +23,7 @@ const REPORT_BYTES_MAX: usize = 1 << 20;
 
 /// How a program ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Outcome {
+pub enum ProgramOutcome {
     /// It ran to its end.
     Ended,
     /// It does not compile, met an exception that it did not catch, or an alarm.
@@ -38,7 +38,7 @@ pub enum Outcome {
     Timeout,
 }
 
-impl Outcome {
+impl ProgramOutcome {
     /// All of them.
     pub const ALL: [Self; 6] = [
         Self::Ended,
@@ -62,13 +62,13 @@ impl Outcome {
     }
 }
 
-impl fmt::Display for Outcome {
+impl fmt::Display for ProgramOutcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.as_str())
     }
 }
 
-impl From<&TaskEnd> for Outcome {
+impl From<&TaskEnd> for ProgramOutcome {
     fn from(end: &TaskEnd) -> Self {
         match end {
             TaskEnd::Finished => Self::Ended,
@@ -84,7 +84,7 @@ impl From<&TaskEnd> for Outcome {
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProgramResult {
     /// How it ended.
-    pub outcome: Outcome,
+    pub outcome: ProgramOutcome,
     /// `Type: message` of an exception, or the sentence of a stop, an alarm or a time-out.
     pub error: Option<String>,
     /// The line of the error, from 1; of a stop or a time-out the line in which the main program stood.
@@ -98,14 +98,14 @@ pub struct ProgramResult {
 }
 
 /// Notes what the newest program says, and the peaks of every cycle since then; passes everything on.
-pub struct Collector {
-    noted: Mutex<Noted>,
-    follower: Arc<Follower>,
+pub struct ResultCollector {
+    noted: Mutex<CollectedOutput>,
+    follower: Arc<PositionTracker>,
     next: Arc<dyn Observer>,
 }
 
 #[derive(Default)]
-struct Noted {
+struct CollectedOutput {
     prints: String,
     prints_lost: usize,
     error: Option<(String, u32)>,
@@ -116,7 +116,7 @@ struct Noted {
     peaks: Peaks,
 }
 
-impl Collector {
+impl ResultCollector {
     /// Nothing noted yet; `next` is told everything as well.
     pub fn new(next: Arc<dyn Observer>) -> Self {
         Self {
@@ -128,11 +128,11 @@ impl Collector {
 
     /// Forgets what it noted: a program is about to start.
     pub fn begin(&self) {
-        *self.noted() = Noted::default();
+        *self.noted() = CollectedOutput::default();
     }
 
     /// What the program does, for conditions.
-    pub const fn follower(&self) -> &Arc<Follower> {
+    pub const fn follower(&self) -> &Arc<PositionTracker> {
         &self.follower
     }
 
@@ -158,16 +158,23 @@ impl Collector {
 
     /// The result of a program with this outcome that took `time` simulated seconds; `given_up` says why it was ended, if
     /// it was because of a time-out.
-    pub fn result(&self, outcome: Outcome, time: f64, given_up: Option<String>) -> ProgramResult {
+    pub fn result(
+        &self,
+        outcome: ProgramOutcome,
+        time: f64,
+        given_up: Option<String>,
+    ) -> ProgramResult {
         let prints = self.prints();
         let noted = self.noted();
         let stands_in = (noted.line > 0).then_some(noted.line);
         let raised = noted.error.clone();
         let (error, line) = match outcome {
-            Outcome::Ended | Outcome::Stopped => (None, None),
-            Outcome::Timeout => (given_up, stands_in),
-            Outcome::ProtectiveStop | Outcome::EmergencyStop => (noted.stop.clone(), stands_in),
-            Outcome::Failed => match raised {
+            ProgramOutcome::Ended | ProgramOutcome::Stopped => (None, None),
+            ProgramOutcome::Timeout => (given_up, stands_in),
+            ProgramOutcome::ProtectiveStop | ProgramOutcome::EmergencyStop => {
+                (noted.stop.clone(), stands_in)
+            }
+            ProgramOutcome::Failed => match raised {
                 Some((error, line)) => (Some(error), Some(line)),
                 None => (noted.alarm.clone(), stands_in),
             },
@@ -183,12 +190,12 @@ impl Collector {
     }
 
     /// The value is whole at every moment, so a poisoned lock is as good as any.
-    fn noted(&self) -> MutexGuard<'_, Noted> {
+    fn noted(&self) -> MutexGuard<'_, CollectedOutput> {
         self.noted.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl Noted {
+impl CollectedOutput {
     fn message(&mut self, message: &Message) {
         match message {
             Message::Print { text, .. } => {
@@ -230,7 +237,7 @@ impl Noted {
     }
 }
 
-impl Observer for Collector {
+impl Observer for ResultCollector {
     fn next(&self) -> Option<&dyn Observer> {
         Some(&*self.next)
     }
@@ -273,6 +280,6 @@ impl Observer for Collector {
 
 /// An observer that is told everything and keeps nothing.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Nobody;
+pub struct NullObserver;
 
-impl Observer for Nobody {}
+impl Observer for NullObserver {}

@@ -5,15 +5,15 @@ use std::collections::{BTreeMap, VecDeque};
 use std::path::Path;
 use std::sync::Arc;
 
-use elite_runtime::external::{External, Repeat, What};
+use elite_runtime::external::{ExternalInput, ExternalInputKind, Rerun};
 use elite_runtime::{Preset, ProgramText};
 use kinematics::{Calibration, CalibrationError, ModelError, RobotModel};
 use motion_api::ProgramId;
-use recorder::{ArgumentError, CommandMessage, Entry, ReadError, Recording, Setup, Topic};
+use recorder::{ArgumentError, CommandMessage, ReadError, Recording, RecordingEntry, Setup, Topic};
 use thiserror::Error;
 
 use crate::cell::{Cell, CellError};
-use crate::external;
+use crate::external_topic;
 use crate::register_write::RegisterWrite;
 use crate::start_configuration::{ROBOT, SetupError};
 
@@ -26,7 +26,7 @@ const MISSING_MAX: u64 = 200_000;
 /// Why the controller of a recording cannot be started as it was.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-pub enum BeginningError {
+pub enum InitialSetupError {
     /// The recording does not say how the controller was started.
     #[error("the recording does not say how the controller was started, it cannot be run again")]
     NoSetup,
@@ -41,11 +41,11 @@ pub enum BeginningError {
 /// How the controller of a recording was started, where that is known and was a controller of ours.
 ///
 /// # Errors
-/// [`BeginningError`]
-pub fn beginning_of(recording: &Recording) -> Result<&Setup, BeginningError> {
-    let setup = recording.setup().ok_or(BeginningError::NoSetup)?;
+/// [`InitialSetupError`]
+pub fn beginning_of(recording: &Recording) -> Result<&Setup, InitialSetupError> {
+    let setup = recording.setup().ok_or(InitialSetupError::NoSetup)?;
     if setup.part > 1 {
-        return Err(BeginningError::Part(setup.part));
+        return Err(InitialSetupError::Part(setup.part));
     }
     if setup.plant == ROBOT {
         return Err(SetupError::Elsewhere.into());
@@ -62,14 +62,17 @@ pub enum RecordedRunError {
     Read(#[from] ReadError),
     /// The controller cannot be started as it was.
     #[error(transparent)]
-    Beginning(#[from] BeginningError),
+    Beginning(#[from] InitialSetupError),
     /// What came from outside was not recorded.
     #[error(
         "what came to its programs from outside is not in the recording: it was made by an earlier version"
     )]
     NoExternal,
     /// A message is none.
-    #[error("message {number} of {} cannot be read: {reason}", external::TOPIC)]
+    #[error(
+        "message {number} of {} cannot be read: {reason}",
+        external_topic::TOPIC
+    )]
     Message {
         /// Its number.
         number: usize,
@@ -107,7 +110,7 @@ pub enum RecordedRunError {
 /// What makes the arm of a recording unusable.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-pub enum ArmError {
+pub enum RecordedModelError {
     /// The arm cannot be made.
     #[error("the arm of the recording cannot be made: {0}")]
     Model(#[from] ModelError),
@@ -125,7 +128,7 @@ pub struct RecordedRun {
     pub(crate) commands: VecDeque<CommandMessage>,
     pub(crate) writes: VecDeque<RegisterWrite>,
     programs: BTreeMap<ProgramId, ProgramText>,
-    externals: Vec<External>,
+    externals: Vec<ExternalInput>,
     decoded: Vec<(u64, motion_api::Command)>,
     last_cycle: u64,
 }
@@ -149,20 +152,20 @@ impl RecordedRun {
         let topics = [Topic::Cycle, Topic::Command, Topic::Io, Topic::Script];
         for entry in recording.entries(&topics)? {
             match entry?.1 {
-                Entry::Cycle(cycle) => {
+                RecordingEntry::Cycle(cycle) => {
                     recorded += 1;
                     run.last_cycle = run.last_cycle.max(cycle.cycle);
                 }
-                Entry::Command(command) => run.add_command(command)?,
-                Entry::Io(change) => run.writes.extend(RegisterWrite::of(&change)),
-                Entry::Script(script) => {
+                RecordingEntry::Command(command) => run.add_command(command)?,
+                RecordingEntry::Io(change) => run.writes.extend(RegisterWrite::of(&change)),
+                RecordingEntry::Script(script) => {
                     if let Some(text) = script.text {
                         let name = script.program;
                         let id = ProgramId(script.program_id);
                         run.programs.insert(id, ProgramText { name, text });
                     }
                 }
-                Entry::Log(_) | Entry::Variable(_) => {}
+                RecordingEntry::Log(_) | RecordingEntry::Variable(_) => {}
             }
             if run.commands.len() + run.writes.len() > MESSAGES_MAX {
                 return Err(RecordedRunError::TooMany {
@@ -200,7 +203,7 @@ impl RecordedRun {
     /// The programs that ran, in their order.
     pub fn programs(&self) -> impl Iterator<Item = (ProgramId, &ProgramText)> {
         let begun = self.externals.iter().filter_map(|external| {
-            matches!(external.what, What::Begins { .. }).then_some(external.program)
+            matches!(external.what, ExternalInputKind::Begins { .. }).then_some(external.program)
         });
         begun.filter_map(|id| Some((id, self.programs.get(&id)?)))
     }
@@ -213,7 +216,7 @@ impl RecordedRun {
     /// What of the programs is not in the recording, in a sentence; everything is where there is none.
     pub fn lost(&self) -> Option<String> {
         self.externals.iter().find_map(|external| match &external.what {
-            What::Lost(text) => Some(format!(
+            ExternalInputKind::Lost(text) => Some(format!(
                 "program {} cannot be repeated from cycle {} on: {text}, which is not in the recording",
                 external.program.0, external.cycle
             )),
@@ -222,7 +225,7 @@ impl RecordedRun {
     }
 
     /// The globals that a program found set.
-    pub fn presets(repeat: &Repeat, program: ProgramId) -> Vec<Preset> {
+    pub fn presets(repeat: &Rerun, program: ProgramId) -> Vec<Preset> {
         let given = repeat.presets(program).into_iter();
         // Written by us; one that is none shows in the program that misses it.
         given
@@ -231,20 +234,20 @@ impl RecordedRun {
     }
 
     /// For the tasks of one repetition.
-    pub fn repeat(&self) -> Arc<Repeat> {
+    pub fn repeat(&self) -> Arc<Rerun> {
         let is_real = self.setup.clock != "virtual";
         let externals = self.externals.iter().cloned();
         let commands = self.decoded.iter().copied();
-        Arc::new(Repeat::new(is_real, self.last_cycle, externals, commands))
+        Arc::new(Rerun::new(is_real, self.last_cycle, externals, commands))
     }
 }
 
-fn externals(recording: &Recording) -> Result<Vec<External>, RecordedRunError> {
-    let mut externals: Vec<External> = Vec::new();
+fn externals(recording: &Recording) -> Result<Vec<ExternalInput>, RecordedRunError> {
+    let mut externals: Vec<ExternalInput> = Vec::new();
     let (mut bytes, mut last, mut has_programs) = (0, 0, false);
     for message in recording.messages()? {
         has_programs |= message.channel.topic == recorder::Topic::Script.name();
-        if message.channel.topic != external::TOPIC {
+        if message.channel.topic != external_topic::TOPIC {
             continue;
         }
         bytes += message.data.len();
@@ -255,12 +258,12 @@ fn externals(recording: &Recording) -> Result<Vec<External>, RecordedRunError> {
             });
         }
         let number = externals.len() + 1;
-        let (given, external) = external::read(&message.data)
+        let (given, external) = external_topic::read(&message.data)
             .map_err(|reason| RecordedRunError::Message { number, reason })?;
         if given != last + 1 {
             let text = "the recording did not keep up and dropped messages".to_owned();
-            externals.push(External {
-                what: What::Lost(text),
+            externals.push(ExternalInput {
+                what: ExternalInputKind::Lost(text),
                 ..external.clone()
             });
         }
@@ -276,8 +279,8 @@ fn externals(recording: &Recording) -> Result<Vec<External>, RecordedRunError> {
 /// The arm of a recording: the URDF it carries, or the built-in model it names, with what was measured of it.
 ///
 /// # Errors
-/// [`ArmError`]
-pub fn model_of(setup: &Setup) -> Result<RobotModel, ArmError> {
+/// [`RecordedModelError`]
+pub fn model_of(setup: &Setup) -> Result<RobotModel, RecordedModelError> {
     let model = match &setup.urdf {
         Some(urdf) => RobotModel::from_urdf(urdf),
         None => RobotModel::built_in(&setup.model),

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use recorder::Rotation;
 
-use crate::config::RobotConfig;
+use crate::config::ControllerConfig;
 use crate::options::RecordTarget;
 
 /// How the names of recordings begin, with a 0 for every digit.
@@ -26,7 +26,7 @@ pub(crate) fn path(target: &RecordTarget) -> Option<PathBuf> {
 }
 
 /// How the recording is kept in bounds. In the folder for recordings, files of earlier runs count too.
-pub(crate) fn rotation(config: &RobotConfig) -> Rotation {
+pub(crate) fn rotation(config: &ControllerConfig) -> Rotation {
     let earlier = match (&config.record, config.record_budget) {
         (RecordTarget::NewFileIn(folder), Some(_)) => recordings_in(folder),
         _ => Vec::new(),

@@ -3,7 +3,7 @@
 use motion_api::{IoPoint, Registers};
 use recorder::{IoMessage, IoValue};
 
-use crate::cell::point::{Direction, Point};
+use crate::cell::point::{IoDirection, IoPointName};
 
 /// A register that has another value from a cycle on. Also those that the cycle itself writes are recorded; writing
 /// them again changes nothing.
@@ -11,14 +11,14 @@ use crate::cell::point::{Direction, Point};
 pub struct RegisterWrite {
     /// The cycle that saw it first.
     pub cycle: u64,
-    point: Point,
+    point: IoPointName,
     value: IoValue,
 }
 
 impl RegisterWrite {
     /// `None` for points that the cycles carry themselves.
     pub fn of(change: &IoMessage) -> Option<Self> {
-        let point: Point = change.name.parse().ok()?;
+        let point: IoPointName = change.name.parse().ok()?;
         let is_register = !matches!(point.io_point(), IoPoint::Digital(_) | IoPoint::Analog(_));
         is_register.then_some(Self {
             cycle: change.cycle,
@@ -30,8 +30,8 @@ impl RegisterWrite {
     /// Writes it.
     pub fn apply(&self, registers: &Registers) {
         let bank = match self.point.direction {
-            Direction::In => &registers.input,
-            Direction::Out => &registers.output,
+            IoDirection::In => &registers.input,
+            IoDirection::Out => &registers.output,
         };
         match (self.point.io_point(), self.value) {
             (IoPoint::BooleanRegister(n), IoValue::Level(level)) => bank.set_boolean(n, level),

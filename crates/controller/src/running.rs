@@ -5,29 +5,29 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use elite_runtime::message::{CONTROLLER_FAULT_CODE, Message, Observer, Severity};
-use elite_runtime::{Place, ProgramText, Robot, Supervisor, TaskEnd};
+use elite_runtime::{ProgramText, Robot, SandboxedPath, Supervisor, TaskEnd};
 use io_bus::Fieldbus;
 use motion::CycleConfig;
 use motion::realtime::ClockMetrics;
-use recorder::{Closer, Recorder, RecorderMeter, Viewer};
+use recorder::{CloseHandle, Recorder, RecorderMetrics, ViewerMessages};
 use supervision::{Fault, ThreadSupervisor};
 
-use crate::chronicle::{Chronicle, LogLines};
-use crate::clock::{Clock, Pump};
+use crate::clock::{ClockDriver, EventPump};
+use crate::recording_observer::{LogLines, RecordingObserver};
 
 /// A running controller.
 pub struct Controller {
     pub(crate) robot: Arc<Robot>,
     pub(crate) fieldbus: Arc<Fieldbus>,
     pub(crate) supervisor: Supervisor,
-    pub(crate) chronicle: Arc<Chronicle>,
-    pub(crate) clock: Clock,
-    pub(crate) pump: Pump,
+    pub(crate) chronicle: Arc<RecordingObserver>,
+    pub(crate) clock: ClockDriver,
+    pub(crate) pump: EventPump,
     pub(crate) recorder: Option<Recorder>,
     pub(crate) recording_path: Option<PathBuf>,
     /// Held until the recording is written.
-    pub(crate) _recording_place: Option<Place>,
-    pub(crate) viewer: Viewer,
+    pub(crate) _recording_place: Option<SandboxedPath>,
+    pub(crate) viewer: ViewerMessages,
     pub(crate) settings: CycleConfig,
     pub(crate) faults: ThreadSupervisor,
 }
@@ -39,7 +39,7 @@ impl Controller {
     }
 
     /// Closes the recording, if there is one, without the controller's help.
-    pub fn closer(&self) -> Option<Closer> {
+    pub fn closer(&self) -> Option<CloseHandle> {
         self.recorder.as_ref().and_then(Recorder::closer)
     }
 
@@ -85,20 +85,20 @@ impl Controller {
     }
 
     /// Makes what viewers show of the arm and its cell.
-    pub fn viewer(&self) -> Viewer {
+    pub fn viewer(&self) -> ViewerMessages {
         self.viewer.clone()
     }
 
     /// How well the motion thread meets its deadlines; all zeros under the virtual clock.
     pub fn clock_meter(&self) -> ClockMetrics {
         match &self.clock {
-            Clock::Real(thread) => thread.meter(),
-            Clock::Virtual(_) => ClockMetrics::default(),
+            ClockDriver::Real(thread) => thread.meter(),
+            ClockDriver::Virtual(_) => ClockMetrics::default(),
         }
     }
 
     /// Figures of the recording, if there is one.
-    pub fn recorder_meter(&self) -> Option<RecorderMeter> {
+    pub fn recorder_meter(&self) -> Option<RecorderMetrics> {
         self.recorder.as_ref().map(Recorder::meter)
     }
 
@@ -134,8 +134,8 @@ impl Controller {
     /// to its end.
     pub fn shut_down(self) -> bool {
         match self.clock {
-            Clock::Real(thread) => drop(thread.stop()),
-            Clock::Virtual(pacer) => drop(pacer),
+            ClockDriver::Real(thread) => drop(thread.stop()),
+            ClockDriver::Virtual(pacer) => drop(pacer),
         }
         self.robot.pump();
         self.pump.stop();

@@ -4,29 +4,29 @@
 
 use std::collections::BTreeMap;
 
-use recorder::{Cycle, Entry, ReadError, Recording, Topic};
+use recorder::{CycleMessage, ReadError, Recording, RecordingEntry, Topic};
 
-use crate::condition::{Condition, ConditionError, Doing};
+use crate::condition::{Condition, ConditionError, ProgramPosition};
 
 /// Commands that are remembered by name; more than a controller can have waiting.
 const COMMANDS_MAX: usize = 1024;
 
 /// A row of cycles in which the condition held.
 #[derive(Clone, Debug)]
-pub struct Stretch {
+pub struct MatchInterval {
     /// The first of them.
-    pub first: Cycle,
+    pub first: CycleMessage,
     /// Time of the last one, s.
     pub last: f64,
     /// How many there are.
     pub cycles: u64,
     /// What the script was doing in the first.
-    pub doing: Doing,
+    pub doing: ProgramPosition,
 }
 
 /// How often the condition held.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Tally {
+pub struct SearchStats {
     /// Rows of cycles.
     pub stretches: u64,
     /// Cycles in which it held.
@@ -44,25 +44,25 @@ pub fn search<E>(
     recording: &Recording,
     (place, text): (&str, &str),
     wanted: impl Fn() -> bool,
-    mut each: impl FnMut(&Stretch) -> Result<bool, E>,
-) -> Result<Tally, E>
+    mut each: impl FnMut(&MatchInterval) -> Result<bool, E>,
+) -> Result<SearchStats, E>
 where
     E: From<ReadError> + From<ConditionError>,
 {
     let condition = Condition::new(place, text)?;
-    let mut doing = Doing::default();
+    let mut doing = ProgramPosition::default();
     let mut commands: BTreeMap<u64, String> = BTreeMap::new();
-    let mut current: Option<Stretch> = None;
-    let mut tally = Tally::default();
+    let mut current: Option<MatchInterval> = None;
+    let mut tally = SearchStats::default();
     for entry in recording.entries(&[Topic::Cycle, Topic::Command, Topic::Script])? {
         match entry?.1 {
-            Entry::Command(command) => {
+            RecordingEntry::Command(command) => {
                 commands.insert(command.id, command.name);
                 if commands.len() > COMMANDS_MAX {
                     commands.pop_first();
                 }
             }
-            Entry::Script(script) => match (script.thread, script.line) {
+            RecordingEntry::Script(script) => match (script.thread, script.line) {
                 (Some(0), Some(line)) => doing.line = line,
                 (Some(_), _) => {}
                 _ => {
@@ -70,7 +70,7 @@ where
                     doing.line = 0;
                 }
             },
-            Entry::Cycle(cycle) => {
+            RecordingEntry::Cycle(cycle) => {
                 if !wanted() {
                     return Ok(tally);
                 }
@@ -92,7 +92,7 @@ where
                             stretch.cycles += 1;
                         }
                         None => {
-                            current = Some(Stretch {
+                            current = Some(MatchInterval {
                                 last: cycle.time,
                                 first: *cycle,
                                 cycles: 1,
@@ -107,7 +107,7 @@ where
                     }
                 }
             }
-            Entry::Log(_) | Entry::Io(_) | Entry::Variable(_) => {}
+            RecordingEntry::Log(_) | RecordingEntry::Io(_) | RecordingEntry::Variable(_) => {}
         }
     }
     if let Some(stretch) = current.take() {

@@ -7,16 +7,16 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock, Weak};
 use std::time::Duration;
 
-use elite_runtime::external::{Course, Repeat};
+use elite_runtime::external::{InputMode, Rerun};
 use elite_runtime::message::{Message, Observer, RECORDING_ALARM_CODE, Severity};
 use elite_runtime::panel::Operator;
 use elite_runtime::task_folder::TaskFolder;
 use elite_runtime::{
-    Extras, FileAccess, FolderAccessError, Folders, NetworkAccess, Panel, Permissions, Place,
-    Robot, Supervisor, TaskSettings,
+    FileAccess, Instrumentation, NetworkAccess, Panel, Permissions, Robot, SandboxError,
+    SandboxRoots, SandboxedPath, Supervisor, TaskSettings,
 };
 use io_bus::serial::SerialLine;
-use io_bus::{Fieldbus, StandIns};
+use io_bus::{Fieldbus, SimulatedPeers};
 use kinematics::{CalibrationError, ModelError, RobotModel};
 use motion::{ControlLoop, CycleConfig};
 use motion_api::{
@@ -24,19 +24,19 @@ use motion_api::{
     motion_channel,
 };
 use platform::sockets::LocalStream;
-use recorder::{RecordError, Recorder, RecorderConfig, RecorderHandle, Setup, Viewer};
+use recorder::{RecordError, Recorder, RecorderConfig, RecorderHandle, Setup, ViewerMessages};
 use supervision::ThreadSupervisor;
 use thiserror::Error;
 
 use crate::cell::{Cell, CellError};
-use crate::chronicle::Chronicle;
-use crate::clock::{Pump, start_clock};
-use crate::config::RobotConfig;
-use crate::external;
+use crate::clock::{EventPump, start_clock};
+use crate::config::ControllerConfig;
+use crate::external_topic;
 use crate::loaded_model::{LoadedModel, setup};
 use crate::options::{ClockChoice, Permission};
-use crate::recorded_run::{ArmError, cell_of, model_of};
+use crate::recorded_run::{RecordedModelError, cell_of, model_of};
 use crate::recording_files;
+use crate::recording_observer::RecordingObserver;
 use crate::running::Controller;
 use crate::start_configuration::{SetupError, cycle_config};
 
@@ -46,7 +46,7 @@ use crate::start_configuration::{SetupError, cycle_config};
 pub enum StartError {
     /// A folder of `--allow fs=DIR` is not there.
     #[error(transparent)]
-    Folder(#[from] FolderAccessError),
+    Folder(#[from] SandboxError),
     /// The arm's description is not usable.
     #[error("cannot use the model {model}: {source}")]
     Model {
@@ -85,7 +85,7 @@ pub enum StartError {
     },
     /// The arm of a recording cannot be made.
     #[error(transparent)]
-    Arm(#[from] ArmError),
+    Arm(#[from] RecordedModelError),
     /// No recording.
     #[error(transparent)]
     Recording(#[from] RecordError),
@@ -96,7 +96,7 @@ pub enum StartError {
 
 /// How a controller is looked after while it runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Manner {
+pub struct StartOptions {
     /// Whether somebody is there whom a program can ask.
     pub operator: Operator,
     /// Whether the arm starts without power.
@@ -107,7 +107,7 @@ pub struct Manner {
     pub patience: Duration,
 }
 
-impl Manner {
+impl StartOptions {
     /// Others talk to it, now and then: nobody waits long for a disk.
     pub const fn served(powered_off: bool) -> Self {
         Self {
@@ -131,9 +131,9 @@ impl Manner {
 }
 
 /// A controller that is set up and recorded, and whose time does not pass yet.
-pub struct Prepared {
+pub struct PreparedController {
     clock: (ClockChoice, Option<Duration>),
-    manner: Manner,
+    manner: StartOptions,
     permissions: Permissions,
     task_folder: TaskFolder,
     seed: u64,
@@ -142,24 +142,24 @@ pub struct Prepared {
     cycle: ControlLoop,
     script_end: ScriptEndpoint,
     model: Arc<RobotModel>,
-    viewer: Viewer,
+    viewer: ViewerMessages,
     recorder: Option<Recorder>,
     handle: RecorderHandle,
     recording_path: Option<PathBuf>,
     /// The recording, where it must be beneath certain folders.
-    recording_place: Option<Place>,
+    recording_place: Option<SandboxedPath>,
     alarm: RecordingAlarm,
     faults: ThreadSupervisor,
     /// A recorded run that is repeated.
-    repeat: Option<Arc<Repeat>>,
+    repeat: Option<Arc<Rerun>>,
 }
 
-impl Prepared {
+impl PreparedController {
     /// Reads model and cell, checks that everything fits, and begins the recording.
     ///
     /// # Errors
     /// [`StartError`], in a sentence.
-    pub fn new(config: &RobotConfig, manner: Manner) -> Result<Self, StartError> {
+    pub fn new(config: &ControllerConfig, manner: StartOptions) -> Result<Self, StartError> {
         let permissions = permissions(config)?;
         let loaded = LoadedModel::open(config)?;
         let cell = config.cell.as_deref().map(|path| {
@@ -186,7 +186,7 @@ impl Prepared {
         let cycle = ControlLoop::new(cycle_config.clone(), motion_end)?;
 
         let obstacles = cell.as_ref().map(Cell::drawn).unwrap_or_default();
-        let viewer = Viewer::new(loaded.model.clone(), obstacles.clone(), setup.epoch_ns);
+        let viewer = ViewerMessages::new(loaded.model.clone(), obstacles.clone(), setup.epoch_ns);
         let faults = ThreadSupervisor::default();
         let alarm = RecordingAlarm::new(faults.clone());
         // Where it leads is settled here, and held until everything is written.
@@ -211,7 +211,7 @@ impl Prepared {
                     setup,
                     model: loaded.model.clone(),
                     obstacles,
-                    extra: vec![external::topic()],
+                    extra: vec![external_topic::topic()],
                     rotation: recording_files::rotation(config),
                     notes_wait: config.clock == ClockChoice::Virtual,
                     patience: manner.patience,
@@ -252,9 +252,9 @@ impl Prepared {
     }
 
     /// The arm and the cell of a recording, for a run that is repeated.
-    pub(crate) fn of_recording(setup: &Setup, repeat: Arc<Repeat>) -> Result<Self, StartError> {
+    pub(crate) fn of_recording(setup: &Setup, repeat: Arc<Rerun>) -> Result<Self, StartError> {
         let loaded = model_of(setup)?;
-        let cell = cell_of(setup).map_err(ArmError::from)?;
+        let cell = cell_of(setup).map_err(RecordedModelError::from)?;
         let cycle_config = cycle_config(setup, loaded.clone(), cell.as_ref())?;
         let sizes = RingCapacities {
             records: None,
@@ -267,9 +267,9 @@ impl Prepared {
         let faults = ThreadSupervisor::default();
         Ok(Self {
             clock: (ClockChoice::Virtual, None),
-            manner: Manner {
+            manner: StartOptions {
                 powered_off: setup.powered_off,
-                ..Manner::alone()
+                ..StartOptions::alone()
             },
             // Nobody outside is reached: the recording answers.
             permissions: Permissions::default(),
@@ -280,7 +280,7 @@ impl Prepared {
             cycle,
             script_end,
             model,
-            viewer: Viewer::new(loaded, obstacles, setup.epoch_ns),
+            viewer: ViewerMessages::new(loaded, obstacles, setup.epoch_ns),
             recorder: None,
             handle: RecorderHandle::off(),
             recording_path: None,
@@ -317,7 +317,7 @@ impl Prepared {
     /// # Errors
     /// [`StartError`], in a sentence.
     pub fn start(self, observer: Arc<dyn Observer>) -> Result<Controller, StartError> {
-        self.start_through(observer, Extras::default(), |timeline| timeline)
+        self.start_through(observer, Instrumentation::default(), |timeline| timeline)
     }
 
     /// The same with something between the clock and whoever asks it for cycles, and with what only tests of programs ask
@@ -328,7 +328,7 @@ impl Prepared {
     pub fn start_through(
         self,
         observer: Arc<dyn Observer>,
-        mut extras: Extras,
+        mut extras: Instrumentation,
         door: impl FnOnce(Arc<dyn Timeline>) -> Arc<dyn Timeline>,
     ) -> Result<Controller, StartError> {
         let Self {
@@ -356,13 +356,13 @@ impl Prepared {
             if let Some(cell) = &cell {
                 cell.check_without_devices(extras.stand_ins.is_some())?;
             }
-            extras.stand_ins = Some(Arc::new(OnlyPlayed(extras.stand_ins.take())));
+            extras.stand_ins = Some(Arc::new(SimulatedPeersOnly(extras.stand_ins.take())));
         }
         let safety = cycle_config.target_safety_bounds()?;
         let snapshot = script_end.snapshot.clone();
-        let chronicle = Arc::new(Chronicle::new(handle, snapshot, observer));
+        let chronicle = Arc::new(RecordingObserver::new(handle, snapshot, observer));
         alarm.connect(&chronicle);
-        let (pump, robot_for_pump) = Pump::start(&faults, manner.passes_alone)?;
+        let (pump, robot_for_pump) = EventPump::start(&faults, manner.passes_alone)?;
         let thread = pump.thread();
         let (clock, timeline) = start_clock(clock, manner.passes_alone, cycle, thread, &faults)?;
         let timeline = door(timeline);
@@ -389,12 +389,12 @@ impl Prepared {
             faults: faults.clone(),
             extras,
             course: match repeat {
-                Some(repeat) => Course::Repeated(repeat),
+                Some(repeat) => InputMode::Repeated(repeat),
                 // Beside tests programs share their time with others, which no recording tells.
                 None if recorder.is_some() && !has_stand_ins => {
-                    Course::Witnessed(chronicle.clone())
+                    InputMode::Witnessed(chronicle.clone())
                 }
-                None => Course::Live,
+                None => InputMode::Live,
             },
         };
         Ok(Controller {
@@ -415,15 +415,17 @@ impl Prepared {
 }
 
 /// No machine but those that are played, whoever asks: programs, the cell's signals.
-struct OnlyPlayed(Option<Arc<dyn StandIns>>);
+struct SimulatedPeersOnly(Option<Arc<dyn SimulatedPeers>>);
 
-impl StandIns for OnlyPlayed {
-    fn knows(&self, _host: &str, _port: u16) -> bool {
+impl SimulatedPeers for SimulatedPeersOnly {
+    fn simulates(&self, _host: &str, _port: u16) -> bool {
         true
     }
 
-    fn plays(&self, host: &str, port: u16) -> bool {
-        self.0.as_ref().is_some_and(|inner| inner.plays(host, port))
+    fn answers(&self, host: &str, port: u16) -> bool {
+        self.0
+            .as_ref()
+            .is_some_and(|inner| inner.answers(host, port))
     }
 
     fn connect(&self, host: &str, port: u16) -> Option<io::Result<LocalStream>> {
@@ -456,14 +458,14 @@ fn warn_of_overlaps(config: &CycleConfig) {
 
 /// Says once, to everybody, that the recording has stopped.
 #[derive(Clone)]
-struct RecordingAlarm(Arc<OnceLock<Weak<Chronicle>>>, ThreadSupervisor);
+struct RecordingAlarm(Arc<OnceLock<Weak<RecordingObserver>>>, ThreadSupervisor);
 
 impl RecordingAlarm {
     fn new(faults: ThreadSupervisor) -> Self {
         Self(Arc::default(), faults)
     }
 
-    fn connect(&self, chronicle: &Arc<Chronicle>) {
+    fn connect(&self, chronicle: &Arc<RecordingObserver>) {
         // Connected once, right after the chronicle exists.
         let _ = self.0.set(Arc::downgrade(chronicle));
     }
@@ -496,7 +498,7 @@ fn absolute(path: &Path) -> PathBuf {
 }
 
 /// What `--allow` lets programs reach.
-fn permissions(config: &RobotConfig) -> Result<Permissions, FolderAccessError> {
+fn permissions(config: &ControllerConfig) -> Result<Permissions, SandboxError> {
     let allows = |permission| config.allow.contains(&permission);
     let folders: Vec<PathBuf> = config
         .allow
@@ -510,7 +512,7 @@ fn permissions(config: &RobotConfig) -> Result<Permissions, FolderAccessError> {
         files: match folders.is_empty() {
             _ if allows(Permission::Fs) => FileAccess::Everything,
             true => FileAccess::Nothing,
-            false => FileAccess::Beneath(Folders::open(&folders)?),
+            false => FileAccess::Beneath(SandboxRoots::open(&folders)?),
         },
         processes: allows(Permission::Process),
         environment: allows(Permission::Env),

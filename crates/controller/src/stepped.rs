@@ -1,7 +1,7 @@
 //! A controller under the virtual clock whose time passes only when its owner says so: programs are run to their end or
 //! stepped, cycle by cycle, and every run is the same.
 //!
-//! Between two calls a program stands still: its thread waits at the [`Gate`]. So what the owner reads and sets between
+//! Between two calls a program stands still: its thread waits at the [`CycleGate`]. So what the owner reads and sets between
 //! them belongs to a certain cycle, whatever the machine is doing. Owns the meeting of owner and program, and the two
 //! bounds that a program has: simulated time, and time of the machine in which no simulated time passes.
 
@@ -11,18 +11,18 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use elite_runtime::message::Observer;
-use elite_runtime::{Extras, ProgramText, SubmitError, TaskState};
+use elite_runtime::{Instrumentation, ProgramText, SubmitError, TaskState};
 use motion_api::{RobotState, Seconds};
 use thiserror::Error;
 use tokio::runtime::Runtime;
 
-use crate::config::RobotConfig;
-use crate::gate::Gate;
-use crate::herald::Herald;
+use crate::config::ControllerConfig;
+use crate::cycle_gate::CycleGate;
+use crate::gate_observer::GateObserver;
 use crate::options::ClockChoice;
-use crate::outcome::{Collector, Outcome, ProgramResult};
+use crate::outcome::{ProgramOutcome, ProgramResult, ResultCollector};
 use crate::running::Controller;
-use crate::start::{Manner, Prepared, StartError};
+use crate::start::{PreparedController, StartError, StartOptions};
 
 /// How often the owner is asked whether to go on.
 const ASK_EVERY: Duration = Duration::from_millis(20);
@@ -64,7 +64,7 @@ pub enum SteppedError {
 }
 
 /// How long a call may take.
-pub struct Patience<'a> {
+pub struct WallTimeout<'a> {
     /// Longest time of the machine without simulated time passing.
     pub wall: Duration,
     /// Is asked now and then whether to go on.
@@ -73,7 +73,7 @@ pub struct Patience<'a> {
 
 /// What a call met.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Met {
+enum WaitResult {
     /// The program used what it was allowed and waits for more.
     Waits,
     /// The program has ended.
@@ -88,15 +88,15 @@ enum Met {
 /// [`ask_to_stop`](Self::ask_to_stop) and those that only read.
 pub struct SteppedController {
     controller: Controller,
-    gate: Arc<Gate>,
-    collector: Arc<Collector>,
+    gate: Arc<CycleGate>,
+    collector: Arc<ResultCollector>,
     runtime: Runtime,
-    program: Mutex<Program>,
+    program: Mutex<SteppedProgram>,
 }
 
 /// The newest program.
 #[derive(Default)]
-struct Program {
+struct SteppedProgram {
     /// When it began, simulated time, s.
     began: f64,
     is_open: bool,
@@ -108,21 +108,25 @@ impl SteppedController {
     ///
     /// # Errors
     /// [`StartError`], in a sentence.
-    pub fn open(config: &RobotConfig, observer: Arc<dyn Observer>) -> Result<Self, StartError> {
-        let config = RobotConfig {
+    pub fn open(
+        config: &ControllerConfig,
+        observer: Arc<dyn Observer>,
+    ) -> Result<Self, StartError> {
+        let config = ControllerConfig {
             clock: ClockChoice::Virtual,
             ..config.clone()
         };
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()
             .build()?;
-        let prepared = Prepared::new(&config, Manner::alone())?;
-        let collector = Arc::new(Collector::new(observer));
-        let herald = Arc::new(Herald::new(collector.clone()));
+        let prepared = PreparedController::new(&config, StartOptions::alone())?;
+        let collector = Arc::new(ResultCollector::new(observer));
+        let herald = Arc::new(GateObserver::new(collector.clone()));
         let mut gate = None;
-        let controller = prepared.start_through(herald.clone(), Extras::default(), |timeline| {
-            gate.insert(Arc::new(Gate::new(timeline))).clone()
-        })?;
+        let controller =
+            prepared.start_through(herald.clone(), Instrumentation::default(), |timeline| {
+                gate.insert(Arc::new(CycleGate::new(timeline))).clone()
+            })?;
         // The closure is called once, or the start has failed.
         let gate = gate.ok_or_else(|| io::Error::other("the clock was not started"))?;
         herald.connect(&gate);
@@ -142,7 +146,7 @@ impl SteppedController {
     }
 
     /// What the newest program said, and the peaks since it began.
-    pub const fn collector(&self) -> &Arc<Collector> {
+    pub const fn collector(&self) -> &Arc<ResultCollector> {
         &self.collector
     }
 
@@ -171,7 +175,7 @@ impl SteppedController {
     pub fn start(
         &self,
         text: ProgramText,
-        patience: &mut Patience<'_>,
+        patience: &mut WallTimeout<'_>,
     ) -> Result<(), SteppedError> {
         if self.is_running() {
             return Err(SteppedError::Running);
@@ -179,7 +183,7 @@ impl SteppedController {
         let robot = self.controller.robot();
         robot.pump();
         self.collector.begin();
-        *self.program() = Program {
+        *self.program() = SteppedProgram {
             began: robot.state().time,
             is_open: true,
             result: None,
@@ -191,12 +195,12 @@ impl SteppedController {
             return Err(error.into());
         }
         match self.follow(patience) {
-            Met::Waits | Met::Interrupted => Ok(()),
-            Met::Ended => {
+            WaitResult::Waits | WaitResult::Interrupted => Ok(()),
+            WaitResult::Ended => {
                 self.close_program(None);
                 Ok(())
             }
-            Met::Stuck => self.give_up_stuck(patience),
+            WaitResult::Stuck => self.give_up_stuck(patience),
         }
     }
 
@@ -207,7 +211,7 @@ impl SteppedController {
     pub fn finish(
         &self,
         simulated: Seconds,
-        patience: &mut Patience<'_>,
+        patience: &mut WallTimeout<'_>,
     ) -> Result<ProgramResult, SteppedError> {
         if !self.is_running() {
             return self.result().ok_or(SteppedError::NoProgram);
@@ -215,16 +219,16 @@ impl SteppedController {
         let step = Seconds::new(self.state().step_time).unwrap_or_default();
         self.gate.allow(simulated.cycles(step));
         match self.follow(patience) {
-            Met::Ended => Ok(self.close_program(None)),
-            Met::Interrupted => self.end_program(None),
-            Met::Waits => {
+            WaitResult::Ended => Ok(self.close_program(None)),
+            WaitResult::Interrupted => self.end_program(None),
+            WaitResult::Waits => {
                 let text = format!(
                     "TimeoutError: the program had not ended after {} s",
                     simulated.get()
                 );
                 self.end_program(Some(text))
             }
-            Met::Stuck => self.end_program(Some(without_time(patience.wall))),
+            WaitResult::Stuck => self.end_program(Some(without_time(patience.wall))),
         }
     }
 
@@ -237,7 +241,7 @@ impl SteppedController {
         &self,
         text: ProgramText,
         simulated: Seconds,
-        patience: &mut Patience<'_>,
+        patience: &mut WallTimeout<'_>,
     ) -> Result<ProgramResult, SteppedError> {
         match self.start(text, patience) {
             Ok(()) => self.finish(simulated, patience),
@@ -250,23 +254,23 @@ impl SteppedController {
     ///
     /// # Errors
     /// [`SteppedError::Stuck`], [`SteppedError::Fault`].
-    pub fn pass(&self, cycles: u64, patience: &mut Patience<'_>) -> Result<bool, SteppedError> {
+    pub fn pass(&self, cycles: u64, patience: &mut WallTimeout<'_>) -> Result<bool, SteppedError> {
         let mut left = cycles;
         // One that ended without a cycle, because of a fault, is closed here.
         drop(self.result());
         if self.is_running() && left > 0 {
             self.gate.allow(left);
             match self.follow(patience) {
-                Met::Waits => return Ok(true),
-                Met::Ended => {
+                WaitResult::Waits => return Ok(true),
+                WaitResult::Ended => {
                     self.close_program(None);
                     left = self.gate.take_back();
                 }
-                Met::Interrupted => {
+                WaitResult::Interrupted => {
                     self.gate.take_back();
                     return Ok(false);
                 }
-                Met::Stuck => return self.give_up_stuck(patience).map(|()| false),
+                WaitResult::Stuck => return self.give_up_stuck(patience).map(|()| false),
             }
         }
         self.pass_alone(left, patience)
@@ -281,7 +285,7 @@ impl SteppedController {
         &self,
         mut holds: impl FnMut(&RobotState) -> Result<bool, E>,
         simulated: Seconds,
-        patience: &mut Patience<'_>,
+        patience: &mut WallTimeout<'_>,
     ) -> Result<bool, E> {
         let state = self.state();
         if holds(&state)? {
@@ -338,7 +342,7 @@ impl SteppedController {
     }
 
     /// Waits for what the program does with the cycles it is allowed.
-    fn follow(&self, patience: &mut Patience<'_>) -> Met {
+    fn follow(&self, patience: &mut WallTimeout<'_>) -> WaitResult {
         let (mut used, mut since) = (None, Instant::now());
         loop {
             let seen = self.gate.watch(ASK_EVERY);
@@ -346,24 +350,28 @@ impl SteppedController {
                 while self.is_running() {
                     thread::sleep(LEAVING_POLL);
                 }
-                return Met::Ended;
+                return WaitResult::Ended;
             }
             if seen.waits {
-                return Met::Waits;
+                return WaitResult::Waits;
             }
             if used != Some(seen.used) {
                 (used, since) = (Some(seen.used), Instant::now());
             } else if since.elapsed() >= patience.wall {
-                return Met::Stuck;
+                return WaitResult::Stuck;
             }
             if !(patience.goes_on)() {
-                return Met::Interrupted;
+                return WaitResult::Interrupted;
             }
         }
     }
 
     /// Cycles without a program.
-    fn pass_alone(&self, cycles: u64, patience: &mut Patience<'_>) -> Result<bool, SteppedError> {
+    fn pass_alone(
+        &self,
+        cycles: u64,
+        patience: &mut WallTimeout<'_>,
+    ) -> Result<bool, SteppedError> {
         let (robot, mut since) = (self.controller.robot(), Instant::now());
         let mut asked = since;
         let mut left = cycles;
@@ -393,7 +401,7 @@ impl SteppedController {
     }
 
     /// Ends a program that computes without end, and says so.
-    fn give_up_stuck(&self, patience: &Patience<'_>) -> Result<(), SteppedError> {
+    fn give_up_stuck(&self, patience: &WallTimeout<'_>) -> Result<(), SteppedError> {
         let wall = patience.wall;
         self.end_program(Some(without_time(wall)))?;
         let line = self.collector.line();
@@ -428,9 +436,9 @@ impl SteppedController {
         }
         let end = self.controller.supervisor().status().end;
         let outcome = match (&given_up, &end) {
-            (Some(_), _) => Outcome::Timeout,
+            (Some(_), _) => ProgramOutcome::Timeout,
             (None, Some(end)) => end.into(),
-            (None, None) => Outcome::Failed,
+            (None, None) => ProgramOutcome::Failed,
         };
         let time = robot.state().time - program.began;
         let result = self.collector.result(outcome, time, given_up);
@@ -440,7 +448,7 @@ impl SteppedController {
     }
 
     /// The value is whole at every moment, so a poisoned lock is as good as any.
-    fn program(&self) -> MutexGuard<'_, Program> {
+    fn program(&self) -> MutexGuard<'_, SteppedProgram> {
         self.program.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

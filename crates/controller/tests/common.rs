@@ -4,7 +4,7 @@
 
 use std::sync::{Arc, Mutex};
 
-use controller::{Controller, Manner, Prepared, RobotConfig};
+use controller::{Controller, ControllerConfig, PreparedController, StartOptions};
 use elite_runtime::ProgramText;
 use elite_runtime::message::{Message, Observer};
 
@@ -20,9 +20,9 @@ impl Observer for Prints {
     }
 }
 
-pub fn started(config: &RobotConfig) -> (Controller, Arc<Prints>) {
+pub fn started(config: &ControllerConfig) -> (Controller, Arc<Prints>) {
     let prints = Arc::new(Prints::default());
-    let prepared = Prepared::new(config, Manner::alone()).unwrap();
+    let prepared = PreparedController::new(config, StartOptions::alone()).unwrap();
     (prepared.start(prints.clone()).unwrap(), prints)
 }
 

@@ -12,9 +12,9 @@ use crate::common;
 
 use common::{program, started};
 use controller::options::RecordTarget;
-use controller::{Manner, Prepared, RobotConfig};
+use controller::{ControllerConfig, PreparedController, StartOptions};
 use elite_runtime::TaskEnd;
-use recorder::{Cycle, Recording, difference};
+use recorder::{CycleMessage, Recording, difference};
 
 /// Moves, threads, random numbers and an output.
 const PROGRAM: &str = "
@@ -32,12 +32,12 @@ print('moved', random.random())
 ";
 
 /// What a controller printed, and its recording's cycles.
-fn run(folder: &Path, name: &str, seed: u64) -> (String, Vec<Cycle>) {
+fn run(folder: &Path, name: &str, seed: u64) -> (String, Vec<CycleMessage>) {
     let path = folder.join(format!("{name}.mcap"));
-    let config = RobotConfig {
+    let config = ControllerConfig {
         seed,
         record: RecordTarget::File(path.clone()),
-        ..RobotConfig::default()
+        ..ControllerConfig::default()
     };
     let (controller, prints) = started(&config);
     let program = program(PROGRAM);
@@ -95,7 +95,7 @@ fn controllers_in_threads_are_each_the_same_run_and_leave_nothing() {
 
 #[test]
 fn a_controller_runs_one_program_after_the_other_and_its_state_goes_on() {
-    let (controller, prints) = started(&RobotConfig::default());
+    let (controller, prints) = started(&ControllerConfig::default());
     for text in [
         "movej([0.2, -1.5, 1.5, -1.5, -1.5, 0], a=3, v=1.5)",
         "print(round(get_actual_joint_positions()[0], 3))",
@@ -117,11 +117,13 @@ fn a_controller_runs_one_program_after_the_other_and_its_state_goes_on() {
 #[test]
 fn what_does_not_fit_is_an_error_before_anything_starts() {
     let before = threads();
-    let config = RobotConfig {
+    let config = ControllerConfig {
         cell: Some("no such file.toml".into()),
-        ..RobotConfig::default()
+        ..ControllerConfig::default()
     };
-    let error = Prepared::new(&config, Manner::alone()).err().unwrap();
+    let error = PreparedController::new(&config, StartOptions::alone())
+        .err()
+        .unwrap();
     assert!(
         error
             .to_string()

@@ -12,13 +12,14 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use controller::{
-    Nobody, Outcome, Patience, ProgramResult, RobotConfig, SteppedController, SteppedError,
+    ControllerConfig, NullObserver, ProgramOutcome, ProgramResult, SteppedController, SteppedError,
+    WallTimeout,
 };
 use elite_runtime::ProgramText;
 use motion_api::{CommandKind, Origin, Seconds};
 
 fn opened() -> SteppedController {
-    SteppedController::open(&RobotConfig::default(), Arc::new(Nobody)).unwrap()
+    SteppedController::open(&ControllerConfig::default(), Arc::new(NullObserver)).unwrap()
 }
 
 fn text(text: &str) -> ProgramText {
@@ -33,8 +34,8 @@ fn seconds(secs: f64) -> Seconds {
 }
 
 /// Calls with a patience of `wall`.
-fn patiently<T>(wall: Duration, call: impl FnOnce(&mut Patience<'_>) -> T) -> T {
-    call(&mut Patience {
+fn patiently<T>(wall: Duration, call: impl FnOnce(&mut WallTimeout<'_>) -> T) -> T {
+    call(&mut WallTimeout {
         wall,
         goes_on: &mut || true,
     })
@@ -55,22 +56,28 @@ fn programs_end_in_their_words() {
     for (program, outcome, error, line, prints) in [
         (
             "print('a')\nprint('b')",
-            Outcome::Ended,
+            ProgramOutcome::Ended,
             None,
             None,
             &["a", "b"][..],
         ),
         (
             "print(1)\nx = 1 / 0",
-            Outcome::Failed,
+            ProgramOutcome::Failed,
             Some("ZeroDivisionError: division by zero"),
             Some(2),
             &["1"],
         ),
-        ("if x\n", Outcome::Failed, Some("SyntaxError"), Some(1), &[]),
+        (
+            "if x\n",
+            ProgramOutcome::Failed,
+            Some("SyntaxError"),
+            Some(1),
+            &[],
+        ),
         (
             "sleep(1)\nwhile True:\n    sleep(0.1)\nend\n",
-            Outcome::Timeout,
+            ProgramOutcome::Timeout,
             Some("had not ended after 2 s"),
             Some(3),
             &[],
@@ -101,7 +108,7 @@ fn a_program_that_computes_without_end_times_out_and_the_next_one_runs() {
     })
     .unwrap();
     assert!(begin.elapsed() < Duration::from_secs(5));
-    assert_eq!(result.outcome, Outcome::Timeout);
+    assert_eq!(result.outcome, ProgramOutcome::Timeout);
     assert!(result.error.unwrap().contains("no simulated time passed"));
     let error = patiently(Duration::from_millis(100), |patience| {
         controller.start(program, patience)
@@ -132,7 +139,7 @@ fn steps_are_cycles_and_the_program_stands_between_them() {
         assert_eq!(controller.state().cycle, 1003);
         assert!(!controller.is_running());
         let result = controller.result().unwrap();
-        assert_eq!(result.outcome, Outcome::Ended);
+        assert_eq!(result.outcome, ProgramOutcome::Ended);
         assert!((1.0..1.1).contains(&result.time), "{result:?}");
         // Without a program time passes all the same.
         assert!(controller.pass(7, patience).unwrap());
@@ -182,7 +189,7 @@ fn waiting_for_a_state_ends_on_its_cycle() {
         let never = controller.until::<SteppedError>(|_| Ok(false), seconds(0.1), patience);
         assert!(!never.unwrap());
         let stopped = controller.stop().unwrap().unwrap();
-        assert_eq!(stopped.outcome, Outcome::Stopped);
+        assert_eq!(stopped.outcome, ProgramOutcome::Stopped);
         assert!(controller.state().actual_qd.max_abs() < 1e-3);
         assert!(controller.state().actual_q.0[0] < 0.5);
     });
@@ -191,7 +198,10 @@ fn waiting_for_a_state_ends_on_its_cycle() {
 
 #[test]
 fn stops_of_the_arm_are_outcomes() {
-    for (pressed, outcome) in [(true, Outcome::EmergencyStop), (false, Outcome::Ended)] {
+    for (pressed, outcome) in [
+        (true, ProgramOutcome::EmergencyStop),
+        (false, ProgramOutcome::Ended),
+    ] {
         let controller = opened();
         patiently(LONG, |patience| {
             let program = "movej([1, -1.5708, 1.5708, -1.5708, -1.5708, 0])";
@@ -220,23 +230,26 @@ fn another_thread_and_the_owner_can_end_a_run() {
         });
         run(&controller, forever, 1e7)
     });
-    assert_eq!((result.outcome, result.error), (Outcome::Stopped, None));
+    assert_eq!(
+        (result.outcome, result.error),
+        (ProgramOutcome::Stopped, None)
+    );
     let begin = Instant::now();
-    let mut patience = Patience {
+    let mut patience = WallTimeout {
         wall: LONG,
         goes_on: &mut || begin.elapsed() < Duration::from_millis(50),
     };
     let result = controller.run_program(text(forever), seconds(1e7), &mut patience);
-    assert_eq!(result.unwrap().outcome, Outcome::Stopped);
+    assert_eq!(result.unwrap().outcome, ProgramOutcome::Stopped);
     // A condition is asked cycle by cycle, its owner all the same.
     let begin = Instant::now();
-    let mut patience = Patience {
+    let mut patience = WallTimeout {
         wall: LONG,
         goes_on: &mut || begin.elapsed() < Duration::from_millis(50),
     };
     let never = controller.until::<SteppedError>(|_| Ok(false), seconds(1e7), &mut patience);
     assert!(!never.unwrap() && begin.elapsed() < Duration::from_secs(10));
-    assert_eq!(run(&controller, "pass", 1.0).outcome, Outcome::Ended);
+    assert_eq!(run(&controller, "pass", 1.0).outcome, ProgramOutcome::Ended);
     controller.shut_down().unwrap();
 }
 

@@ -5,11 +5,11 @@
 use crate::common;
 
 use common::{program, started};
-use controller::RobotConfig;
+use controller::ControllerConfig;
 
 /// What a program prints; an exception at its end is printed as well.
 fn printed(text: &str) -> String {
-    let (controller, prints) = started(&RobotConfig::default());
+    let (controller, prints) = started(&ControllerConfig::default());
     let lines: String = text.lines().map(|line| format!("  {line}\n")).collect();
     let caught = format!("try:\n{lines}except Exception as error:\n  print(error)\nend\n");
     let end = controller.run_to_end(program(&caught), "a test", std::future::pending());

@@ -5,7 +5,7 @@
 
 use std::sync::{Arc, Mutex};
 
-use controller::{Manner, Prepared, RobotConfig};
+use controller::{ControllerConfig, PreparedController, StartOptions};
 use elite_lang::TaskNode;
 use elite_runtime::message::{InterpreterEvent, Message, Observer};
 use elite_runtime::panel::VariableValue;
@@ -39,7 +39,8 @@ impl Observer for Frames {
 /// The cycles of a program.
 fn frames(text: &str) -> Vec<CycleFrame> {
     let frames = Arc::new(Frames::default());
-    let prepared = Prepared::new(&RobotConfig::default(), Manner::alone()).unwrap();
+    let prepared =
+        PreparedController::new(&ControllerConfig::default(), StartOptions::alone()).unwrap();
     let controller = prepared.start(frames.clone()).unwrap();
     let end = controller.run_to_end(program(text), "a test", std::future::pending());
     assert!(end.unwrap().is_some());

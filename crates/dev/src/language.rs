@@ -6,8 +6,8 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use elite_lang::{
-    Host, Interpreter, KnownNames, Limits, Resume, ScriptThread, SourceFile, Step, ThreadId, check,
-    compile, memory, render_human, render_script_error,
+    Host, Interpreter, KnownNames, Limits, Resume, ResumeOutcome, ScriptThread, SourceFile,
+    ThreadId, check, compile, memory, render_human, render_script_error,
 };
 use nix::time::{ClockId, clock_gettime};
 
@@ -22,7 +22,7 @@ const TURNS: usize = 60;
 
 /// A host without surroundings: time passes only when every thread waits.
 #[derive(Default)]
-struct Alone {
+struct IsolatedHost {
     output: RefCell<String>,
     now: Cell<f64>,
     numbers: Cell<u64>,
@@ -30,7 +30,7 @@ struct Alone {
     threads: Cell<usize>,
 }
 
-impl Host for Alone {
+impl Host for IsolatedHost {
     fn print(&self, _: ThreadId, text: &str) {
         let mut output = self.output.borrow_mut();
         if output.len() < 1 << 16 {
@@ -71,10 +71,10 @@ pub(crate) fn output_of(text: &str) -> String {
     ) else {
         return String::new();
     };
-    let host = Rc::new(Alone::default());
+    let host = Rc::new(IsolatedHost::default());
     let interpreter = Interpreter::new(host.clone(), Vec::new(), Limits::default());
     let mut thread = interpreter.spawn_program(&program);
-    while let Step::OutOfFuel = thread.resume(Resume::Continue, 100_000) {}
+    while let ResumeOutcome::OutOfFuel = thread.resume(Resume::Continue, 100_000) {}
     host.output.take()
 }
 
@@ -103,7 +103,7 @@ pub fn checked_twice(text: String) {
 
 /// How a program ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outcome {
+pub enum TrialOutcome {
     /// It does not compile.
     Refused,
     /// It came to its end.
@@ -133,7 +133,7 @@ const LEFT_MAX: isize = 2 << 20;
 ///
 /// # Panics
 /// If something that must hold does not.
-pub fn judged(text: String) -> Outcome {
+pub fn judged(text: String) -> TrialOutcome {
     let before = memory::held();
     let outcome = run(text, before);
     let left = memory::held() - before;
@@ -141,20 +141,20 @@ pub fn judged(text: String) -> Outcome {
     outcome
 }
 
-fn run(text: String, before: isize) -> Outcome {
+fn run(text: String, before: isize) -> TrialOutcome {
     let file = SourceFile::new("fuzz.script", text);
     let Ok(program) = compile(file, &KnownNames::default()) else {
-        return Outcome::Refused;
+        return TrialOutcome::Refused;
     };
     let limits = Limits {
         memory_bytes: MEMORY,
         stop_fuel: 200,
         ..Limits::default()
     };
-    let host = Rc::new(Alone::default());
+    let host = Rc::new(IsolatedHost::default());
     let interpreter = Interpreter::new(host.clone(), Vec::new(), limits);
     let mut threads = vec![interpreter.spawn_program(&program)];
-    let mut outcome = Outcome::Stopped;
+    let mut outcome = TrialOutcome::Stopped;
     let begin = busy();
     for _ in 0..TURNS {
         let mut waiting = 0;
@@ -162,20 +162,20 @@ fn run(text: String, before: isize) -> Outcome {
         while index < threads.len() {
             let step = timed(|| threads[index].resume(Resume::Continue, FUEL));
             match step {
-                Step::OutOfFuel => index += 1,
-                Step::Parked { .. } | Step::Waiting(_) => {
+                ResumeOutcome::OutOfFuel => index += 1,
+                ResumeOutcome::Parked { .. } | ResumeOutcome::Waiting(_) => {
                     waiting += 1;
                     index += 1;
                 }
                 ended => {
-                    if let Step::Failed(error) = &ended {
+                    if let ResumeOutcome::Failed(error) = &ended {
                         let report = timed(|| render_script_error(error));
                         assert!(!report.contains("AssertionError: BROKEN"), "{report}");
                     }
                     if index == 0 {
                         outcome = match ended {
-                            Step::Failed(_) => Outcome::Failed,
-                            _ => Outcome::Done,
+                            ResumeOutcome::Failed(_) => TrialOutcome::Failed,
+                            _ => TrialOutcome::Done,
                         };
                     }
                     drop(threads.remove(index));
@@ -202,11 +202,18 @@ fn run(text: String, before: isize) -> Outcome {
 }
 
 /// Stops threads: each is gone after one more call.
-fn stopped(mut threads: Vec<ScriptThread>, host: &Alone, outcome: Outcome) -> Outcome {
+fn stopped(
+    mut threads: Vec<ScriptThread>,
+    host: &IsolatedHost,
+    outcome: TrialOutcome,
+) -> TrialOutcome {
     threads.extend(host.started.take());
     for mut thread in threads {
         let end = timed(|| thread.resume(Resume::Stop, 0));
-        let ended = matches!(end, Step::Stopped | Step::Done(_) | Step::Failed(_));
+        let ended = matches!(
+            end,
+            ResumeOutcome::Stopped | ResumeOutcome::Done(_) | ResumeOutcome::Failed(_)
+        );
         assert!(ended && thread.is_ended(), "a stopped thread says {end:?}");
     }
     outcome

@@ -5,8 +5,7 @@
 
 pub mod campaign;
 pub mod language;
-pub mod library;
-pub mod material;
+pub mod library_programs;
 #[cfg(feature = "ports")]
 pub mod mcap_file;
 pub mod mutation;
@@ -16,3 +15,4 @@ pub mod programs;
 #[cfg(feature = "ports")]
 pub mod reference;
 pub mod targets;
+pub mod unstructured;

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::{Parser, Subcommand};
-use dev::campaign::{Case, Report, limited, run_cases, smaller, watched};
+use dev::campaign::{Case, TargetReport, limited, run_cases, smaller, watched};
 use dev::targets::{target, targets};
 
 #[derive(Parser)]
@@ -14,13 +14,13 @@ use dev::targets::{target, targets};
     name = "cargo dev",
     about = "Commands for those who work on the controller"
 )]
-struct Arguments {
+struct DevCli {
     #[command(subcommand)]
-    command: Order,
+    command: DevCommand,
 }
 
 #[derive(Subcommand)]
-enum Order {
+enum DevCommand {
     /// Tries every decoder with hostile inputs, each in a process of its own, and tells what was found
     Campaign {
         /// Only these targets
@@ -112,7 +112,7 @@ enum Order {
 }
 
 fn main() -> ExitCode {
-    match obey(Arguments::parse().command) {
+    match obey(DevCli::parse().command) {
         Ok(code) => code,
         Err(error) => {
             eprintln!("error: {error}");
@@ -121,10 +121,10 @@ fn main() -> ExitCode {
     }
 }
 
-fn obey(order: Order) -> Result<ExitCode, Box<dyn std::error::Error>> {
+fn obey(order: DevCommand) -> Result<ExitCode, Box<dyn std::error::Error>> {
     match order {
         #[cfg(feature = "ports")]
-        Order::Reference => {
+        DevCommand::Reference => {
             let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
             for made in dev::reference::make(&root)? {
                 let path = root.join(made.path);
@@ -136,11 +136,11 @@ fn obey(order: Order) -> Result<ExitCode, Box<dyn std::error::Error>> {
             Ok(ExitCode::SUCCESS)
         }
         #[cfg(feature = "names")]
-        Order::Names { crates, list } => {
+        DevCommand::Names { crates, list } => {
             std::io::stdout().write_all(name_figures(&crates, list)?.as_bytes())?;
             Ok(ExitCode::SUCCESS)
         }
-        Order::Campaign {
+        DevCommand::Campaign {
             targets: names,
             seconds,
             count,
@@ -160,7 +160,7 @@ fn obey(order: Order) -> Result<ExitCode, Box<dyn std::error::Error>> {
                 ExitCode::FAILURE
             })
         }
-        Order::Case {
+        DevCommand::Case {
             target: name,
             number,
             seed,
@@ -176,24 +176,24 @@ fn obey(order: Order) -> Result<ExitCode, Box<dyn std::error::Error>> {
             }
             Ok(ExitCode::SUCCESS)
         }
-        Order::File { target: name, path } => {
+        DevCommand::File { target: name, path } => {
             limited();
             (known(&name)?.judge)(&std::fs::read(path)?);
             Ok(ExitCode::SUCCESS)
         }
-        Order::Shrink { target: name, path } => {
+        DevCommand::Shrink { target: name, path } => {
             known(&name)?;
             let (input, answer) = smaller(&name, &std::fs::read(path)?)?;
             eprintln!("{answer}");
             std::io::stdout().write_all(&input)?;
             Ok(ExitCode::SUCCESS)
         }
-        Order::Show { target: name, path } => {
+        DevCommand::Show { target: name, path } => {
             let input = (known(&name)?.shown)(&std::fs::read(path)?);
             std::io::stdout().write_all(&input)?;
             Ok(ExitCode::SUCCESS)
         }
-        Order::Seeds {
+        DevCommand::Seeds {
             target: name,
             folder,
         } => {
@@ -203,13 +203,13 @@ fn obey(order: Order) -> Result<ExitCode, Box<dyn std::error::Error>> {
             }
             Ok(ExitCode::SUCCESS)
         }
-        Order::Targets => {
+        DevCommand::Targets => {
             for target in targets() {
                 writeln!(std::io::stdout(), "{:14} {}", target.name, target.about)?;
             }
             Ok(ExitCode::SUCCESS)
         }
-        Order::Cases {
+        DevCommand::Cases {
             target: name,
             seed,
             from,
@@ -303,7 +303,7 @@ fn faults(binary: &Path, seed: u64) -> Result<bool, Box<dyn std::error::Error>> 
 }
 
 /// Writes the first input of each kind of finding to the folder.
-fn kept(report: &Report, seed: u64, folder: &Path) -> Result<(), Box<dyn std::error::Error>> {
+fn kept(report: &TargetReport, seed: u64, folder: &Path) -> Result<(), Box<dyn std::error::Error>> {
     let target = known(&report.name)?;
     let seeds = (target.seeds)();
     for found in report.found.values() {
@@ -315,7 +315,7 @@ fn kept(report: &Report, seed: u64, folder: &Path) -> Result<(), Box<dyn std::er
 }
 
 /// One line a target, and one for each kind of finding with the command that repeats it.
-fn table(reports: &[Report], seed: u64) -> String {
+fn table(reports: &[TargetReport], seed: u64) -> String {
     let mut out = format!(
         "{:14} {:>12} {:>10} {:>9}\n",
         "target", "cases", "a second", "findings"

@@ -76,9 +76,9 @@ pub fn seeds() -> Vec<Vec<u8>> {
 
 /// Bytes that the recorder writes and the seeds read.
 #[derive(Clone, Default)]
-struct Shared(Arc<Mutex<Vec<u8>>>);
+struct SharedBuffer(Arc<Mutex<Vec<u8>>>);
 
-impl Write for Shared {
+impl Write for SharedBuffer {
     fn write(&mut self, data: &[u8]) -> std::io::Result<usize> {
         self.0
             .lock()
@@ -116,7 +116,7 @@ fn recorded() -> Option<Vec<u8>> {
         patience: std::time::Duration::from_secs(60),
         on_failure: Box::new(|_| ()),
     };
-    let out = Shared::default();
+    let out = SharedBuffer::default();
     let (recorder, handle) =
         Recorder::start_on(out.clone(), config, script.records.take()?).ok()?;
     let origin = Origin {
@@ -202,7 +202,7 @@ fn plain(file: &[u8]) -> Option<Vec<u8>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use recorder::{Ending, Topic};
+    use recorder::{FileEnd, Topic};
 
     #[test]
     fn a_seed_without_damage_is_a_recording_with_its_setup_and_everything_in_it() {
@@ -211,6 +211,6 @@ mod tests {
         assert_eq!(recording.setup().unwrap().model, "cs66");
         let mut entries = recording.entries(&Topic::ALL).unwrap();
         assert!(entries.by_ref().map(Result::unwrap).count() >= 7);
-        assert_eq!(entries.ending(), Some(&Ending::Complete));
+        assert_eq!(entries.ending(), Some(&FileEnd::Complete));
     }
 }

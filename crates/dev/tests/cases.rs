@@ -98,14 +98,17 @@ fn what_was_found_once_is_not_found_again() {
 /// come to their end within the processor time they get is a matter of the machine; those that do not run on.
 #[test]
 fn generated_programs_compile_and_mostly_run() {
-    use dev::language::{Outcome, judged};
+    use dev::language::{TrialOutcome, judged};
     let mut run = 0;
     for number in 0..60 {
         let target = target("containers").expect("a target of this name");
         let input = target.input(&[], 3, number);
         let text = String::from_utf8(input).unwrap();
         let outcome = std::panic::catch_unwind(|| judged(text.clone()));
-        run += usize::from(matches!(outcome, Ok(Outcome::Done | Outcome::Stopped)));
+        run += usize::from(matches!(
+            outcome,
+            Ok(TrialOutcome::Done | TrialOutcome::Stopped)
+        ));
     }
     assert!(run > 30, "{run} of 60 run");
 }

@@ -10,7 +10,7 @@ use editor::analysis::format::{Indent, applied, format};
 use editor::analysis::rename::rename;
 use editor::analysis::scopes::SymbolKind;
 use editor::analysis::{Analysis, TextKind};
-use elite_lang::Step;
+use elite_lang::ResumeOutcome;
 use support::{Task, drive};
 
 /// Names of one program that are renamed, one after the other.
@@ -72,7 +72,7 @@ fn output(text: &str) -> String {
     let mut thread = task.spawn(text);
     let end = drive(&mut thread, &task.host);
     let mut output = task.host.output.take();
-    if let Step::Failed(error) = end {
+    if let ResumeOutcome::Failed(error) = end {
         output.push_str(&error.headline());
     }
     output

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use editor::analysis::words::Language;
-use elite_lang::chinese::Table;
+use elite_lang::chinese::PhraseTable;
 
 /// Where sentences about texts of programs are declared.
 const OF_TEXTS: &[&str] = &[
@@ -155,7 +155,7 @@ fn declared(places: &[&str]) -> BTreeSet<String> {
     found
 }
 
-fn english(tables: &[Table]) -> BTreeSet<&'static str> {
+fn english(tables: &[PhraseTable]) -> BTreeSet<&'static str> {
     let entries = tables.iter().copied().flatten();
     entries.map(|(english, _)| *english).collect()
 }

@@ -1,6 +1,6 @@
 //! A client for tests: sends messages to a session and picks the answers.
 
-use editor::lsp::{Options, Session};
+use editor::lsp::{LspSession, ServerOptions};
 use serde_json::{Value, json};
 
 /// The address of the text that tests open.
@@ -8,7 +8,7 @@ pub const URI: &str = "file:///programs/pick.script";
 
 /// A client with one text open.
 pub struct Client {
-    pub session: Session,
+    pub session: LspSession,
     pub uri: String,
     number: i64,
 }
@@ -17,7 +17,7 @@ impl Client {
     /// A client that has said `initialize` with these capabilities.
     pub fn with(capabilities: Value, locale: &str) -> Self {
         let mut client = Client {
-            session: Session::new(&Options::default()),
+            session: LspSession::new(&ServerOptions::default()),
             uri: URI.to_owned(),
             number: 0,
         };

@@ -1,6 +1,6 @@
 //! The life of a session, and messages that are not as they should be.
 
-use editor::lsp::{End, Options, Session, serve};
+use editor::lsp::{LspSession, LspSessionEnd, ServerOptions, serve};
 use serde_json::{Value, json};
 
 use crate::client::{Client, URI};
@@ -11,8 +11,8 @@ fn code(answer: &Value) -> i64 {
 
 #[test]
 fn nothing_is_answered_before_initialize_and_after_shutdown() {
-    let mut session = Session::new(&Options::default());
-    let ask = |session: &mut Session, method: &str| {
+    let mut session = LspSession::new(&ServerOptions::default());
+    let ask = |session: &mut LspSession, method: &str| {
         session.take(json!({ "jsonrpc": "2.0", "id": 1, "method": method, "params": {} }))[0]
             .clone()
     };
@@ -72,10 +72,10 @@ fn framed(body: &str) -> String {
     format!("Content-Length: {}\r\n\r\n{body}", body.len())
 }
 
-fn served(input: String) -> (End, String) {
+fn served(input: String) -> (LspSessionEnd, String) {
     let mut output = Vec::new();
     let input = std::io::Cursor::new(input.into_bytes());
-    let end = serve(input, &mut output, &Options::default()).unwrap();
+    let end = serve(input, &mut output, &ServerOptions::default()).unwrap();
     (end, String::from_utf8(output).unwrap())
 }
 
@@ -99,12 +99,12 @@ fn broken_frames_cost_a_message_and_not_the_session() {
             + &framed(r#"{"jsonrpc":"2.0","method":"exit"}"#);
         let (how, told) = served(format!("{begin}{broken}{end}"));
         assert!(told.contains(r#""id":2"#), "{broken:.40}: {told}");
-        assert_eq!(how, End::Orderly);
+        assert_eq!(how, LspSessionEnd::Orderly);
     }
     let (how, _) = served(begin + "Content-Length: 100\r\n\r\n{");
-    assert_eq!(how, End::Vanished);
+    assert_eq!(how, LspSessionEnd::Vanished);
     let (how, told) = served("Content-Length: 99999999999999\r\n\r\n{}".to_owned());
-    assert_eq!((how, told.len()), (End::Vanished, 0));
+    assert_eq!((how, told.len()), (LspSessionEnd::Vanished, 0));
 }
 
 #[test]
@@ -117,7 +117,7 @@ fn requests_that_are_taken_back_are_not_carried_out() {
     input += &framed(r#"{"jsonrpc":"2.0","id":2,"method":"shutdown"}"#);
     input += &framed(r#"{"jsonrpc":"2.0","method":"exit"}"#);
     let (how, told) = served(input);
-    assert_eq!(how, End::Orderly);
+    assert_eq!(how, LspSessionEnd::Orderly);
     // Taken back in time or not, it has exactly one answer.
     assert_eq!(told.matches(r#""id":"a""#).count(), 1, "{told}");
 }

@@ -28,7 +28,7 @@ fn colours(client: &mut Client, text: &str) -> Vec<(String, String)> {
     for word in data.chunks(5) {
         column = number(&word[1]) + if number(&word[0]) == 0 { column } else { 0 };
         line += number(&word[0]);
-        let kind = editor::analysis::semantic::WordKind::NAMES[number(&word[3])];
+        let kind = editor::analysis::semantic::SemanticTokenKind::NAMES[number(&word[3])];
         let word = &lines[line][column..column + number(&word[2])];
         shown.push((word.to_owned(), kind.to_owned()));
     }

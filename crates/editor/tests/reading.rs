@@ -1,7 +1,7 @@
 //! Random edits: the analysis that goes along with them is that of the text as it is: findings, tokens, scopes, symbols, places
 //! of names.
 
-use editor::analysis::scopes::Names;
+use editor::analysis::scopes::NameTables;
 use editor::analysis::{Analysis, TextKind};
 use proptest::prelude::*;
 
@@ -79,7 +79,7 @@ fn changed(text: &str, (place, gone, written): Change) -> String {
 }
 
 /// All that can be told of names, in an order that does not change.
-fn told(names: &Names) -> String {
+fn told(names: &NameTables) -> String {
     let mut told = String::new();
     let mut put = |line: String| {
         told.push_str(&line);

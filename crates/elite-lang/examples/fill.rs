@@ -9,7 +9,7 @@ use std::rc::Rc;
 use std::time::Instant;
 
 use elite_lang::{
-    Host, Interpreter, KnownNames, Limits, Resume, SourceFile, Step, ThreadId, compile,
+    Host, Interpreter, KnownNames, Limits, Resume, ResumeOutcome, SourceFile, ThreadId, compile,
 };
 use shapes::{SHAPES, forget_peak, of_process, program};
 
@@ -42,8 +42,8 @@ fn run(text: String, limit: usize) -> String {
     let mut thread = interpreter.spawn_program(&program);
     loop {
         match thread.resume(Resume::Continue, 100_000) {
-            Step::OutOfFuel => {}
-            Step::Done(_) => return "ended".into(),
+            ResumeOutcome::OutOfFuel => {}
+            ResumeOutcome::Done(_) => return "ended".into(),
             other => return format!("{other:?}"),
         }
     }

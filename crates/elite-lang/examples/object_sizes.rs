@@ -5,7 +5,8 @@ use std::process::{Command, ExitCode};
 use std::rc::Rc;
 
 use elite_lang::{
-    Host, Interpreter, KnownNames, Limits, Resume, SourceFile, Step, ThreadId, compile, memory,
+    Host, Interpreter, KnownNames, Limits, Resume, ResumeOutcome, SourceFile, ThreadId, compile,
+    memory,
 };
 
 /// Objects of each kind.
@@ -79,9 +80,10 @@ fn held_by(text: &str) -> Option<isize> {
     let mut thread = interpreter.spawn_program(&program);
     loop {
         match thread.resume(Resume::Continue, 1_000_000) {
-            Step::Done(_) => return Some(memory::held() - before),
-            Step::Failed(_) | Step::Stopped => return None,
-            Step::OutOfFuel | Step::Parked { .. } | Step::Waiting(_) => {}
+            ResumeOutcome::Done(_) => return Some(memory::held() - before),
+            ResumeOutcome::Failed(_) | ResumeOutcome::Stopped => return None,
+            ResumeOutcome::OutOfFuel | ResumeOutcome::Parked { .. } | ResumeOutcome::Waiting(_) => {
+            }
         }
     }
 }

@@ -5,7 +5,7 @@ use std::rc::Rc;
 use std::time::Instant;
 
 use elite_lang::{
-    Host, Interpreter, KnownNames, Limits, Resume, SourceFile, Step, ThreadId, compile,
+    Host, Interpreter, KnownNames, Limits, Resume, ResumeOutcome, SourceFile, ThreadId, compile,
     render_human, render_script_error,
 };
 
@@ -63,9 +63,10 @@ fn main() -> ExitCode {
     let mut thread = interpreter.spawn_program(&program);
     loop {
         match thread.resume(Resume::Continue, 1_000_000) {
-            Step::OutOfFuel | Step::Parked { .. } | Step::Waiting(_) => {}
-            Step::Done(_) | Step::Stopped => return ExitCode::SUCCESS,
-            Step::Failed(error) => {
+            ResumeOutcome::OutOfFuel | ResumeOutcome::Parked { .. } | ResumeOutcome::Waiting(_) => {
+            }
+            ResumeOutcome::Done(_) | ResumeOutcome::Stopped => return ExitCode::SUCCESS,
+            ResumeOutcome::Failed(error) => {
                 eprint!("{}", render_script_error(&error));
                 return ExitCode::from(1);
             }

@@ -5,7 +5,7 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use elite_lang::{
-    Host, Interpreter, KnownNames, Limits, Resume, SourceFile, Step, ThreadId, compile,
+    Host, Interpreter, KnownNames, Limits, Resume, ResumeOutcome, SourceFile, ThreadId, compile,
 };
 use nix::time::{ClockId, clock_gettime};
 
@@ -61,14 +61,17 @@ fn main() {
         < 3 * objects as i64
     {
         let step = now();
-        if !matches!(thread.resume(Resume::Continue, 1_000), Step::OutOfFuel) {
+        if !matches!(
+            thread.resume(Resume::Continue, 1_000),
+            ResumeOutcome::OutOfFuel
+        ) {
             return eprintln!("the program has ended");
         }
         steps.push(now() - step);
     }
     let all = now() - begin;
     let stop = now();
-    let ended = matches!(thread.resume(Resume::Stop, 0), Step::Stopped);
+    let ended = matches!(thread.resume(Resume::Stop, 0), ResumeOutcome::Stopped);
     let stop = now() - stop;
     steps.sort();
     let at = |part: usize| {

@@ -6,7 +6,7 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use elite_lang::{
-    Host, Interpreter, KnownNames, Limits, Resume, SourceFile, Step, ThreadId, compile,
+    Host, Interpreter, KnownNames, Limits, Resume, ResumeOutcome, SourceFile, ThreadId, compile,
     render_script_error,
 };
 use nix::time::{ClockId, clock_gettime};
@@ -71,8 +71,8 @@ fn main() {
             label = line.to_owned();
         }
         match step {
-            Step::OutOfFuel => {}
-            Step::Failed(error) => {
+            ResumeOutcome::OutOfFuel => {}
+            ResumeOutcome::Failed(error) => {
                 eprintln!("{}", render_script_error(&error));
                 break;
             }

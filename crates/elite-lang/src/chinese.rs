@@ -9,12 +9,12 @@ mod table;
 use crate::diagnostic::Diagnostic;
 
 /// English forms and their Chinese ones. In those `{0}` is what stands for the first `{}` as it is, `{0~}` the same in Chinese.
-pub type Table = &'static [(&'static str, &'static str)];
+pub type PhraseTable = &'static [(&'static str, &'static str)];
 
 /// Sentences about texts of programs.
-pub const SENTENCES: Table = table::SENTENCES;
+pub const SENTENCES: PhraseTable = table::SENTENCES;
 /// What stands in them.
-pub const WORDS: Table = table::WORDS;
+pub const WORDS: PhraseTable = table::WORDS;
 
 /// Longest sentence that is looked up, in bytes.
 const BYTES_MAX: usize = 4000;
@@ -23,14 +23,14 @@ const DEPTH_MAX: u32 = 3;
 
 /// The tables that sentences are looked up in.
 #[derive(Clone, Copy, Debug)]
-pub struct Tables {
+pub struct Translations {
     /// Whole sentences.
-    pub sentences: &'static [Table],
+    pub sentences: &'static [PhraseTable],
     /// What stands in them.
-    pub words: &'static [Table],
+    pub words: &'static [PhraseTable],
 }
 
-impl Tables {
+impl Translations {
     /// The Chinese form of a sentence; none if the tables do not have it.
     pub fn sentence(self, english: &str) -> Option<String> {
         (english.len() <= BYTES_MAX).then(|| self.among(self.sentences, english, DEPTH_MAX))?
@@ -52,7 +52,7 @@ impl Tables {
     }
 
     /// The form whose words are most of the sentence.
-    fn among(self, tables: &[Table], english: &str, depth: u32) -> Option<String> {
+    fn among(self, tables: &[PhraseTable], english: &str, depth: u32) -> Option<String> {
         let entries = tables.iter().copied().flatten();
         let matching = entries.filter_map(|(form, chinese)| {
             let holes = holes(form, english)?;
@@ -114,7 +114,7 @@ fn holes<'t>(form: &str, text: &'t str) -> Option<Vec<&'t str>> {
 mod tests {
     use super::*;
 
-    const TABLES: Tables = Tables {
+    const TABLES: Translations = Translations {
         sentences: &[SENTENCES],
         words: &[WORDS],
     };

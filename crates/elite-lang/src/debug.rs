@@ -3,7 +3,7 @@
 //!
 //! Costs nothing where nobody watches: what stands before a statement is a node of its own ([`crate::eval::watch`]), made
 //! only for programs that are spawned after [`Interpreter::debug`](crate::Interpreter::debug). Owns the calls that are under
-//! way in each script thread and the count of statements. Decides nothing: whether to hold is the [`Watcher`]'s business.
+//! way in each script thread and the count of statements. Decides nothing: whether to hold is the [`DebugHook`]'s business.
 //!
 //! The count of statements is the same in every run of a program whose surroundings are the same, so that it names a place
 //! in a run.
@@ -16,34 +16,39 @@ mod show;
 use std::cell::{Cell, RefCell};
 use std::rc::{Rc, Weak};
 
-pub use evaluate::{Aside, Evaluated, Pending};
-use halt::Top;
-pub use halt::{Call, Halt, NotSet};
+pub use evaluate::{EvalHandle, EvalOutcome, PendingEval};
+use halt::TopFrame;
+pub use halt::{PausedProgram, SetVariableError, StackFrame};
 pub(crate) use places::is_place;
-pub use places::{Place, places};
-pub use show::{Child, Children, Shown};
+pub use places::{BreakpointLocation, places};
+pub use show::{ChildFilter, ChildValue, ValuePreview};
 
-use crate::eval::coroutine::{Request, Stopping};
+use crate::eval::coroutine::{StopState, SuspendRequest};
 use crate::eval::{Evaluator, Frame};
 use crate::host::ThreadId;
 use crate::source::{SourceFile, Span};
-use crate::value::{Function, Held, Instance, R, Raised, Value};
+use crate::value::{Function, Instance, R, Raised, ScriptCell, Value};
 
 /// Calls within calls of which variables are kept; those between the outermost and the innermost ones have none.
 const LEVELS_MAX: usize = 4096;
 
 /// Hears of every statement before it is executed, on the thread that runs the interpreter. It may take its time.
-pub trait Watcher {
+pub trait DebugHook {
     /// A thread is about to execute a statement.
-    fn reached(&self, halt: &Halt<'_>, at: &Reached<'_>) -> Onward;
+    fn reached(&self, halt: &PausedProgram<'_>, at: &StatementEvent<'_>) -> DebugAction;
 
     /// A statement raises an exception that has not been seen before; the thread stands in it.
-    fn raised(&self, halt: &Halt<'_>, at: &Reached<'_>, exception: &Value) -> Onward;
+    fn raised(
+        &self,
+        halt: &PausedProgram<'_>,
+        at: &StatementEvent<'_>,
+        exception: &Value,
+    ) -> DebugAction;
 }
 
 /// What becomes of a thread that was held.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Onward {
+pub enum DebugAction {
     /// It goes on.
     Continue,
     /// It gives way until the next moment of simulated time, and the watcher is asked again.
@@ -56,7 +61,7 @@ pub enum Onward {
 
 /// The place of a statement in its text.
 #[derive(Debug)]
-pub struct Site {
+pub struct StatementSite {
     /// The text.
     pub file: std::sync::Arc<SourceFile>,
     /// Where in the text.
@@ -70,9 +75,9 @@ pub struct Site {
 }
 
 /// What the watcher learns of a statement without asking.
-pub struct Reached<'r> {
+pub struct StatementEvent<'r> {
     /// The statement.
-    pub site: &'r Rc<Site>,
+    pub site: &'r Rc<StatementSite>,
     /// The thread.
     pub thread: ThreadId,
     /// Calls within calls.
@@ -83,7 +88,7 @@ pub struct Reached<'r> {
     function: &'r Rc<Function>,
 }
 
-impl Reached<'_> {
+impl StatementEvent<'_> {
     /// The name of the function it is in.
     pub fn name(&self) -> &str {
         &self.function.code.name
@@ -96,10 +101,10 @@ impl Reached<'_> {
 }
 
 /// A call under way.
-struct Level {
+struct CallRecord {
     function: Rc<Function>,
     depth: u32,
-    site: Rc<Site>,
+    site: Rc<StatementSite>,
     tick: u64,
     /// Its first statement, as far as that is known.
     first: u64,
@@ -110,33 +115,33 @@ struct Level {
 }
 
 /// The calls of one thread, outermost first.
-struct Trace {
+struct ThreadCalls {
     thread: u64,
-    levels: Vec<Level>,
+    levels: Vec<CallRecord>,
     /// Calls within calls, as of when the thread was suspended.
     depth: u32,
 }
 
 /// The state of watching in one interpreter.
 pub(crate) struct Debugger {
-    watcher: Rc<dyn Watcher>,
-    traces: RefCell<Vec<Trace>>,
+    watcher: Rc<dyn DebugHook>,
+    traces: RefCell<Vec<ThreadCalls>>,
     ticks: Cell<u64>,
     /// Something is evaluated for the watcher.
     is_silent: Cell<bool>,
     is_over: Cell<bool>,
-    last_raised: Held<Weak<Instance>>,
+    last_raised: ScriptCell<Weak<Instance>>,
 }
 
 impl Debugger {
-    pub(crate) fn new(watcher: Rc<dyn Watcher>) -> Self {
+    pub(crate) fn new(watcher: Rc<dyn DebugHook>) -> Self {
         Debugger {
             watcher,
             traces: RefCell::default(),
             ticks: Cell::new(0),
             is_silent: Cell::new(false),
             is_over: Cell::new(false),
-            last_raised: Held::default(),
+            last_raised: ScriptCell::default(),
         }
     }
 
@@ -150,15 +155,15 @@ impl Debugger {
         &self,
         ev: &Evaluator<'_>,
         f: &mut Frame<'_>,
-        site: &Rc<Site>,
+        site: &Rc<StatementSite>,
         keeps: bool,
     ) -> R<()> {
         let core = &ev.core;
         if self.is_over.get() {
-            core.stopping.set(Stopping::Abandoned);
+            core.stopping.set(StopState::Abandoned);
             return Err(Raised::Stop);
         }
-        if self.is_silent.get() || core.stopping.get() != Stopping::No {
+        if self.is_silent.get() || core.stopping.get() != StopState::No {
             return Ok(());
         }
         let tick = self.ticks.get() + 1;
@@ -177,7 +182,7 @@ impl Debugger {
         &self,
         ev: &Evaluator<'_>,
         f: &mut Frame<'_>,
-        site: &Rc<Site>,
+        site: &Rc<StatementSite>,
         exception: &Rc<Instance>,
     ) -> R<()> {
         let is_known = self.last_raised.borrow().as_ptr() == Rc::as_ptr(exception);
@@ -211,41 +216,41 @@ impl Debugger {
         &self,
         ev: &Evaluator<'_>,
         f: &mut Frame<'_>,
-        site: &Rc<Site>,
+        site: &Rc<StatementSite>,
         tick: u64,
-        ask: impl Fn(&dyn Watcher, &Halt<'_>, &Reached<'_>) -> Onward,
+        ask: impl Fn(&dyn DebugHook, &PausedProgram<'_>, &StatementEvent<'_>) -> DebugAction,
     ) -> R<()> {
         let core = &ev.core;
         loop {
-            let at = Reached {
+            let at = StatementEvent {
                 site,
                 thread: ThreadId(core.thread.get()),
                 depth: core.depth.get(),
                 tick,
                 function: f.function,
             };
-            let halt = Halt {
+            let halt = PausedProgram {
                 core,
                 debugger: self,
-                top: Some(Top {
+                top: Some(TopFrame {
                     thread: at.thread,
                     depth: at.depth,
-                    slots: Held::new(&mut *f.slots),
+                    slots: ScriptCell::new(&mut *f.slots),
                 }),
             };
             match ask(&*self.watcher, &halt, &at) {
-                Onward::Continue => return Ok(()),
-                Onward::Later => {
+                DebugAction::Continue => return Ok(()),
+                DebugAction::Later => {
                     let now = core.host.monotonic();
-                    ev.suspend(Request::Park { until: Some(now) })?;
+                    ev.suspend(SuspendRequest::Park { until: Some(now) })?;
                 }
-                Onward::Stop => {
+                DebugAction::Stop => {
                     core.begin_stop();
                     return Err(Raised::Stop);
                 }
-                Onward::End => {
+                DebugAction::End => {
                     self.is_over.set(true);
-                    core.stopping.set(Stopping::Abandoned);
+                    core.stopping.set(StopState::Abandoned);
                     return Err(Raised::Stop);
                 }
             }
@@ -258,15 +263,15 @@ impl Debugger {
         thread: u64,
         depth: u32,
         f: &Frame<'_>,
-        site: &Rc<Site>,
+        site: &Rc<StatementSite>,
         tick: u64,
         keeps: bool,
-    ) -> (Vec<Level>, Vec<Value>) {
+    ) -> (Vec<CallRecord>, Vec<Value>) {
         let mut traces = self.traces.borrow_mut();
         let index = match traces.iter().position(|trace| trace.thread == thread) {
             Some(index) => index,
             None => {
-                traces.push(Trace {
+                traces.push(ThreadCalls {
                     thread,
                     levels: Vec::new(),
                     depth,
@@ -284,7 +289,7 @@ impl Debugger {
                 level.depth < depth || is_same
             })
             .map_or(0, |last| last + 1);
-        let left: Vec<Level> = match kept < levels.len() {
+        let left: Vec<CallRecord> = match kept < levels.len() {
             true => levels.drain(kept..).collect(),
             false => Vec::new(),
         };
@@ -303,7 +308,7 @@ impl Debugger {
                 (left, std::mem::replace(&mut level.values, values))
             }
             None => {
-                levels.push(Level {
+                levels.push(CallRecord {
                     function: f.function.clone(),
                     depth,
                     site: site.clone(),
@@ -318,7 +323,7 @@ impl Debugger {
     }
 
     /// Whether the innermost call of the running thread stands where this statement began.
-    pub(crate) fn stands_at(&self, ev: &Evaluator<'_>, site: &Rc<Site>) -> bool {
+    pub(crate) fn stands_at(&self, ev: &Evaluator<'_>, site: &Rc<StatementSite>) -> bool {
         let thread = ev.core.thread.get();
         let traces = self.traces.borrow();
         let trace = traces.iter().find(|trace| trace.thread == thread);

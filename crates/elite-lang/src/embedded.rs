@@ -1,10 +1,10 @@
 //! Objects of the embedder with methods and attributes of their own, as a test finds `test`.
 
 use crate::builtins::Builtin;
-use crate::eval::Core;
+use crate::eval::InterpreterState;
 use crate::native::{NativeCall, NativeFunction};
-use crate::value::class::Base;
-use crate::value::instance::Payload;
+use crate::value::class::BuiltinBase;
+use crate::value::instance::InstancePayload;
 use crate::value::symbol::known;
 use crate::value::{Class, Instance, Raised, Symbol, Value};
 
@@ -45,7 +45,7 @@ impl NativeCall<'_> {
 
 /// The same outside of a call.
 pub(crate) fn object(
-    core: &Core,
+    core: &InterpreterState,
     class_name: &str,
     methods: Vec<NativeFunction>,
     attributes: Vec<(&str, Value)>,
@@ -53,7 +53,7 @@ pub(crate) fn object(
     let ancestor = core.types.object.clone();
     let class = Class::new(
         class_name,
-        Base::Object,
+        BuiltinBase::Object,
         vec![ancestor.clone()],
         vec![ancestor],
         false,
@@ -79,7 +79,7 @@ pub(crate) fn object(
         });
         class.set(known::REPR, repr);
     }
-    let instance = Instance::new(class, Payload::None);
+    let instance = Instance::new(class, InstancePayload::None);
     for method in methods {
         let name = core.symbols.intern(method.name);
         instance.set(name, Builtin::native(core, method), &core.symbols);

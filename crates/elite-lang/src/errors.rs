@@ -7,8 +7,8 @@ use std::sync::Arc;
 use crate::eval::Evaluator;
 use crate::eval::node::TaskNode;
 use crate::source::{SourceFile, Span};
-use crate::value::exception::{ExceptionState, Trace};
-use crate::value::instance::Payload;
+use crate::value::exception::{ExceptionState, TracebackEntry};
+use crate::value::instance::InstancePayload;
 use crate::value::{Instance, R, Raised, Value};
 
 macro_rules! exceptions {
@@ -70,7 +70,10 @@ impl Evaluator<'_> {
     pub fn raise(&self, kind: ExceptionKind, message: impl Into<String>) -> Raised {
         let class = self.core.types.exception(kind).clone();
         let state = ExceptionState::with_message(message.into());
-        Raised::Exception(Instance::new(class, Payload::Exception(Box::new(state))))
+        Raised::Exception(Instance::new(
+            class,
+            InstancePayload::Exception(Box::new(state)),
+        ))
     }
 
     /// An exception with a message about something that has a name, which its attribute `name` tells.
@@ -89,7 +92,10 @@ impl Evaluator<'_> {
     pub fn raise_args(&self, kind: ExceptionKind, args: Vec<Value>) -> Raised {
         let class = self.core.types.exception(kind).clone();
         let state = ExceptionState::with_args(Value::tuple(args));
-        Raised::Exception(Instance::new(class, Payload::Exception(Box::new(state))))
+        Raised::Exception(Instance::new(
+            class,
+            InstancePayload::Exception(Box::new(state)),
+        ))
     }
 
     /// `TypeError`
@@ -349,7 +355,7 @@ impl Evaluator<'_> {
     }
 }
 
-fn frame(trace: &Trace) -> TraceFrame {
+fn frame(trace: &TracebackEntry) -> TraceFrame {
     let position = trace.code.file.position(trace.span.start);
     TraceFrame {
         function: trace.code.qualname.to_string(),

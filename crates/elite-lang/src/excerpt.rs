@@ -19,11 +19,11 @@ pub struct Excerpt {
     pub text: String,
     /// Number of its first line in the file.
     pub first_line: u32,
-    lines: Vec<Line>,
+    lines: Vec<ExcerptLine>,
 }
 
 /// What is kept of a line.
-struct Line {
+struct ExcerptLine {
     /// Bytes of the file.
     kept: Range<usize>,
     /// Where they begin in the excerpt.
@@ -78,7 +78,7 @@ impl Excerpt {
         }
         self.text.push('\n');
         let cut = kept != whole;
-        self.lines.push(Line { kept, at, cut });
+        self.lines.push(ExcerptLine { kept, at, cut });
     }
 
     /// Whether the line that `span` starts on is cut, so that columns of the excerpt are not those of the file.
@@ -110,7 +110,7 @@ impl Excerpt {
     }
 }
 
-impl Line {
+impl ExcerptLine {
     fn place(&self, offset: usize) -> usize {
         self.at + offset.clamp(self.kept.start, self.kept.end) - self.kept.start
     }

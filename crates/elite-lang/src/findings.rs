@@ -3,7 +3,7 @@
 
 use std::borrow::Cow;
 
-use crate::ast::NodeMark;
+use crate::ast::NodeDirective;
 use crate::diagnostic::Diagnostic;
 use crate::eval::node::TaskNode;
 
@@ -14,11 +14,11 @@ const QUOTE_MAX: usize = 80;
 
 /// A list of findings that stops growing.
 #[derive(Debug, Default)]
-pub struct Findings {
+pub struct DiagnosticList {
     kept: Vec<Diagnostic>,
 }
 
-impl Findings {
+impl DiagnosticList {
     /// Adds a finding, unless there are enough.
     pub fn push(&mut self, finding: Diagnostic) {
         if !self.is_full() {
@@ -71,7 +71,7 @@ pub fn in_order(mut findings: Vec<Diagnostic>) -> Vec<Diagnostic> {
 
 /// Tells findings which node of the pendant's task they are in; `marks` are in the order of the text. One about a directive
 /// is in none.
-pub fn in_nodes(mut findings: Vec<Diagnostic>, marks: &[NodeMark]) -> Vec<Diagnostic> {
+pub fn in_nodes(mut findings: Vec<Diagnostic>, marks: &[NodeDirective]) -> Vec<Diagnostic> {
     for finding in findings
         .iter_mut()
         .filter(|finding| finding.code != "directive")

@@ -18,7 +18,7 @@ pub struct ThreadId(pub u64);
 
 /// Parts of the surroundings that a program may reach only if the embedder permits it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Access {
+pub enum Capability {
     /// Files and folders.
     Files,
     /// Other processes and signals.
@@ -29,21 +29,21 @@ pub enum Access {
     Network,
 }
 
-impl Access {
+impl Capability {
     /// The word for it on the command line.
     pub fn word(self) -> &'static str {
         match self {
-            Access::Files => "fs",
-            Access::Processes => "process",
-            Access::Environment => "env",
-            Access::Network => "net",
+            Capability::Files => "fs",
+            Capability::Processes => "process",
+            Capability::Environment => "env",
+            Capability::Network => "net",
         }
     }
 }
 
 /// What ends the clean-up of a thread that is being stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Cut {
+pub enum CleanupLimit {
     /// The clean-up has computed for as long as it may.
     Time,
     /// The clean-up would have to wait.
@@ -89,13 +89,13 @@ pub trait Host {
     }
 
     /// A `finally` or `with` block of a thread that is being stopped is ended before its end, at a line of the program.
-    fn unwinding_is_cut(&self, _thread: ThreadId, _line: u32, _cut: Cut) {}
+    fn unwinding_is_cut(&self, _thread: ThreadId, _line: u32, _cut: CleanupLimit) {}
 
     /// A thread that is parked (`Step::Parked`) has become ready: resume it soon.
     fn wake(&self, thread: ThreadId);
 
     /// Whether programs may reach this part of the surroundings.
-    fn permits(&self, _access: Access) -> bool {
+    fn permits(&self, _access: Capability) -> bool {
         false
     }
 

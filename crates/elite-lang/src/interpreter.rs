@@ -9,15 +9,17 @@ use corosensei::stack::DefaultStack;
 use corosensei::{Coroutine, CoroutineResult};
 
 use crate::builtins::Builtin;
-use crate::debug::{Debugger, Halt, Watcher};
+use crate::debug::{DebugHook, Debugger, PausedProgram};
 use crate::embedded;
 use crate::errors::ScriptError;
-use crate::eval::coroutine::{Outlet, Request, Resume, StackKind, Stopping, ThreadState, limit_of};
+use crate::eval::coroutine::{
+    RequestSink, Resume, StackKind, StopState, SuspendRequest, ThreadState, limit_of,
+};
 use crate::eval::count::LineCounts;
-use crate::eval::node::{NodeState, Passage, TaskNode};
-use crate::eval::{Core, Evaluator};
+use crate::eval::node::{NodeChange, NodeCursor, TaskNode};
+use crate::eval::{Evaluator, InterpreterState};
 use crate::host::{Host, ThreadId};
-use crate::limits::memory::Budget;
+use crate::limits::memory::WorkBudget;
 use crate::limits::overflow::{Exit, Watch};
 use crate::limits::{Limits, memory};
 use crate::native::{NativeFunction, WaitToken};
@@ -27,19 +29,19 @@ use crate::value::{Function, R, Raised, Value, trash};
 
 /// The interpreter of one task: its globals, its script threads. Stays on the OS thread that made it.
 pub struct Interpreter {
-    core: Rc<Core>,
+    core: Rc<InterpreterState>,
     // Dropped after the core, whose tables go back to the system as well.
-    leftovers: Rc<Leftovers>,
+    leftovers: Rc<FreeListPurge>,
 }
 
 /// The blocks that a task has left on the shelves of its thread. They go back to the system, if that is worth it, when the interpreter
 /// and everybody who has asked for this (`Interpreter::leftovers`) has dropped it.
 #[derive(Default)]
-pub struct Leftovers {
+pub struct FreeListPurge {
     are_large: Cell<bool>,
 }
 
-impl Drop for Leftovers {
+impl Drop for FreeListPurge {
     fn drop(&mut self) {
         if self.are_large.get() {
             memory::clear_shelves();
@@ -48,11 +50,11 @@ impl Drop for Leftovers {
 }
 
 /// A program in the account of the task that runs it, wherever it was compiled.
-struct Guest(Option<Program>);
+struct AccountedProgram(Option<Program>);
 
-impl Guest {
+impl AccountedProgram {
     fn new(program: Program) -> Self {
-        let guest = Guest(Some(program));
+        let guest = AccountedProgram(Some(program));
         if guest.is_foreign() {
             memory::hold(guest.bytes);
         }
@@ -64,7 +66,7 @@ impl Guest {
     }
 }
 
-impl Deref for Guest {
+impl Deref for AccountedProgram {
     type Target = Program;
 
     fn deref(&self) -> &Program {
@@ -73,7 +75,7 @@ impl Deref for Guest {
     }
 }
 
-impl Drop for Guest {
+impl Drop for AccountedProgram {
     fn drop(&mut self) {
         if self.is_foreign() {
             memory::let_go(self.bytes);
@@ -85,7 +87,7 @@ impl Drop for Guest {
 impl Interpreter {
     /// An interpreter whose programs find the given natives beside Python's builtins.
     pub fn new(host: Rc<dyn Host>, natives: Vec<NativeFunction>, limits: Limits) -> Self {
-        let core = Core::new(host, limits);
+        let core = InterpreterState::new(host, limits);
         for native in natives {
             let name = core.symbols.intern(native.name);
             core.builtins.set(name, Builtin::native(&core, native));
@@ -99,13 +101,13 @@ impl Interpreter {
     /// A script thread that runs the top-level statements of a program in the globals of the task; a program that
     /// consists of one function runs that. Nothing runs before the first `resume`.
     pub fn spawn_program(&self, program: &Program) -> ScriptThread {
-        let (core, program) = (self.core.clone(), Guest::new(program.clone()));
+        let (core, program) = (self.core.clone(), AccountedProgram::new(program.clone()));
         ScriptThread::new(&self.core, move |ev| {
             let namespace = core.globals.clone();
             ev.check_allocation(program.bytes)?;
             let code = with_deep_stack(|| {
                 let (module, resolution) = (&program.module, &program.resolution);
-                let budget = Budget::of(usize::MAX);
+                let budget = WorkBudget::of(usize::MAX);
                 crate::lower::program(
                     &core,
                     &namespace,
@@ -167,14 +169,14 @@ impl Interpreter {
     }
 
     /// From now on `watcher` hears of every statement of the programs that are spawned after this.
-    pub fn debug(&self, watcher: Rc<dyn Watcher>) {
+    pub fn debug(&self, watcher: Rc<dyn DebugHook>) {
         *self.core.debugger.borrow_mut() = Some(Rc::new(Debugger::new(watcher)));
     }
 
     /// Runs `look` on the program while no script thread runs; None where nobody watches it.
-    pub fn halted<T>(&self, look: impl FnOnce(&Halt<'_>) -> T) -> Option<T> {
+    pub fn halted<T>(&self, look: impl FnOnce(&PausedProgram<'_>) -> T) -> Option<T> {
         let debugger = self.core.debugger.borrow().clone()?;
-        Some(look(&Halt::between(&self.core, &debugger)))
+        Some(look(&PausedProgram::between(&self.core, &debugger)))
     }
 
     /// From now on the executions of the lines of programs are counted, of those that are spawned after this.
@@ -230,12 +232,12 @@ impl Interpreter {
 
     /// What is left of the task in the system's allocator. Who drops this last, on the thread that ran the task, gives it
     /// back: after others have been told that the task has ended, for it takes its time.
-    pub fn leftovers(&self) -> Rc<Leftovers> {
+    pub fn leftovers(&self) -> Rc<FreeListPurge> {
         self.leftovers.clone()
     }
 
     /// What all script threads share. For the interpreter's own library.
-    pub fn core(&self) -> &Rc<Core> {
+    pub fn core(&self) -> &Rc<InterpreterState> {
         &self.core
     }
 }
@@ -255,7 +257,7 @@ impl Drop for Interpreter {
 
 /// What a call of `ScriptThread::resume` came to.
 #[derive(Debug)]
-pub enum Step {
+pub enum ResumeOutcome {
     /// The fuel is used up; resume again whenever it suits.
     OutOfFuel,
     /// A native waits; resume when what the token stands for has happened.
@@ -274,17 +276,17 @@ pub enum Step {
     Stopped,
 }
 
-enum End {
+enum ThreadEnd {
     Done(Value),
     Failed(Box<ScriptError>),
     Stopped,
 }
 
-type ThreadCoroutine = Coroutine<Resume, Request, End, DefaultStack>;
+type ThreadCoroutine = Coroutine<Resume, SuspendRequest, ThreadEnd, DefaultStack>;
 
 /// A script thread. Runs only while `resume` runs.
 pub struct ScriptThread {
-    core: Rc<Core>,
+    core: Rc<InterpreterState>,
     id: ThreadId,
     state: ThreadState,
     coroutine: Option<ThreadCoroutine>,
@@ -292,16 +294,19 @@ pub struct ScriptThread {
     /// The fuel it had when it was suspended for a search.
     fuel_kept: Option<u32>,
     /// What to report when it has no coroutine any more.
-    ended: Option<Step>,
+    ended: Option<ResumeOutcome>,
 }
 
 impl ScriptThread {
-    pub(crate) fn new(core: &Rc<Core>, body: impl FnOnce(&Evaluator<'_>) -> R + 'static) -> Self {
+    pub(crate) fn new(
+        core: &Rc<InterpreterState>,
+        body: impl FnOnce(&Evaluator<'_>) -> R + 'static,
+    ) -> Self {
         let number = core.new_thread();
         let exit = Rc::new(Exit::new(std::ptr::null()));
         let (coroutine, ended) = match core.stacks.take(StackKind::Thread) {
             Some(stack) => (Some(start(core.clone(), stack, exit.clone(), body)), None),
-            None => (None, Some(Step::Failed(Box::new(no_stack())))),
+            None => (None, Some(ResumeOutcome::Failed(Box::new(no_stack())))),
         };
         let state = ThreadState {
             thread: number,
@@ -336,12 +341,12 @@ impl ScriptThread {
     }
 
     /// The nodes that the thread that was resumed last came to meanwhile, in order; of very many, the first and the last.
-    pub fn take_passages(&self) -> Vec<Passage> {
+    pub fn take_passages(&self) -> Vec<NodeChange> {
         self.core.nodes.take_passages()
     }
 
     /// Begins at the node where the thread that starts it stood; to be called before it is resumed.
-    pub fn begin_at(&mut self, node: NodeState) {
+    pub fn begin_at(&mut self, node: NodeCursor) {
         self.state.node = node;
     }
 
@@ -351,18 +356,18 @@ impl ScriptThread {
     }
 
     /// Runs it until it waits, ends, or has passed `fuel` safepoints (back-edges of loops and calls). With
-    /// `Resume::Stop` it unwinds: `finally` blocks and `with` exits run, with the fuel of `Limits::stop_fuel` in
+    /// `Resume::CancelFlag` it unwinds: `finally` blocks and `with` exits run, with the fuel of `Limits::stop_fuel` in
     /// total; a second stop unwinds without running more code.
     ///
     /// # Panics
     /// When a native stack has overflowed, which is a fault of ours. The interpreter and its threads are to be dropped then; they
     /// leave everything as it is, and no interpreter is made on this OS thread any more.
-    pub fn resume(&mut self, resume: Resume, fuel: u32) -> Step {
+    pub fn resume(&mut self, resume: Resume, fuel: u32) -> ResumeOutcome {
         let Some(mut coroutine) = self.coroutine.take() else {
-            return self.ended.take().unwrap_or(Step::Stopped);
+            return self.ended.take().unwrap_or(ResumeOutcome::Stopped);
         };
         if resume == Resume::Stop && !coroutine.started() {
-            return Step::Stopped;
+            return ResumeOutcome::Stopped;
         }
         let core = self.core.clone();
         if core.is_searching() {
@@ -371,7 +376,7 @@ impl ScriptThread {
             } else if !core.search_slice() {
                 // No script code runs before the search for cycles is over.
                 self.coroutine = Some(coroutine);
-                return Step::OutOfFuel;
+                return ResumeOutcome::OutOfFuel;
             }
         }
         let outer = core.switch_to(self.state);
@@ -381,7 +386,7 @@ impl ScriptThread {
         trash::drop_some();
         let watch = Watch::begin(&self.exit);
         let result = coroutine.resume(resume);
-        if let CoroutineResult::Yield(Request::Overflow) = result {
+        if let CoroutineResult::Yield(SuspendRequest::Overflow) = result {
             watch.give_up();
             std::mem::forget(coroutine);
             self.overflowed();
@@ -402,19 +407,19 @@ impl ScriptThread {
             CoroutineResult::Yield(request) => {
                 self.coroutine = Some(coroutine);
                 match request {
-                    Request::OutOfFuel => Step::OutOfFuel,
-                    Request::Wait(token) => Step::Waiting(token),
-                    Request::Park { until } => Step::Parked { until },
+                    SuspendRequest::OutOfFuel => ResumeOutcome::OutOfFuel,
+                    SuspendRequest::Wait(token) => ResumeOutcome::Waiting(token),
+                    SuspendRequest::Park { until } => ResumeOutcome::Parked { until },
                     // Dealt with above.
-                    Request::Overflow => Step::Stopped,
+                    SuspendRequest::Overflow => ResumeOutcome::Stopped,
                 }
             }
             CoroutineResult::Return(end) => {
                 core.stacks.give(StackKind::Thread, coroutine.into_stack());
                 match end {
-                    End::Done(value) => Step::Done(value),
-                    End::Failed(error) => Step::Failed(error),
-                    End::Stopped => Step::Stopped,
+                    ThreadEnd::Done(value) => ResumeOutcome::Done(value),
+                    ThreadEnd::Failed(error) => ResumeOutcome::Failed(error),
+                    ThreadEnd::Stopped => ResumeOutcome::Stopped,
                 }
             }
         }
@@ -437,7 +442,7 @@ impl Drop for ScriptThread {
         if self.core.is_left.get() {
             return std::mem::forget(self.coroutine.take());
         }
-        self.state.stopping = Stopping::Abandoned;
+        self.state.stopping = StopState::Abandoned;
         while self.coroutine.is_some() {
             self.resume(Resume::Stop, 0);
         }
@@ -445,7 +450,7 @@ impl Drop for ScriptThread {
 }
 
 fn start(
-    core: Rc<Core>,
+    core: Rc<InterpreterState>,
     stack: DefaultStack,
     exit: Rc<Exit>,
     body: impl FnOnce(&Evaluator<'_>) -> R + 'static,
@@ -453,10 +458,10 @@ fn start(
     let limit = limit_of(&stack);
     Coroutine::with_stack(stack, move |yielder, _| {
         exit.set(yielder);
-        let ev = Evaluator::new(core, Outlet::Thread(yielder), limit);
+        let ev = Evaluator::new(core, RequestSink::Thread(yielder), limit);
         match body(&ev) {
-            Ok(value) => End::Done(value),
-            Err(Raised::Stop) => End::Stopped,
+            Ok(value) => ThreadEnd::Done(value),
+            Err(Raised::Stop) => ThreadEnd::Stopped,
             Err(Raised::Exception(exception)) => ev.end_of(&exception),
         }
     })
@@ -464,7 +469,7 @@ fn start(
 
 impl Evaluator<'_> {
     /// What an exception that nobody handled makes of its thread. `SystemExit` without an error code is a normal end.
-    fn end_of(&self, exception: &Rc<crate::value::Instance>) -> End {
+    fn end_of(&self, exception: &Rc<crate::value::Instance>) -> ThreadEnd {
         let exit = self
             .core
             .types
@@ -475,10 +480,10 @@ impl Evaluator<'_> {
                 crate::value::symbol::known::CODE,
             );
             if matches!(code, Ok(Value::None | Value::Int(0) | Value::Bool(false))) {
-                return End::Done(Value::None);
+                return ThreadEnd::Done(Value::None);
             }
         }
-        End::Failed(Box::new(self.report(exception)))
+        ThreadEnd::Failed(Box::new(self.report(exception)))
     }
 }
 

@@ -45,22 +45,22 @@ pub use diagnostic::{Diagnostic, DiagnosticFields, Fix, Label, Severity, render_
 pub use errors::{ExceptionKind, Link, ScriptError, TraceFrame, render_script_error};
 pub use eval::coroutine::Resume;
 pub use eval::count::LineCounts;
-pub use eval::node::{NodeState, Passage, TaskNode};
+pub use eval::node::{NodeChange, NodeCursor, TaskNode};
 pub use findings::FINDINGS_MAX;
 pub use host::files::{FileStat, HostFile, HostFiles, OpenMode};
 pub use host::process::{
-    Command as HostCommand, HostProcess, HostProcesses, Output as ProcessOutput,
-    Stream as ProcessStream,
+    HostProcess, HostProcesses, OutputStream as ProcessOutput, ProcessCommand as HostCommand,
+    StdioTarget as ProcessStream,
 };
-pub use host::{Access, Cut, Host, HostSocket, Interest, ThreadId};
-pub use interpreter::{Interpreter, Leftovers, ScriptThread, Step};
+pub use host::{Capability, CleanupLimit, Host, HostSocket, Interest, ThreadId};
+pub use interpreter::{FreeListPurge, Interpreter, ResumeOutcome, ScriptThread};
 pub use limits::{Limits, memory};
-pub use lint::{CallArgument, CallHint, CallHook, CallSite, Literal};
+pub use lint::{ArgumentLiteral, CallArgument, CallHint, CallHook, CallSite};
 pub use native::{
     Letters, NativeBody, NativeCall, NativeContext, NativeFunction, Param, ParamKind, WaitToken,
 };
 pub use program::{Program, ProgramKind, check, compile};
-pub use remote::AnyMethod;
+pub use remote::MethodHandler;
 pub use resolve::KnownNames;
 pub use source::{Position, SourceFile, Span};
 pub use statement::{Statement, compile_statement};

@@ -3,8 +3,8 @@
 use std::rc::Rc;
 
 use crate::errors::ExceptionKind;
-use crate::eval::coroutine::Request;
-use crate::eval::node::NodeState;
+use crate::eval::coroutine::SuspendRequest;
+use crate::eval::node::NodeCursor;
 use crate::eval::{Evaluator, Frame};
 use crate::host::ThreadId;
 use crate::value::{R, Raised, Str, Value};
@@ -192,7 +192,7 @@ impl NativeCall<'_> {
     }
 
     /// Where in the pendant's task a thread would begin that is started here.
-    pub fn node(&self) -> NodeState {
+    pub fn node(&self) -> NodeCursor {
         self.ev.core.nodes.state().inherited()
     }
 
@@ -213,7 +213,7 @@ impl NativeCall<'_> {
     /// and when the thread goes on, the native picks up the outcome from the embedder's tables. An error means that
     /// the thread is to stop: pass it on.
     pub fn wait(&self, token: WaitToken) -> R<()> {
-        self.ev.suspend(Request::Wait(token))
+        self.ev.suspend(SuspendRequest::Wait(token))
     }
 
     /// An exception to return as error.

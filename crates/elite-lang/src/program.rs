@@ -6,7 +6,7 @@ use std::thread::ThreadId;
 use crate::ast::{Expr, ExprKind, FunctionDef, Module, Stmt, StmtKind};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::findings::{in_nodes, in_order};
-use crate::limits::memory::{self, Budget};
+use crate::limits::memory::{self, WorkBudget};
 use crate::parser::parse;
 use crate::resolve::{KnownNames, Resolution, resolve};
 use crate::source::{SourceFile, Span};
@@ -100,7 +100,7 @@ fn give_back_after(bytes: usize) {
 }
 
 fn compile_here(file: Arc<SourceFile>, known: &KnownNames) -> Result<Program, Vec<Diagnostic>> {
-    let budget = Budget::of(usize::MAX);
+    let budget = WorkBudget::of(usize::MAX);
     let (module, mut diagnostics, shape) = front(&file);
     let Some(module) = module else {
         return Err(diagnostics);
@@ -145,7 +145,7 @@ pub fn check(file: Arc<SourceFile>, known: &KnownNames) -> Vec<Diagnostic> {
 }
 
 /// What a text is as a whole.
-pub(crate) struct Shape {
+pub(crate) struct ProgramForm {
     kind: ProgramKind,
     entry: Option<Box<str>>,
 }
@@ -156,8 +156,8 @@ pub(crate) fn too_long(bytes: usize) -> Diagnostic {
     Diagnostic::error("too-long", Span::default(), text)
 }
 
-fn front(file: &SourceFile) -> (Option<Module>, Vec<Diagnostic>, Shape) {
-    let nothing = Shape {
+fn front(file: &SourceFile) -> (Option<Module>, Vec<Diagnostic>, ProgramForm) {
+    let nothing = ProgramForm {
         kind: ProgramKind::Main,
         entry: None,
     };
@@ -181,7 +181,7 @@ fn front(file: &SourceFile) -> (Option<Module>, Vec<Diagnostic>, Shape) {
 
 /// A text whose only statement is a function without required parameters runs that function; `sec` always does
 /// (language.md 5).
-pub(crate) fn shape(module: &Module, diagnostics: &mut Vec<Diagnostic>) -> Shape {
+pub(crate) fn shape(module: &Module, diagnostics: &mut Vec<Diagnostic>) -> ProgramForm {
     let statements: Vec<&Stmt> = module
         .body
         .iter()
@@ -208,13 +208,13 @@ pub(crate) fn shape(module: &Module, diagnostics: &mut Vec<Diagnostic>) -> Shape
             .parameters
             .none_required()
             .then(|| def.name.name.clone());
-        return Shape { kind, entry };
+        return ProgramForm { kind, entry };
     }
     if let Some(def) = secondary.next() {
         let message = "'sec' heads a program of its own: nothing else can stand in the same text";
         diagnostics.push(Diagnostic::error("secondary", def.name.span, message));
     }
-    Shape {
+    ProgramForm {
         kind: ProgramKind::Main,
         entry: None,
     }

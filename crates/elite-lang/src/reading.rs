@@ -8,12 +8,12 @@ use std::sync::Arc;
 
 use crate::ast::Module;
 use crate::diagnostic::{Diagnostic, Severity};
-use crate::findings::{Findings, in_nodes, in_order};
+use crate::findings::{DiagnosticList, in_nodes, in_order};
 use crate::lexer::{Token, lex};
-use crate::limits::memory::Budget;
-use crate::parser::{Difference, InUnits, TREE_MAX, Unit, parse_again};
+use crate::limits::memory::WorkBudget;
+use crate::parser::{ParsedUnits, TREE_MAX, TextEdit, TopLevelUnit, parse_again};
 use crate::program::{TEXT_MAX, shape, too_long};
-use crate::resolve::{KnownNames, Part, Placed, together};
+use crate::resolve::{KnownNames, PlacedUnit, UnitAnalysis, together};
 use crate::source::SourceFile;
 use crate::stack::with_deep_stack;
 
@@ -22,15 +22,15 @@ const KEPT_MAX: usize = 512 << 10;
 
 /// A text with its tree, its tokens and what [`check`](crate::check) finds in it.
 #[derive(Debug)]
-pub struct Reading {
+pub struct ParsedDocument {
     file: Arc<SourceFile>,
-    read: InUnits,
+    read: ParsedUnits,
     /// What is known of each unit; none where nobody has needed it.
-    parts: Vec<Option<Part>>,
+    parts: Vec<Option<UnitAnalysis>>,
     findings: Vec<Diagnostic>,
 }
 
-impl Reading {
+impl ParsedDocument {
     /// Reads a text, whatever is in it. `known` are the names that the embedder provides to scripts.
     pub fn of(file: Arc<SourceFile>, known: &KnownNames) -> Self {
         with_deep_stack(|| read(file, known, None))
@@ -63,8 +63,8 @@ impl Reading {
 
     /// The pieces that the text was read in: their statements, by their numbers in the body of the module, and the number of
     /// the piece in the reading before that had the same text, tree and neighbours and was taken over.
-    pub fn pieces(&self) -> impl ExactSizeIterator<Item = Piece> {
-        self.read.units.iter().map(|unit| Piece {
+    pub fn pieces(&self) -> impl ExactSizeIterator<Item = DocumentUnit> {
+        self.read.units.iter().map(|unit| DocumentUnit {
             statements: unit.body.clone(),
             start: unit.start,
             origin: unit.origin,
@@ -74,7 +74,7 @@ impl Reading {
 
 /// A piece of a text that is kept, or read anew, as a whole.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Piece {
+pub struct DocumentUnit {
     /// Its statements.
     pub statements: Range<usize>,
     /// Its first byte.
@@ -83,14 +83,18 @@ pub struct Piece {
     pub origin: Option<usize>,
 }
 
-fn read(file: Arc<SourceFile>, known: &KnownNames, before: Option<Reading>) -> Reading {
-    let budget = Budget::of(TREE_MAX);
+fn read(
+    file: Arc<SourceFile>,
+    known: &KnownNames,
+    before: Option<ParsedDocument>,
+) -> ParsedDocument {
+    let budget = WorkBudget::of(TREE_MAX);
     let length = file.text().len();
     if length > TEXT_MAX {
         let lexed = lex(&file, &budget);
-        return Reading {
+        return ParsedDocument {
             file,
-            read: InUnits::nothing(lexed.tokens),
+            read: ParsedUnits::nothing(lexed.tokens),
             parts: Vec::new(),
             findings: vec![too_long(length)],
         };
@@ -98,17 +102,17 @@ fn read(file: Arc<SourceFile>, known: &KnownNames, before: Option<Reading>) -> R
     let before = before.filter(|before| length.max(before.file.text().len()) <= KEPT_MAX);
     let (old, mut old_parts) = match before {
         Some(before) => {
-            let difference = Difference::between(before.file.text(), file.text());
+            let difference = TextEdit::between(before.file.text(), file.text());
             (Some((before.read, difference)), before.parts)
         }
         None => (None, Vec::new()),
     };
     let lexed = lex(&file, &budget);
     let read = parse_again(&file, lexed, &budget, old);
-    let part = |unit: &Unit| old_parts.get_mut(unit.origin?)?.take();
-    let mut parts: Vec<Option<Part>> = read.units.iter().map(part).collect();
+    let part = |unit: &TopLevelUnit| old_parts.get_mut(unit.origin?)?.take();
+    let mut parts: Vec<Option<UnitAnalysis>> = read.units.iter().map(part).collect();
     let findings = findings(&file, &read, &mut parts, known);
-    Reading {
+    ParsedDocument {
         file,
         read,
         parts,
@@ -119,8 +123,8 @@ fn read(file: Arc<SourceFile>, known: &KnownNames, before: Option<Reading>) -> R
 /// The findings of a text, as `check` puts them together.
 fn findings(
     file: &SourceFile,
-    read: &InUnits,
-    parts: &mut [Option<Part>],
+    read: &ParsedUnits,
+    parts: &mut [Option<UnitAnalysis>],
     known: &KnownNames,
 ) -> Vec<Diagnostic> {
     let module = &read.module;
@@ -135,25 +139,25 @@ fn findings(
     for (unit, part) in read.units.iter().zip(&mut *parts) {
         part.get_or_insert_with(|| {
             let body = &module.body[unit.body.clone()];
-            Part::of(body, unit.scopes.clone(), unit.start, file, known)
+            UnitAnalysis::of(body, unit.scopes.clone(), unit.start, file, known)
         });
     }
     let placed = read.units.iter().zip(&*parts).filter_map(|(unit, part)| {
-        Some(Placed {
+        Some(PlacedUnit {
             part: part.as_ref()?,
             start: unit.start,
             body: &module.body[unit.body.clone()],
             scopes: unit.scopes.clone(),
         })
     });
-    let placed: Vec<Placed<'_>> = placed.collect();
+    let placed: Vec<PlacedUnit<'_>> = placed.collect();
     let together = together(&placed, known);
     found.extend(together.resolved.into_vec());
     if found.iter().any(is_error) {
         found.retain(is_error);
     } else {
         found = in_order(found);
-        let mut flow = Findings::default();
+        let mut flow = DiagnosticList::default();
         crate::lint::unreachable(&module.body, file, &mut flow);
         together
             .flow

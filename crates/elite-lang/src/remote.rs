@@ -6,27 +6,27 @@ use crate::builtins::Builtin;
 use crate::builtins::EMBEDDER;
 use crate::errors::ExceptionKind;
 use crate::native::{NativeCall, NativeContext};
-use crate::value::class::Base;
-use crate::value::data::{Data, no_values};
-use crate::value::instance::Payload;
+use crate::value::class::BuiltinBase;
+use crate::value::data::{NativeData, no_values};
+use crate::value::instance::InstancePayload;
 use crate::value::symbol::known;
 use crate::value::{Class, Instance, R, Value};
 
 /// What a call of any method does, given its name and its positional arguments. It holds no values.
 #[derive(Clone)]
-pub struct AnyMethod(Rc<AnyMethodFn>);
+pub struct MethodHandler(Rc<MethodHandlerFn>);
 
-type AnyMethodFn = dyn Fn(&mut NativeCall<'_>, &str, &[Value]) -> R;
+type MethodHandlerFn = dyn Fn(&mut NativeCall<'_>, &str, &[Value]) -> R;
 
-no_values!(AnyMethod);
+no_values!(MethodHandler);
 
-impl AnyMethod {
+impl MethodHandler {
     /// A function with a context.
     pub fn with<C: NativeContext>(
         context: C,
         body: impl Fn(&C, &mut NativeCall<'_>, &str, &[Value]) -> R + Send + 'static,
     ) -> Self {
-        AnyMethod(Rc::new(move |call, name, args| {
+        MethodHandler(Rc::new(move |call, name, args| {
             body(&context, call, name, args)
         }))
     }
@@ -34,17 +34,17 @@ impl AnyMethod {
 
 impl NativeCall<'_> {
     /// An object of a class of its own whose methods, all names but `__special__` ones, are `call`.
-    pub fn object_with_any_method(&self, class_name: &str, call: AnyMethod) -> Value {
+    pub fn object_with_any_method(&self, class_name: &str, call: MethodHandler) -> Value {
         let core = &self.ev.core;
         let object = core.types.object.clone();
         let class = Class::new(
             class_name,
-            Base::Object,
+            BuiltinBase::Object,
             vec![object.clone()],
             vec![object.clone()],
             false,
         );
-        let call = Instance::new(object, Payload::Object(Data::new(call)));
+        let call = Instance::new(object, InstancePayload::Object(NativeData::new(call)));
         let held = vec![Value::Instance(call)];
         let getattr = Builtin::closure("__getattr__", held, |ev, held, args| {
             let name = args.positional.last().and_then(Value::as_str);
@@ -56,7 +56,7 @@ impl NativeCall<'_> {
             Ok(method(name, held.to_vec()))
         });
         class.set(known::GETATTR, getattr);
-        Value::Instance(Instance::new(class, Payload::None))
+        Value::Instance(Instance::new(class, InstancePayload::None))
     }
 }
 
@@ -74,7 +74,7 @@ fn method(name: String, held: Vec<Value>) -> Value {
             caller: None,
         };
         match held {
-            [Value::Instance(held)] if let Some(call) = held.object::<AnyMethod>() => {
+            [Value::Instance(held)] if let Some(call) = held.object::<MethodHandler>() => {
                 ev.with_stack(EMBEDDER, || (call.0)(&mut native, &name, args.positional))
             }
             _ => Ok(Value::None),

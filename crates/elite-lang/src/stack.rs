@@ -36,8 +36,8 @@ pub fn drop_tree<T>(tree: T) {
 /// Work of the same kind that drops a tree by and by.
 pub fn work_on_tree<T>(work: impl FnOnce() -> T) -> T {
     /// Takes the mark away, also when a drop unwinds.
-    struct Deep;
-    impl Drop for Deep {
+    struct DeepStackGuard;
+    impl Drop for DeepStackGuard {
         fn drop(&mut self) {
             let _ = IS_DEEP.try_with(|is_deep| is_deep.set(false));
         }
@@ -46,6 +46,6 @@ pub fn work_on_tree<T>(work: impl FnOnce() -> T) -> T {
     if IS_DEEP.try_with(|is_deep| is_deep.replace(true)) != Ok(false) {
         return work();
     }
-    let _deep = Deep;
+    let _deep = DeepStackGuard;
     with_deep_stack(work)
 }

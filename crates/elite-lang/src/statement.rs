@@ -20,12 +20,12 @@ use crate::ast::Module;
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::errors::{ExceptionKind, ScriptError};
 use crate::eval::code::Code;
-use crate::eval::{Core, Evaluator, Frame};
+use crate::eval::{Evaluator, Frame, InterpreterState};
 use crate::findings::in_order;
-use crate::limits::memory::Budget;
+use crate::limits::memory::WorkBudget;
 use crate::native::NativeCall;
 use crate::parser::parse;
-use crate::resolve::{KnownNames, Place, Resolution, resolve};
+use crate::resolve::{KnownNames, Resolution, Storage, resolve};
 use crate::source::{SourceFile, Span};
 use crate::stack::with_deep_stack;
 use crate::value::module::Namespace;
@@ -105,24 +105,24 @@ impl Statement {
         let scopes = self.resolution.scopes.iter().flatten();
         let names = scopes.flat_map(|scope| &scope.names);
         // The names of a class body fall back to outer ones while they are not bound.
-        let outer = names.filter(|(_, place)| matches!(place, Place::Global | Place::Class(_)));
+        let outer = names.filter(|(_, place)| matches!(place, Storage::Global | Storage::Class(_)));
         outer.map(|(name, _)| &**name)
     }
 }
 
 /// What statements have defined, kept by the interpreter until it is cleared.
 #[derive(Default)]
-pub struct Injected {
+pub struct InjectedNames {
     /// Variables and functions of the statements themselves.
     names: Rc<Namespace>,
     /// Mirrors of local variables, by the function text they belong to.
-    mirrors: Vec<Mirrors>,
+    mirrors: Vec<LocalMirrors>,
 }
 
 /// The cells that stand for local variables of one function text.
-type Mirrors = (Rc<Code>, HashMap<Symbol, Rc<CellVar>>);
+type LocalMirrors = (Rc<Code>, HashMap<Symbol, Rc<CellVar>>);
 
-impl Injected {
+impl InjectedNames {
     /// Gives everything up.
     pub fn dismantle(&self) {
         self.names.dismantle();
@@ -146,14 +146,14 @@ impl Injected {
 
 impl NativeCall<'_> {
     /// Runs a statement in the scope of the function that called this native. Natives that the statement calls may
-    /// wait, and a stop of the thread comes through as `Raised::Stop`, which has to be passed on. Any other error is
+    /// wait, and a stop of the thread comes through as `Raised::CancelFlag`, which has to be passed on. Any other error is
     /// the embedder's to pass on or to report with [`NativeCall::report`]; the thread can run further statements.
     ///
     /// # Errors
     /// What the statement raises; `NameError` if it declares a name `global` that is not a global of the program.
     pub fn run_statement(&mut self, statement: &Statement) -> R<()> {
         let ev = self.ev;
-        let scope = Scope::open(ev, statement, self.caller.as_ref())?;
+        let scope = StatementScope::open(ev, statement, self.caller.as_ref())?;
         let code = with_deep_stack(|| {
             let (module, resolution) = (&statement.module, &statement.resolution);
             crate::lower::module(
@@ -162,7 +162,7 @@ impl NativeCall<'_> {
                 &statement.file,
                 module,
                 resolution,
-                &Budget::of(usize::MAX),
+                &WorkBudget::of(usize::MAX),
             )
         });
         let result = ev.run_text(&code, &scope.namespace, None);
@@ -174,7 +174,7 @@ impl NativeCall<'_> {
 
     /// Forgets all functions and variables that statements have defined.
     pub fn clear_statements(&self) {
-        let fresh = Injected {
+        let fresh = InjectedNames {
             names: self.ev.core.new_namespace(None),
             mirrors: Vec::new(),
         };
@@ -192,14 +192,18 @@ impl NativeCall<'_> {
 }
 
 /// The variables one statement can reach.
-struct Scope {
+struct StatementScope {
     namespace: Rc<Namespace>,
     /// Slots of the calling function that are mirrored in cells while the statement runs.
     mirrored: Vec<(usize, Rc<CellVar>)>,
 }
 
-impl Scope {
-    fn open(ev: &Evaluator<'_>, statement: &Statement, frame: Option<&Frame<'_>>) -> R<Scope> {
+impl StatementScope {
+    fn open(
+        ev: &Evaluator<'_>,
+        statement: &Statement,
+        frame: Option<&Frame<'_>>,
+    ) -> R<StatementScope> {
         let core = &ev.core;
         let namespace = core.new_namespace(Some(core.globals.clone()));
         for name in statement.declared_globals() {
@@ -212,7 +216,7 @@ impl Scope {
             }
             namespace.share(symbol, core.globals.cell(symbol));
         }
-        let mut scope = Scope {
+        let mut scope = StatementScope {
             namespace,
             mirrored: Vec::new(),
         };
@@ -238,7 +242,7 @@ impl Scope {
         Ok(scope)
     }
 
-    fn add_locals(&mut self, core: &Core, frame: &Frame<'_>) {
+    fn add_locals(&mut self, core: &InterpreterState, frame: &Frame<'_>) {
         let code = &frame.function.code;
         for (slot, name) in code.slot_names.iter().enumerate() {
             // Names of comprehensions come after the function's own and may repeat them.
@@ -272,6 +276,6 @@ impl Scope {
 }
 
 /// Whether a name means a global or builtin for statements: nothing they have defined hides it.
-fn is_global(core: &Core, name: Symbol) -> bool {
+fn is_global(core: &InterpreterState, name: Symbol) -> bool {
     core.injected.borrow().names.get(name).is_none() && core.globals.get(name).is_some()
 }

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex};
 
 use elite_lang::{
     ExceptionKind, Interpreter, Limits, NativeBody, NativeCall, NativeFunction, Param, ProgramKind,
-    Resume, ScriptResult, Step, ThreadId, Value, WaitToken, compile,
+    Resume, ResumeOutcome, ScriptResult, ThreadId, Value, WaitToken, compile,
 };
 use support::{Task, drive, last_line, run};
 
@@ -37,7 +37,7 @@ fn a_loop_runs_in_slices_of_fuel() {
     let task = Task::new();
     let mut thread = task.spawn("i = 0\nwhile i < 1000:\n    i += 1\n");
     let mut slices = 0;
-    while let Step::OutOfFuel = thread.resume(Resume::Continue, 100) {
+    while let ResumeOutcome::OutOfFuel = thread.resume(Resume::Continue, 100) {
         slices += 1;
     }
     assert!((9..=11).contains(&slices), "{slices} slices");
@@ -53,12 +53,12 @@ fn the_current_line_is_that_of_the_waiting_statement() {
     let mut thread = task.spawn("def f():\n    wait(1)\n\nx = 1\nf()\n");
     assert!(matches!(
         thread.resume(Resume::Continue, 1000),
-        Step::Waiting(WaitToken(1))
+        ResumeOutcome::Waiting(WaitToken(1))
     ));
     assert_eq!(thread.current_line(), 2);
     assert!(matches!(
         thread.resume(Resume::Continue, 1000),
-        Step::Done(_)
+        ResumeOutcome::Done(_)
     ));
 }
 
@@ -74,8 +74,8 @@ fn a_native_waits_inside_generators_sort_keys_and_comparisons() {
     let mut tokens = Vec::new();
     loop {
         match thread.resume(Resume::Continue, 1000) {
-            Step::Waiting(WaitToken(n)) => tokens.push(n),
-            Step::Done(_) => break,
+            ResumeOutcome::Waiting(WaitToken(n)) => tokens.push(n),
+            ResumeOutcome::Done(_) => break,
             other => panic!("{other:?}"),
         }
     }
@@ -87,7 +87,10 @@ fn a_native_waits_inside_generators_sort_keys_and_comparisons() {
 fn two_threads_take_turns_and_share_globals() {
     let task = Task::with(vec![wait_native()], Limits::default());
     let mut main = task.spawn("log = []\ndef f(n):\n    for i in range(3):\n        log.append((n, i))\n        wait(n)\n");
-    assert!(matches!(drive(&mut main, &task.host), Step::Done(_)));
+    assert!(matches!(
+        drive(&mut main, &task.host),
+        ResumeOutcome::Done(_)
+    ));
     let f = task.interpreter.global("f").unwrap();
     let mut a = task
         .interpreter
@@ -98,15 +101,21 @@ fn two_threads_take_turns_and_share_globals() {
     for _ in 0..3 {
         assert!(matches!(
             a.resume(Resume::Continue, 1000),
-            Step::Waiting(WaitToken(1))
+            ResumeOutcome::Waiting(WaitToken(1))
         ));
         assert!(matches!(
             b.resume(Resume::Continue, 1000),
-            Step::Waiting(WaitToken(2))
+            ResumeOutcome::Waiting(WaitToken(2))
         ));
     }
-    assert!(matches!(a.resume(Resume::Continue, 1000), Step::Done(_)));
-    assert!(matches!(b.resume(Resume::Continue, 1000), Step::Done(_)));
+    assert!(matches!(
+        a.resume(Resume::Continue, 1000),
+        ResumeOutcome::Done(_)
+    ));
+    assert!(matches!(
+        b.resume(Resume::Continue, 1000),
+        ResumeOutcome::Done(_)
+    ));
     assert_eq!(
         task.run("print(log)"),
         "[(1, 0), (2, 0), (1, 1), (2, 1), (1, 2), (2, 2)]\n"
@@ -122,9 +131,12 @@ fn a_stop_reaches_an_empty_loop_and_no_handler_sees_it() {
     );
     assert!(matches!(
         thread.resume(Resume::Continue, 1000),
-        Step::OutOfFuel
+        ResumeOutcome::OutOfFuel
     ));
-    assert!(matches!(thread.resume(Resume::Stop, 1000), Step::Stopped));
+    assert!(matches!(
+        thread.resume(Resume::Stop, 1000),
+        ResumeOutcome::Stopped
+    ));
     assert_eq!(task.host.output.take(), "finally\nouter\n");
 }
 
@@ -138,9 +150,12 @@ fn a_stop_runs_with_exits_and_finally_blocks_of_generators() {
     );
     assert!(matches!(
         thread.resume(Resume::Continue, 1000),
-        Step::Waiting(WaitToken(7))
+        ResumeOutcome::Waiting(WaitToken(7))
     ));
-    assert!(matches!(thread.resume(Resume::Stop, 1000), Step::Stopped));
+    assert!(matches!(
+        thread.resume(Resume::Stop, 1000),
+        ResumeOutcome::Stopped
+    ));
     assert_eq!(
         task.host.output.take(),
         "in\n1\ngenerator\nout (None, None, None)\n"
@@ -156,10 +171,13 @@ fn a_stop_and_a_wait_reach_generators_without_a_stack_of_their_own() {
          try:\n    for x in over(g()): print(x)\nexcept:\n    print('caught')\nfinally:\n    print('finally')\n",
     );
     let step = thread.resume(Resume::Continue, 1000);
-    assert!(matches!(step, Step::Waiting(WaitToken(7))));
+    assert!(matches!(step, ResumeOutcome::Waiting(WaitToken(7))));
     let step = thread.resume(Resume::Continue, 1000);
-    assert!(matches!(step, Step::OutOfFuel));
-    assert!(matches!(thread.resume(Resume::Stop, 1000), Step::Stopped));
+    assert!(matches!(step, ResumeOutcome::OutOfFuel));
+    assert!(matches!(
+        thread.resume(Resume::Stop, 1000),
+        ResumeOutcome::Stopped
+    ));
     assert_eq!(task.host.output.take(), "1\n2\nfinally\n");
 }
 
@@ -172,10 +190,10 @@ fn a_stop_cannot_be_swallowed_by_return_break_or_an_exception_in_finally() {
         ));
         assert!(matches!(
             thread.resume(Resume::Continue, 1000),
-            Step::Waiting(_)
+            ResumeOutcome::Waiting(_)
         ));
         assert!(
-            matches!(thread.resume(Resume::Stop, 1000), Step::Stopped),
+            matches!(thread.resume(Resume::Stop, 1000), ResumeOutcome::Stopped),
             "{leave}"
         );
         assert_eq!(task.host.output.take(), "", "{leave}");
@@ -195,9 +213,12 @@ fn while_stopping_waits_are_refused_and_endless_finally_blocks_end() {
     );
     assert!(matches!(
         thread.resume(Resume::Continue, 1000),
-        Step::Waiting(WaitToken(1))
+        ResumeOutcome::Waiting(WaitToken(1))
     ));
-    assert!(matches!(thread.resume(Resume::Stop, 1000), Step::Stopped));
+    assert!(matches!(
+        thread.resume(Resume::Stop, 1000),
+        ResumeOutcome::Stopped
+    ));
     assert_eq!(task.host.output.take(), "a\n");
 }
 
@@ -207,7 +228,7 @@ fn a_thread_that_is_dropped_runs_no_more_code() {
     let mut thread = task.spawn("try:\n    wait(1)\nfinally:\n    print('finally')\n");
     assert!(matches!(
         thread.resume(Resume::Continue, 1000),
-        Step::Waiting(_)
+        ResumeOutcome::Waiting(_)
     ));
     drop(thread);
     assert_eq!(task.host.output.take(), "");
@@ -217,10 +238,13 @@ fn a_thread_that_is_dropped_runs_no_more_code() {
 fn a_thread_stopped_before_it_starts_never_runs() {
     let task = Task::new();
     let mut thread = task.spawn("print('x')\n");
-    assert!(matches!(thread.resume(Resume::Stop, 1000), Step::Stopped));
+    assert!(matches!(
+        thread.resume(Resume::Stop, 1000),
+        ResumeOutcome::Stopped
+    ));
     assert!(matches!(
         thread.resume(Resume::Continue, 1000),
-        Step::Stopped
+        ResumeOutcome::Stopped
     ));
     assert_eq!(task.host.output.take(), "");
 }
@@ -307,7 +331,7 @@ fn calls_nest_a_thousand_deep_on_any_thread_and_inside_generators() {
         .unwrap();
     assert!(matches!(
         drive(&mut thread, &task.host),
-        Step::Done(Value::Int(995))
+        ResumeOutcome::Done(Value::Int(995))
     ));
 }
 
@@ -540,7 +564,7 @@ fn a_program_of_one_function_runs_it_and_carries_its_name() {
 fn an_uncaught_exception_fails_the_thread_with_its_call_stack() {
     let task = Task::new();
     let mut thread = task.spawn("def f(x):\n    return 1 / x\n\nf(0)\n");
-    let Step::Failed(error) = drive(&mut thread, &task.host) else {
+    let ResumeOutcome::Failed(error) = drive(&mut thread, &task.host) else {
         panic!("it must fail")
     };
     assert_eq!(error.headline(), "ZeroDivisionError: division by zero");
@@ -634,7 +658,10 @@ fn a_stopped_thread_gives_back_its_locks_and_its_place_in_the_queue() {
          def wait():\n    with c: c.wait()\n\
          def get():\n    q.get()\n",
     );
-    assert!(matches!(drive(&mut main, &task.host), Step::Done(_)));
+    assert!(matches!(
+        drive(&mut main, &task.host),
+        ResumeOutcome::Done(_)
+    ));
     let spawn = |name: &str| {
         let function = task.interpreter.global(name).unwrap();
         task.interpreter.spawn_call(function, Vec::new()).unwrap()
@@ -642,32 +669,41 @@ fn a_stopped_thread_gives_back_its_locks_and_its_place_in_the_queue() {
     let (mut hold, mut first, mut second) = (spawn("hold"), spawn("want"), spawn("want"));
     assert!(matches!(
         hold.resume(Resume::Continue, 1000),
-        Step::OutOfFuel
+        ResumeOutcome::OutOfFuel
     ));
     for thread in [&mut first, &mut second] {
         assert!(matches!(
             thread.resume(Resume::Continue, 1000),
-            Step::Parked { until: None }
+            ResumeOutcome::Parked { until: None }
         ));
     }
-    assert!(matches!(first.resume(Resume::Stop, 1000), Step::Stopped));
-    assert!(matches!(hold.resume(Resume::Stop, 1000), Step::Stopped));
+    assert!(matches!(
+        first.resume(Resume::Stop, 1000),
+        ResumeOutcome::Stopped
+    ));
+    assert!(matches!(
+        hold.resume(Resume::Stop, 1000),
+        ResumeOutcome::Stopped
+    ));
     assert_eq!(task.host.woken.take(), [second.id()]);
     assert!(matches!(
         second.resume(Resume::Continue, 1000),
-        Step::Done(_)
+        ResumeOutcome::Done(_)
     ));
     // A waiter on a condition does not hold the lock: stopping it takes it from nobody.
     let (mut waiting, mut hold) = (spawn("wait"), spawn("hold"));
     assert!(matches!(
         waiting.resume(Resume::Continue, 10_000),
-        Step::Parked { until: None }
+        ResumeOutcome::Parked { until: None }
     ));
     assert!(matches!(
         hold.resume(Resume::Continue, 1000),
-        Step::OutOfFuel
+        ResumeOutcome::OutOfFuel
     ));
-    assert!(matches!(waiting.resume(Resume::Stop, 1000), Step::Stopped));
+    assert!(matches!(
+        waiting.resume(Resume::Stop, 1000),
+        ResumeOutcome::Stopped
+    ));
     assert_eq!(
         task.run("print(lock.locked(), c._waiters)"),
         "got it\nTrue []\n"
@@ -675,9 +711,12 @@ fn a_stopped_thread_gives_back_its_locks_and_its_place_in_the_queue() {
     let mut get = spawn("get");
     assert!(matches!(
         get.resume(Resume::Continue, 10_000),
-        Step::Parked { until: None }
+        ResumeOutcome::Parked { until: None }
     ));
-    assert!(matches!(get.resume(Resume::Stop, 1000), Step::Stopped));
+    assert!(matches!(
+        get.resume(Resume::Stop, 1000),
+        ResumeOutcome::Stopped
+    ));
     assert_eq!(task.run("print(q.mutex.locked())"), "False\n");
 }
 
@@ -694,17 +733,20 @@ fn a_stop_ends_every_wait_and_what_the_thread_was_called_for_goes_to_the_next() 
          def timer(): Timer(5, print, ['late']).run()\n\
          def never():\n    with r:\n        with c: c.wait_for(lambda: False, 100)\n",
     );
-    assert!(matches!(drive(&mut main, &task.host), Step::Done(_)));
+    assert!(matches!(
+        drive(&mut main, &task.host),
+        ResumeOutcome::Done(_)
+    ));
     let waiting = |name: &str| {
         let function = task.interpreter.global(name).unwrap();
         let mut thread = task.interpreter.spawn_call(function, Vec::new()).unwrap();
         let step = thread.resume(Resume::Continue, 10_000);
-        assert!(matches!(step, Step::Parked { .. }), "{name}");
+        assert!(matches!(step, ResumeOutcome::Parked { .. }), "{name}");
         thread
     };
     let stopped = |thread: &mut elite_lang::ScriptThread| {
         let step = thread.resume(Resume::Stop, 1000);
-        assert!(matches!(step, Step::Stopped));
+        assert!(matches!(step, ResumeOutcome::Stopped));
     };
     for name in ["event", "timer", "never", "barrier", "condition"] {
         stopped(&mut waiting(name));
@@ -722,7 +764,10 @@ fn a_stop_ends_every_wait_and_what_the_thread_was_called_for_goes_to_the_next() 
         assert_eq!(task.host.woken.take(), [first.id()], "{name}");
         stopped(&mut first);
         assert_eq!(task.host.woken.take(), [second.id()], "{name}");
-        assert!(matches!(drive(&mut second, &task.host), Step::Done(_)));
+        assert!(matches!(
+            drive(&mut second, &task.host),
+            ResumeOutcome::Done(_)
+        ));
         assert_eq!(task.host.output.take(), said);
     }
 }

@@ -7,7 +7,7 @@
 use std::sync::mpsc;
 use std::time::Duration;
 
-use elite_lang::{Limits, Resume, Step};
+use elite_lang::{Limits, Resume, ResumeOutcome};
 use nix::time::{ClockId, clock_gettime};
 
 use crate::support::Task;
@@ -344,8 +344,11 @@ fn longest(task: &Task, program: &str) -> Duration {
         }
         assert!(turns < TURNS + 3, "a stop does not end it");
         match step {
-            Step::OutOfFuel | Step::Waiting(_) | Step::Parked { .. } => {}
-            Step::Done(_) | Step::Failed(_) | Step::Stopped => return longest,
+            ResumeOutcome::OutOfFuel | ResumeOutcome::Waiting(_) | ResumeOutcome::Parked { .. } => {
+            }
+            ResumeOutcome::Done(_) | ResumeOutcome::Failed(_) | ResumeOutcome::Stopped => {
+                return longest;
+            }
         }
     }
 }

@@ -8,7 +8,7 @@ use crate::support;
 
 use std::collections::BTreeMap;
 
-use elite_lang::{Resume, Step, render_script_error};
+use elite_lang::{Resume, ResumeOutcome, render_script_error};
 use support::Task;
 
 /// How much longer the larger value may take: 4 in proportion, some more where it is sorted, 16 with the square.
@@ -87,8 +87,8 @@ fn times(text: &str) -> BTreeMap<String, f64> {
             label = last.to_owned();
         }
         match step {
-            Step::OutOfFuel => {}
-            Step::Failed(error) => panic!("{}", render_script_error(&error)),
+            ResumeOutcome::OutOfFuel => {}
+            ResumeOutcome::Failed(error) => panic!("{}", render_script_error(&error)),
             _ => return times,
         }
     }
@@ -559,8 +559,8 @@ fn a_stop_ends_what_would_not_end() {
         let mut thread = task.spawn(&text);
         for _ in 0..10 {
             match thread.resume(Resume::Continue, 100) {
-                Step::OutOfFuel => {}
-                Step::Failed(error) => {
+                ResumeOutcome::OutOfFuel => {}
+                ResumeOutcome::Failed(error) => {
                     trouble.push(format!("{operation}: {}", render_script_error(&error)));
                     break;
                 }
@@ -571,7 +571,7 @@ fn a_stop_ends_what_would_not_end() {
             }
         }
         let step = thread.resume(Resume::Stop, 100);
-        if !matches!(step, Step::Stopped) {
+        if !matches!(step, ResumeOutcome::Stopped) {
             trouble.push(format!("{operation}: not stopped but {step:?}"));
         }
     }

@@ -2,7 +2,7 @@
 
 use crate::support;
 
-use elite_lang::{Resume, Step};
+use elite_lang::{Resume, ResumeOutcome};
 use support::Task;
 
 #[test]
@@ -86,9 +86,12 @@ fn a_stop_ends_long_operations_on_integers() {
         let mut thread = task.spawn(&text);
         for _ in 0..20 {
             let step = thread.resume(Resume::Continue, 10_000);
-            assert!(matches!(step, Step::OutOfFuel), "{operation}");
+            assert!(matches!(step, ResumeOutcome::OutOfFuel), "{operation}");
         }
         let step = thread.resume(Resume::Stop, 10_000);
-        assert!(matches!(step, Step::Stopped), "{operation}: {step:?}");
+        assert!(
+            matches!(step, ResumeOutcome::Stopped),
+            "{operation}: {step:?}"
+        );
     }
 }

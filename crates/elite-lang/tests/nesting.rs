@@ -3,7 +3,7 @@
 
 use crate::support;
 
-use elite_lang::{Resume, Severity, Step, check, compile};
+use elite_lang::{Resume, ResumeOutcome, Severity, check, compile};
 use support::Task;
 
 /// So many that any recursion without a bound runs out of the stack for compiling.
@@ -184,7 +184,7 @@ fn errors(text: &str) -> Vec<String> {
         let task = Task::new();
         let mut thread = task.interpreter.spawn_program(&program);
         let step = thread.resume(Resume::Stop, 0);
-        assert!(matches!(step, Step::Stopped), "{step:?}");
+        assert!(matches!(step, ResumeOutcome::Stopped), "{step:?}");
     }
     let errors = found.into_iter().filter(|f| f.severity == Severity::Error);
     errors.map(|f| f.message).collect()

@@ -3,8 +3,8 @@
 use crate::support;
 
 use elite_lang::{
-    KnownNames, Limits, NativeBody, NativeFunction, Param, Passage, Resume, ScriptThread, Severity,
-    Step, Value, WaitToken, check, compile,
+    KnownNames, Limits, NativeBody, NativeFunction, NodeChange, Param, Resume, ResumeOutcome,
+    ScriptThread, Severity, Value, WaitToken, check, compile,
 };
 use support::{Task, drive};
 
@@ -38,18 +38,18 @@ fn follow(text: &str) -> Vec<String> {
         let step = thread.resume(Resume::Continue, 10_000);
         seen.extend(thread.take_passages().iter().map(told));
         match step {
-            Step::Waiting(_) => {
+            ResumeOutcome::Waiting(_) => {
                 let node = thread.current_node().map_or(0, |node| node.number);
                 seen.push(format!("waits in {node}, line {}", thread.current_line()));
             }
-            Step::Done(_) => return seen,
+            ResumeOutcome::Done(_) => return seen,
             other => panic!("{other:?}"),
         }
     }
 }
 
-fn told(passage: &Passage) -> String {
-    let Passage { node, line } = passage;
+fn told(passage: &NodeChange) -> String {
+    let NodeChange { node, line } = passage;
     format!("{} {}@{line}", node.number, node.label)
 }
 
@@ -254,10 +254,10 @@ move(1)
     let number = |thread: &ScriptThread| thread.current_node().map_or(0, |node| node.number);
     // Reading the text of the module takes several turns.
     let mut step = main.resume(Resume::Continue, 1000);
-    while let Step::OutOfFuel = step {
+    while let ResumeOutcome::OutOfFuel = step {
         step = main.resume(Resume::Continue, 1000);
     }
-    assert!(matches!(step, Step::Waiting(_)));
+    assert!(matches!(step, ResumeOutcome::Waiting(_)));
     let mut worker = task
         .host
         .started
@@ -267,16 +267,16 @@ move(1)
     assert_eq!(main.take_passages().len(), 2);
     assert!(matches!(
         worker.resume(Resume::Continue, 1000),
-        Step::Waiting(_)
+        ResumeOutcome::Waiting(_)
     ));
     assert_eq!((number(&main), number(&worker)), (3, 2));
     assert!(matches!(
         worker.resume(Resume::Continue, 1000),
-        Step::Waiting(_)
+        ResumeOutcome::Waiting(_)
     ));
     assert!(matches!(
         main.resume(Resume::Continue, 1000),
-        Step::Waiting(_)
+        ResumeOutcome::Waiting(_)
     ));
     assert_eq!((number(&main), number(&worker)), (3, 20));
 }
@@ -293,7 +293,10 @@ fn a_thread_ends_in_its_last_line() {
     ] {
         let task = task();
         let mut thread = task.spawn(text);
-        assert!(matches!(drive(&mut thread, &task.host), Step::Done(_)));
+        assert!(matches!(
+            drive(&mut thread, &task.host),
+            ResumeOutcome::Done(_)
+        ));
         assert_eq!(thread.current_line(), last, "{text}");
     }
 }
@@ -306,7 +309,7 @@ fn of_very_many_nodes_the_first_and_the_last_are_kept() {
     );
     assert!(matches!(
         thread.resume(Resume::Continue, 100_000),
-        Step::Waiting(_)
+        ResumeOutcome::Waiting(_)
     ));
     let passed = thread.take_passages();
     let numbers: Vec<u32> = passed.iter().map(|passage| passage.node.number).collect();

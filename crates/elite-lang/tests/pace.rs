@@ -10,7 +10,7 @@ use crate::support;
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use elite_lang::{Limits, Resume, Step, render_script_error};
+use elite_lang::{Limits, Resume, ResumeOutcome, render_script_error};
 use nix::time::{ClockId, clock_gettime};
 use support::Task;
 
@@ -155,8 +155,8 @@ fn stretches(text: &str) -> BTreeMap<String, Duration> {
             label = last.to_owned();
         }
         match step {
-            Step::OutOfFuel => {}
-            Step::Failed(error) => panic!("{}", render_script_error(&error)),
+            ResumeOutcome::OutOfFuel => {}
+            ResumeOutcome::Failed(error) => panic!("{}", render_script_error(&error)),
             _ => return longest,
         }
     }

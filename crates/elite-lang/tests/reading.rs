@@ -5,7 +5,7 @@
 use std::path::Path;
 use std::sync::OnceLock;
 
-use elite_lang::syntax::Reading;
+use elite_lang::syntax::ParsedDocument;
 use elite_lang::{CallHint, CallSite, KnownNames, SourceFile, check};
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
@@ -138,7 +138,7 @@ fn known() -> KnownNames {
 }
 
 /// All that can be told of a reading.
-fn told(reading: &Reading) -> String {
+fn told(reading: &ParsedDocument) -> String {
     format!(
         "{:#?}\n{:?}\n{:#?}",
         reading.module(),
@@ -173,12 +173,12 @@ fn a_changed_text_is_read_like_a_new_one() {
     };
     let outcome = TestRunner::new(config).run(&changes(), |(programs, changes)| {
         let mut text: String = programs.iter().map(|at| &*corpus()[*at]).collect();
-        let mut reading = Reading::of(SourceFile::new("t", &*text), &known);
+        let mut reading = ParsedDocument::of(SourceFile::new("t", &*text), &known);
         for change in changes {
             let before = text.clone();
             text = changed(&text, change);
             reading = reading.change(SourceFile::new("t", &*text), &known);
-            let fresh = Reading::of(SourceFile::new("t", &*text), &known);
+            let fresh = ParsedDocument::of(SourceFile::new("t", &*text), &known);
             prop_assert!(
                 reading.module() == fresh.module()
                     && reading.tokens() == fresh.tokens()
@@ -198,7 +198,7 @@ fn a_changed_text_is_read_like_a_new_one() {
     outcome.unwrap();
     // One key in the middle of each program: nearly everything is kept.
     for text in corpus().iter().filter(|text| text.len() > 800) {
-        let reading = Reading::of(SourceFile::new("t", &**text), &known);
+        let reading = ParsedDocument::of(SourceFile::new("t", &**text), &known);
         let half = text[..text.floor_char_boundary(text.len() / 2)]
             .rfind('\n')
             .unwrap_or(0);
@@ -216,9 +216,10 @@ fn a_changed_text_is_read_like_a_new_one() {
 #[test]
 fn a_name_that_is_defined_elsewhere_is_known_at_once() {
     let known = known();
-    let codes =
-        |reading: &Reading| -> Vec<&str> { reading.findings().iter().map(|f| f.code).collect() };
-    let reading = Reading::of(SourceFile::new("t", "import os\nprint(other)\n"), &known);
+    let codes = |reading: &ParsedDocument| -> Vec<&str> {
+        reading.findings().iter().map(|f| f.code).collect()
+    };
+    let reading = ParsedDocument::of(SourceFile::new("t", "import os\nprint(other)\n"), &known);
     assert_eq!(codes(&reading), ["unused-import", "undefined-name"]);
     let reading = reading.change(
         SourceFile::new("t", "import os\nprint(other)\nother = os\n"),

@@ -5,7 +5,7 @@ use crate::support;
 use std::path::Path;
 use std::sync::OnceLock;
 
-use elite_lang::{Limits, Resume, Step, check, compile, render_human};
+use elite_lang::{Limits, Resume, ResumeOutcome, check, compile, render_human};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use support::Task;
@@ -74,10 +74,10 @@ fn survive(text: &str, run: bool) {
     let task = Task::with(Vec::new(), limits);
     let mut thread = task.interpreter.spawn_program(&program);
     match thread.resume(Resume::Continue, 300) {
-        Step::Done(_) | Step::Failed(_) | Step::Stopped => {}
+        ResumeOutcome::Done(_) | ResumeOutcome::Failed(_) | ResumeOutcome::Stopped => {}
         _ => {
             let end = thread.resume(Resume::Stop, 0);
-            assert!(matches!(end, Step::Stopped), "{end:?}");
+            assert!(matches!(end, ResumeOutcome::Stopped), "{end:?}");
         }
     }
 }

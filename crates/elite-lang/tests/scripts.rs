@@ -11,7 +11,7 @@ use crate::support;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use elite_lang::Step;
+use elite_lang::ResumeOutcome;
 use support::{Task, drive};
 
 fn root() -> PathBuf {
@@ -43,7 +43,7 @@ fn run_here(path: &Path) -> String {
     let mut thread = task.spawn(&std::fs::read_to_string(path).unwrap());
     let end = drive(&mut thread, &task.host);
     let mut output = task.host.output.take();
-    if let Step::Failed(error) = end {
+    if let ResumeOutcome::Failed(error) = end {
         // Of a message of several lines the last one, as of CPython's report.
         output.push_str(error.headline().lines().last().unwrap_or_default());
         output.push('\n');

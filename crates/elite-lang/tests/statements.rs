@@ -8,8 +8,8 @@ use std::collections::VecDeque;
 use std::sync::{Arc, Mutex};
 
 use elite_lang::{
-    KnownNames, Limits, NativeBody, NativeCall, NativeFunction, Param, Resume, ScriptResult,
-    SourceFile, Statement, Step, Value, WaitToken, compile_statement, render_script_error,
+    KnownNames, Limits, NativeBody, NativeCall, NativeFunction, Param, Resume, ResumeOutcome,
+    ScriptResult, SourceFile, Statement, Value, WaitToken, compile_statement, render_script_error,
 };
 use support::{Task, drive};
 
@@ -210,15 +210,18 @@ fn statements_wait_run_in_slices_and_are_stopped() {
     for token in [1, 2, 1] {
         let step = thread.resume(Resume::Continue, 1000);
         assert!(
-            matches!(step, Step::Waiting(WaitToken(n)) if n == token),
+            matches!(step, ResumeOutcome::Waiting(WaitToken(n)) if n == token),
             "{step:?}"
         );
     }
     assert!(matches!(
         thread.resume(Resume::Continue, 1000),
-        Step::OutOfFuel
+        ResumeOutcome::OutOfFuel
     ));
-    assert!(matches!(thread.resume(Resume::Stop, 1000), Step::Stopped));
+    assert!(matches!(
+        thread.resume(Resume::Stop, 1000),
+        ResumeOutcome::Stopped
+    ));
     let printed = mode.task.host.output.take();
     let x: i64 = printed.trim_start_matches("x ").trim().parse().unwrap();
     assert!((900..=1001).contains(&x), "{printed}");
@@ -291,12 +294,18 @@ fn many_statements_leave_nothing_behind() {
     let mode = mode(&[&texts]);
     let before = mode.task.interpreter.memory_used();
     let mut thread = mode.task.spawn(program);
-    assert!(matches!(drive(&mut thread, &mode.task.host), Step::Done(_)));
+    assert!(matches!(
+        drive(&mut thread, &mode.task.host),
+        ResumeOutcome::Done(_)
+    ));
     drop(thread);
     // Many lists that go at once go bit by bit, with each turn some.
     for _ in 0..100 {
         let mut next = mode.task.spawn("pass\n");
-        assert!(matches!(drive(&mut next, &mode.task.host), Step::Done(_)));
+        assert!(matches!(
+            drive(&mut next, &mode.task.host),
+            ResumeOutcome::Done(_)
+        ));
     }
     let held = mode.task.interpreter.memory_used().saturating_sub(before);
     assert!(held < 20_000, "{held} bytes are still held");

@@ -6,7 +6,7 @@
 
 use std::time::Duration;
 
-use elite_lang::{Limits, Resume, Step};
+use elite_lang::{Limits, Resume, ResumeOutcome};
 use nix::time::{ClockId, clock_gettime};
 
 use crate::support::Task;
@@ -138,8 +138,11 @@ fn longest(task: &Task, program: &str) -> Duration {
             turns += 1;
         }
         match step {
-            Step::OutOfFuel | Step::Waiting(_) | Step::Parked { .. } => {}
-            Step::Done(_) | Step::Failed(_) | Step::Stopped => return longest,
+            ResumeOutcome::OutOfFuel | ResumeOutcome::Waiting(_) | ResumeOutcome::Parked { .. } => {
+            }
+            ResumeOutcome::Done(_) | ResumeOutcome::Failed(_) | ResumeOutcome::Stopped => {
+                return longest;
+            }
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::support;
 
-use elite_lang::{CallHint, CallSite, KnownNames, Literal, check, render_human};
+use elite_lang::{ArgumentLiteral, CallHint, CallSite, KnownNames, check, render_human};
 use support::Task;
 
 /// A robot that moves by numbers up to ten.
@@ -16,18 +16,18 @@ fn hook(site: &CallSite<'_>) -> Vec<CallHint> {
             help: Some("move less".to_owned()),
         };
         match &arg.value {
-            Literal::Integer(number) if number.abs() > 10 => {
+            ArgumentLiteral::Integer(number) if number.abs() > 10 => {
                 let name = arg.name.unwrap_or("distance");
                 hints.push(hint(format!("{name} of {number} in {}()", site.function)));
             }
-            Literal::Number(number) if number.abs() > 10.0 => {
+            ArgumentLiteral::Number(number) if number.abs() > 10.0 => {
                 let name = arg.name.unwrap_or("distance");
                 hints.push(hint(format!("{name} of {number} in {}()", site.function)));
             }
-            Literal::List(items) if items.len() > 2 => {
+            ArgumentLiteral::List(items) if items.len() > 2 => {
                 hints.push(hint(format!("{} numbers", items.len())));
             }
-            Literal::CallOf(name) => hints.push(hint(format!("the result of {name}()"))),
+            ArgumentLiteral::CallOf(name) => hints.push(hint(format!("the result of {name}()"))),
             _ => {}
         }
     }

@@ -6,22 +6,22 @@
 mod table;
 
 use elite_lang::Diagnostic;
-use elite_lang::chinese::{self, Table, Tables};
+use elite_lang::chinese::{self, PhraseTable, Translations};
 
 use crate::message::Message;
 
 /// Sentences about the robot.
-pub const SENTENCES: Table = table::SENTENCES;
+pub const SENTENCES: PhraseTable = table::SENTENCES;
 /// What stands in them.
-pub const WORDS: Table = table::WORDS;
+pub const WORDS: PhraseTable = table::WORDS;
 
-const ALL: Tables = Tables {
+const ALL: Translations = Translations {
     sentences: &[SENTENCES, chinese::SENTENCES],
     words: &[WORDS, chinese::WORDS],
 };
 
 /// What programs raise is Python's own in part: sentences about texts are not looked for in it.
-const OF_ROBOT: Tables = Tables {
+const OF_ROBOT: Translations = Translations {
     sentences: &[SENTENCES],
     words: &[WORDS],
 };

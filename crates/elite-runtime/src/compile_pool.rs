@@ -18,7 +18,7 @@ const SHORT_MAX: usize = 64 << 10;
 
 /// Why a text was not compiled.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
-pub enum NotCompiled {
+pub enum CompilePoolError {
     /// Too many texts wait.
     #[error("{WAITING_MAX} texts wait to be compiled already")]
     Full,
@@ -30,12 +30,12 @@ pub enum NotCompiled {
 /// Compiles texts beside the threads that answer ports.
 #[derive(Default)]
 pub struct CompilePool {
-    shared: Arc<Shared>,
+    shared: Arc<PoolShared>,
     faults: ThreadSupervisor,
 }
 
 #[derive(Default)]
-struct Shared {
+struct PoolShared {
     queue: Mutex<Queue>,
     /// Something waits, or the pool is given up.
     news: Condvar,
@@ -43,18 +43,18 @@ struct Shared {
 
 #[derive(Default)]
 struct Queue {
-    short: VecDeque<Job>,
-    long: VecDeque<Job>,
+    short: VecDeque<CompileJob>,
+    long: VecDeque<CompileJob>,
     threads_started: bool,
     closed: bool,
 }
 
 /// Compiles a text and hands the result over.
-type Job = Box<dyn FnOnce() + Send>;
+type CompileJob = Box<dyn FnOnce() + Send>;
 
 /// Which texts a thread takes.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Takes {
+enum WorkerKind {
     Short,
     Any,
 }
@@ -70,12 +70,12 @@ impl CompilePool {
     /// any more when its turn comes.
     ///
     /// # Errors
-    /// [`NotCompiled`]
+    /// [`CompilePoolError`]
     pub async fn run<T: Send + 'static>(
         &self,
         bytes: usize,
         compile: impl FnOnce() -> T + Send + 'static,
-    ) -> Result<T, NotCompiled> {
+    ) -> Result<T, CompilePoolError> {
         let (sender, receiver) = oneshot::channel();
         let faults = self.faults.clone();
         let job = Box::new(move || {
@@ -94,16 +94,19 @@ impl CompilePool {
             }
         });
         self.add(bytes, job)?;
-        receiver.await.map_err(|_| NotCompiled::Failed)
+        receiver.await.map_err(|_| CompilePoolError::Failed)
     }
 
-    fn add(&self, bytes: usize, job: Job) -> Result<(), NotCompiled> {
+    fn add(&self, bytes: usize, job: CompileJob) -> Result<(), CompilePoolError> {
         let mut queue = self.shared.queue();
         if queue.short.len() + queue.long.len() >= WAITING_MAX {
-            return Err(NotCompiled::Full);
+            return Err(CompilePoolError::Full);
         }
         if !queue.threads_started {
-            for (name, takes) in [("compile-short", Takes::Short), ("compile-any", Takes::Any)] {
+            for (name, takes) in [
+                ("compile-short", WorkerKind::Short),
+                ("compile-any", WorkerKind::Any),
+            ] {
                 self.start_thread(name, takes)?;
             }
             queue.threads_started = true;
@@ -118,7 +121,7 @@ impl CompilePool {
         Ok(())
     }
 
-    fn start_thread(&self, name: &str, takes: Takes) -> Result<(), NotCompiled> {
+    fn start_thread(&self, name: &str, takes: WorkerKind) -> Result<(), CompilePoolError> {
         let shared = self.shared.clone();
         let texts = move || {
             while let Some(job) = shared.next(takes) {
@@ -128,7 +131,7 @@ impl CompilePool {
         let started = self
             .faults
             .start(ThreadRole::Service, name.to_owned(), texts);
-        started.map(drop).map_err(|_| NotCompiled::Failed)
+        started.map(drop).map_err(|_| CompilePoolError::Failed)
     }
 }
 
@@ -139,22 +142,22 @@ impl Drop for CompilePool {
     }
 }
 
-impl Shared {
+impl PoolShared {
     fn queue(&self) -> MutexGuard<'_, Queue> {
         self.queue.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The next text; waits for one. `None` when the pool is given up.
-    fn next(&self, takes: Takes) -> Option<Job> {
+    fn next(&self, takes: WorkerKind) -> Option<CompileJob> {
         let mut queue = self.queue();
         loop {
             if queue.closed {
                 return None;
             }
             let job = match takes {
-                Takes::Short => queue.short.pop_front(),
+                WorkerKind::Short => queue.short.pop_front(),
                 // Long ones first: the short ones have a thread of their own.
-                Takes::Any => queue.long.pop_front().or_else(|| queue.short.pop_front()),
+                WorkerKind::Any => queue.long.pop_front().or_else(|| queue.short.pop_front()),
             };
             if job.is_some() {
                 return job;
@@ -199,7 +202,7 @@ mod tests {
     fn a_bug_costs_one_text() {
         let pool = CompilePool::new(ThreadSupervisor::default());
         let bug = block_on(pool.run(10, || -> u8 { panic!("a bug in the compiler") }));
-        assert_eq!(bug, Err(NotCompiled::Failed));
+        assert_eq!(bug, Err(CompilePoolError::Failed));
         assert_eq!(block_on(pool.run(10, || 1)), Ok(1));
     }
 
@@ -225,7 +228,7 @@ mod tests {
                 waiting.push(next);
             }
             drop(ran);
-            assert_eq!(pool.run(8 << 20, || ()).await, Err(NotCompiled::Full));
+            assert_eq!(pool.run(8 << 20, || ()).await, Err(CompilePoolError::Full));
             drop(waiting);
             release.send(()).unwrap();
             assert_eq!(first.await, Ok(true));

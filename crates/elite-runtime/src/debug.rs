@@ -6,17 +6,17 @@
 
 use std::rc::Rc;
 
-use elite_lang::debug::{Aside, Halt, Watcher};
+use elite_lang::debug::{DebugHook, PausedProgram, PendingEval};
 use motion_api::{ProgramId, RobotState, ThreadNumber};
 
-use crate::external::What;
+use crate::external::ExternalInputKind;
 use crate::task::{TaskContext, TaskEnd};
 
 /// The number under which an evaluation runs that waits for something.
 pub const CONSOLE_THREAD: ThreadNumber = ThreadNumber(u32::MAX);
 
 /// Attaches a debugger to a task.
-pub trait DebugLink: Send + Sync {
+pub trait DebuggerHost: Send + Sync {
     /// A program is about to start.
     fn begins(&self, _program: ProgramId, _name: &str, _text: &str) {}
 
@@ -24,24 +24,24 @@ pub trait DebugLink: Send + Sync {
     fn ended(&self, _program: ProgramId) {}
 
     /// On the thread of the task, before its program begins; `None`: nobody watches this one.
-    fn attach(&self, task: Debuggee) -> Option<Rc<dyn Attached>>;
+    fn attach(&self, task: DebuggedTask) -> Option<Rc<dyn TaskDebugger>>;
 }
 
 /// A debugger on the thread of a task.
-pub trait Attached: Watcher {
+pub trait TaskDebugger: DebugHook {
     /// A cycle is about to pass: every script thread waits.
-    fn before_cycle(&self, halt: &Halt<'_>);
+    fn before_cycle(&self, halt: &PausedProgram<'_>);
 
     /// The program is over, and nothing of it has been taken apart yet.
-    fn before_end(&self, halt: &Halt<'_>, end: &TaskEnd);
+    fn before_end(&self, halt: &PausedProgram<'_>, end: &TaskEnd);
 
     /// The task has looked round, and no script thread runs. Only where time passes by itself, or the task is held.
-    fn between_turns(&self, _halt: &Halt<'_>) {}
+    fn between_turns(&self, _halt: &PausedProgram<'_>) {}
 
     /// Whether a program is held without the task standing still: orders of ports are heard, the arm halts on its path as for
     /// any pause, and only the thread that is held has its turns, in which it is asked again.
-    fn holds(&self) -> Holds {
-        Holds::Nothing
+    fn holds(&self) -> SuspendState {
+        SuspendState::Nothing
     }
 
     /// A script thread has ended.
@@ -51,9 +51,9 @@ pub trait Attached: Watcher {
     fn is_over(&self) -> bool;
 }
 
-/// What a debugger holds, see [`Attached::holds`].
+/// What a debugger holds, see [`TaskDebugger::holds`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Holds {
+pub enum SuspendState {
     /// Nothing.
     Nothing,
     /// The program, within whatever its threads wait for.
@@ -64,9 +64,9 @@ pub enum Holds {
 
 /// The task of a program that is debugged.
 #[derive(Clone)]
-pub struct Debuggee(pub(crate) Rc<TaskContext>);
+pub struct DebuggedTask(pub(crate) Rc<TaskContext>);
 
-impl Debuggee {
+impl DebuggedTask {
     /// The robot after the latest cycle.
     pub fn state(&self) -> RobotState {
         self.0.robot().state()
@@ -99,12 +99,13 @@ impl Debuggee {
 
     /// Says that a debugger has changed something: from here on the run cannot be repeated from its recording.
     pub fn is_changed(&self) {
-        self.0
-            .note(What::Lost("a debugger has changed something".to_owned()));
+        self.0.note(ExternalInputKind::Lost(
+            "a debugger has changed something".to_owned(),
+        ));
     }
 
     /// Drives an evaluation that waits, beside the program, until it ends.
-    pub fn adopt(&self, aside: Aside) {
+    pub fn adopt(&self, aside: PendingEval) {
         self.0.adopt(aside);
     }
 }

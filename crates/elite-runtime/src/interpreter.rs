@@ -11,20 +11,20 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use elite_lang::{Diagnostic, KnownNames, Program, SourceFile};
 use tokio::sync::{Notify, watch};
 
-use crate::compile_pool::{CompilePool, NotCompiled};
-use crate::interpreter_queue::{Effect, Refused, StatementId, StatementQueue};
+use crate::compile_pool::{CompilePool, CompilePoolError};
+use crate::interpreter_queue::{PushError, QueueEffect, StatementId, StatementQueue};
 
 /// A statement with the way to tell its sender that it is thrown away after all.
-pub struct Statement {
+pub struct SubmittedStatement {
     /// The text.
     pub text: String,
     /// Called once when the statement is thrown away unexecuted; must not wait.
-    pub thrown_away: Box<dyn FnOnce(ThrownAway) + Send>,
+    pub thrown_away: Box<dyn FnOnce(DiscardReason) + Send>,
 }
 
 /// Why an accepted statement is not executed after all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ThrownAway {
+pub enum DiscardReason {
     /// `interpreter_mode(clearQueueOnEnter=True)` was called.
     OnEntry,
     /// Interpreter mode has ended, and clears what is left.
@@ -37,7 +37,7 @@ pub enum ThrownAway {
 
 /// What became of a statement.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Submitted {
+pub enum SubmitResult {
     /// It waits under this number.
     Accepted(StatementId),
     /// It does not compile; what is wrong with it.
@@ -49,8 +49,8 @@ pub enum Submitted {
 }
 
 /// What `interpreter_mode()` does next.
-pub(crate) enum Next {
-    /// Execute this, then say [`Interpreter::finish`].
+pub(crate) enum NextAction {
+    /// Execute this, then say [`InterpreterMode::finish`].
     Statement(StatementId, elite_lang::Statement),
     /// Wait.
     Nothing,
@@ -63,19 +63,19 @@ pub(crate) enum Next {
 pub const QUEUED_BYTES_MAX: usize = 64 * 1024 * 1024;
 
 /// A statement that waits.
-struct Queued {
+struct QueuedStatement {
     compiled: elite_lang::Statement,
-    thrown_away: Box<dyn FnOnce(ThrownAway) + Send>,
-    _share: Share,
+    thrown_away: Box<dyn FnOnce(DiscardReason) + Send>,
+    _share: QuotaGuard,
 }
 
 /// What a statement takes of [`QUEUED_BYTES_MAX`]; given back when it is dropped.
-struct Share {
+struct QuotaGuard {
     bytes: usize,
     total: Arc<AtomicUsize>,
 }
 
-impl Share {
+impl QuotaGuard {
     /// `None` when there is no room.
     fn take(bytes: usize, total: &Arc<AtomicUsize>) -> Option<Self> {
         let share = Self {
@@ -88,17 +88,17 @@ impl Share {
     }
 }
 
-impl Drop for Share {
+impl Drop for QuotaGuard {
     fn drop(&mut self) {
         self.total.fetch_sub(self.bytes, Ordering::Relaxed);
     }
 }
 
 /// The queue, shared by the ports and the task.
-pub struct Interpreter {
+pub struct InterpreterMode {
     known: Arc<KnownNames>,
     pool: Arc<CompilePool>,
-    shared: Mutex<Shared>,
+    shared: Mutex<ModeShared>,
     /// Wakes the task's thread: a statement or the end of the mode.
     news: Arc<Notify>,
     /// Counts changes that can let a held statement in: a clear executed, a task begun or ended.
@@ -108,9 +108,9 @@ pub struct Interpreter {
 }
 
 #[derive(Default)]
-struct Shared {
-    queue: StatementQueue<Queued>,
-    phase: Phase,
+struct ModeShared {
+    queue: StatementQueue<QueuedStatement>,
+    phase: TaskPhase,
     /// Global variables of the task that statements may declare `global`.
     globals: BTreeSet<String>,
     program: Option<Program>,
@@ -120,7 +120,7 @@ struct Shared {
 
 /// What the task is doing, as far as statements care.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum Phase {
+enum TaskPhase {
     #[default]
     None,
     /// Its globals are not known yet: statements wait.
@@ -141,7 +141,7 @@ pub struct Counters {
     pub unexecuted: usize,
 }
 
-impl Interpreter {
+impl InterpreterMode {
     /// An empty queue. `news` is notified when the task has something to look at.
     pub(crate) fn new(news: Arc<Notify>, pool: Arc<CompilePool>) -> Self {
         Self {
@@ -156,12 +156,12 @@ impl Interpreter {
 
     /// Compiles a statement and queues it. Waits while a task is starting, and while an accepted `clear_interpreter()`
     /// has not been executed (manual 2.5).
-    pub async fn submit(&self, statement: Statement) -> Submitted {
+    pub async fn submit(&self, statement: SubmittedStatement) -> SubmitResult {
         // Before the first look, so that no change between a look and the wait is missed.
         let mut changes = self.changes.subscribe();
-        let Statement { text, thrown_away } = statement;
-        let Some(share) = Share::take(text.len(), &self.bytes) else {
-            return Submitted::Full;
+        let SubmittedStatement { text, thrown_away } = statement;
+        let Some(share) = QuotaGuard::take(text.len(), &self.bytes) else {
+            return SubmitResult::Full;
         };
         let known = self.known.clone();
         let compiling = self
@@ -169,12 +169,12 @@ impl Interpreter {
             .run(text.len(), move || compile(text, &known))
             .await;
         let mut queued = match compiling.unwrap_or_else(|trouble| Err(trouble.to_string())) {
-            Ok(compiled) => Queued {
+            Ok(compiled) => QueuedStatement {
                 compiled,
                 thrown_away,
                 _share: share,
             },
-            Err(reason) => return Submitted::NotCompiled(reason),
+            Err(reason) => return SubmitResult::NotCompiled(reason),
         };
         loop {
             changes.mark_unchanged();
@@ -190,11 +190,11 @@ impl Interpreter {
     /// Compiles a program, on the threads for that. The error are its findings.
     ///
     /// # Errors
-    /// [`NotCompiled`]
+    /// [`CompilePoolError`]
     pub(crate) async fn compile(
         &self,
         file: Arc<SourceFile>,
-    ) -> Result<Result<Program, Vec<Diagnostic>>, NotCompiled> {
+    ) -> Result<Result<Program, Vec<Diagnostic>>, CompilePoolError> {
         let known = self.known.clone();
         let bytes = file.text().len();
         let compile = move || elite_lang::compile(file, &known);
@@ -202,20 +202,20 @@ impl Interpreter {
     }
 
     /// Queues the statement or refuses it; gives it back when it has to wait.
-    fn offer(&self, queued: Queued) -> Result<Submitted, Queued> {
+    fn offer(&self, queued: QueuedStatement) -> Result<SubmitResult, QueuedStatement> {
         let mut shared = self.shared();
         match shared.phase {
-            Phase::None => return Ok(Submitted::NoTask),
-            Phase::Starting => return Err(queued),
-            Phase::Running => {}
+            TaskPhase::None => return Ok(SubmitResult::NoTask),
+            TaskPhase::Starting => return Err(queued),
+            TaskPhase::Running => {}
         }
         if let Some(reason) = shared.refusal(&queued.compiled) {
-            return Ok(Submitted::NotCompiled(reason));
+            return Ok(SubmitResult::NotCompiled(reason));
         }
         let effect = if queued.compiled.mentions("clear_interpreter") {
-            Effect::Clears
+            QueueEffect::Clears
         } else {
-            Effect::None
+            QueueEffect::None
         };
         match shared.queue.push(queued, effect) {
             Ok(id) => {
@@ -223,10 +223,10 @@ impl Interpreter {
                 if shared.in_mode {
                     self.news.notify_one();
                 }
-                Ok(Submitted::Accepted(id))
+                Ok(SubmitResult::Accepted(id))
             }
-            Err(Refused::Full(_)) => Ok(Submitted::Full),
-            Err(Refused::Held(back)) => Err(back),
+            Err(PushError::Full(_)) => Ok(SubmitResult::Full),
+            Err(PushError::Held(back)) => Err(back),
         }
     }
 
@@ -271,7 +271,7 @@ impl Interpreter {
             Vec::new()
         };
         drop(shared);
-        tell(thrown_away, ThrownAway::OnEntry);
+        tell(thrown_away, DiscardReason::OnEntry);
         self.changed();
         true
     }
@@ -287,7 +287,7 @@ impl Interpreter {
             false => Vec::new(),
         };
         drop(shared);
-        tell(thrown_away, ThrownAway::OnEnd);
+        tell(thrown_away, DiscardReason::OnEnd);
         self.changed();
     }
 
@@ -299,20 +299,20 @@ impl Interpreter {
         shared.in_mode
     }
 
-    /// True when [`next`](Self::next) would not say [`Next::Nothing`].
+    /// True when [`next`](Self::next) would not say [`NextAction::Nothing`].
     pub(crate) fn has_next(&self) -> bool {
         let shared = self.shared();
         shared.end_requested || shared.queue.unexecuted() > 0
     }
 
-    pub(crate) fn next(&self) -> Next {
+    pub(crate) fn next(&self) -> NextAction {
         let mut shared = self.shared();
         if shared.end_requested {
-            return Next::End;
+            return NextAction::End;
         }
         match shared.queue.begin() {
-            Some((id, queued)) => Next::Statement(id, queued.compiled),
-            None => Next::Nothing,
+            Some((id, queued)) => NextAction::Statement(id, queued.compiled),
+            None => NextAction::Nothing,
         }
     }
 
@@ -339,14 +339,14 @@ impl Interpreter {
         };
         let last = shared.queue.last_cleared();
         drop(shared);
-        tell(thrown_away, ThrownAway::Cleared);
+        tell(thrown_away, DiscardReason::Cleared);
         last
     }
 
     /// A task begins; until its program is known, statements wait.
     pub(crate) fn task_starts(&self) {
         let mut shared = self.shared();
-        shared.phase = Phase::Starting;
+        shared.phase = TaskPhase::Starting;
         shared.globals.clear();
         shared.program = None;
     }
@@ -354,7 +354,7 @@ impl Interpreter {
     /// The task runs this program: statements are accepted.
     pub(crate) fn task_runs(&self, program: &Program) {
         let mut shared = self.shared();
-        shared.phase = Phase::Running;
+        shared.phase = TaskPhase::Running;
         shared.program = Some(program.clone());
         drop(shared);
         self.changed();
@@ -375,14 +375,14 @@ impl Interpreter {
     /// The task has ended: what waits is thrown away.
     pub(crate) fn task_ended(&self) {
         let mut shared = self.shared();
-        shared.phase = Phase::None;
+        shared.phase = TaskPhase::None;
         shared.program = None;
         shared.in_mode = false;
         shared.end_requested = false;
         shared.queue.finish();
         let thrown_away = shared.queue.throw_away();
         drop(shared);
-        tell(thrown_away, ThrownAway::TaskEnded);
+        tell(thrown_away, DiscardReason::TaskEnded);
         self.changed();
     }
 
@@ -391,12 +391,12 @@ impl Interpreter {
             .send_modify(|count| *count = count.wrapping_add(1));
     }
 
-    fn shared(&self) -> MutexGuard<'_, Shared> {
+    fn shared(&self) -> MutexGuard<'_, ModeShared> {
         self.shared.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl Shared {
+impl ModeShared {
     /// Why the running program cannot take the statement.
     fn refusal(&self, statement: &elite_lang::Statement) -> Option<String> {
         let exists = |name: &str| {
@@ -413,7 +413,7 @@ impl Shared {
     }
 }
 
-fn tell(thrown_away: Vec<(StatementId, Queued)>, reason: ThrownAway) {
+fn tell(thrown_away: Vec<(StatementId, QueuedStatement)>, reason: DiscardReason) {
     for (_, statement) in thrown_away {
         (statement.thrown_away)(reason);
     }

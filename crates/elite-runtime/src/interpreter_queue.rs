@@ -21,7 +21,7 @@ impl StatementId {
 
 /// What a statement does to the queue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Effect {
+pub enum QueueEffect {
     /// Nothing.
     None,
     /// It is `clear_interpreter()`: once accepted, nothing newer is accepted until it has been executed.
@@ -30,7 +30,7 @@ pub enum Effect {
 
 /// Why a statement was not accepted; it comes back.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-pub enum Refused<S> {
+pub enum PushError<S> {
     /// [`STATEMENTS_MAX`] wait.
     #[error("{STATEMENTS_MAX} statements wait to be executed, which is the limit")]
     Full(S),
@@ -71,17 +71,17 @@ impl<S> StatementQueue<S> {
     /// Accepts a statement at the end of the queue.
     ///
     /// # Errors
-    /// [`Refused`] with the statement: the queue is full, or held by a `clear_interpreter()`.
-    pub fn push(&mut self, statement: S, effect: Effect) -> Result<StatementId, Refused<S>> {
+    /// [`PushError`] with the statement: the queue is full, or held by a `clear_interpreter()`.
+    pub fn push(&mut self, statement: S, effect: QueueEffect) -> Result<StatementId, PushError<S>> {
         if self.is_held() {
-            return Err(Refused::Held(statement));
+            return Err(PushError::Held(statement));
         }
         if self.waiting.len() >= STATEMENTS_MAX {
-            return Err(Refused::Full(statement));
+            return Err(PushError::Full(statement));
         }
         self.last_accepted.0 += 1;
         let id = self.last_accepted;
-        if effect == Effect::Clears {
+        if effect == QueueEffect::Clears {
             self.clearing = Some(id);
         }
         self.waiting.push_back((id, statement));
@@ -178,7 +178,7 @@ mod tests {
     fn queue(statements: usize) -> StatementQueue<usize> {
         let mut queue = StatementQueue::default();
         for number in 1..=statements {
-            queue.push(number, Effect::None).unwrap();
+            queue.push(number, QueueEffect::None).unwrap();
         }
         queue
     }
@@ -201,10 +201,10 @@ mod tests {
     #[test]
     fn one_statement_more_than_the_limit_is_refused_without_a_number() {
         let mut queue = queue(STATEMENTS_MAX);
-        assert_eq!(queue.push(0, Effect::None), Err(Refused::Full(0)));
+        assert_eq!(queue.push(0, QueueEffect::None), Err(PushError::Full(0)));
         assert_eq!(queue.last_accepted(), StatementId(8500));
         queue.begin();
-        assert_eq!(queue.push(0, Effect::None), Ok(StatementId(8501)));
+        assert_eq!(queue.push(0, QueueEffect::None), Ok(StatementId(8501)));
     }
 
     #[test]
@@ -213,7 +213,7 @@ mod tests {
         queue.begin();
         queue.skip();
         assert_eq!(queue.unexecuted(), 2);
-        assert_eq!(queue.push(4, Effect::None), Ok(StatementId(4)));
+        assert_eq!(queue.push(4, QueueEffect::None), Ok(StatementId(4)));
         queue.finish();
         assert_eq!(queue.unexecuted(), 1);
         assert_eq!(queue.last_executed(), StatementId(1));
@@ -231,8 +231,8 @@ mod tests {
     #[test]
     fn nothing_is_accepted_between_a_clear_and_its_execution() {
         let mut queue = queue(1);
-        assert_eq!(queue.push(2, Effect::Clears), Ok(StatementId(2)));
-        assert_eq!(queue.push(3, Effect::None), Err(Refused::Held(3)));
+        assert_eq!(queue.push(2, QueueEffect::Clears), Ok(StatementId(2)));
+        assert_eq!(queue.push(3, QueueEffect::None), Err(PushError::Held(3)));
         queue.begin();
         assert!(queue.is_held());
         assert_eq!(queue.begin(), Some((StatementId(2), 2)));
@@ -241,26 +241,26 @@ mod tests {
         queue.finish();
         assert!(!queue.is_held());
         assert_eq!(queue.last_cleared(), StatementId(2));
-        assert_eq!(queue.push(3, Effect::None), Ok(StatementId(3)));
+        assert_eq!(queue.push(3, QueueEffect::None), Ok(StatementId(3)));
     }
 
     #[test]
     fn a_clear_that_is_skipped_or_thrown_away_holds_nothing() {
         let mut skipped = queue(0);
-        skipped.push(1, Effect::Clears).unwrap();
+        skipped.push(1, QueueEffect::Clears).unwrap();
         skipped.skip();
         assert!(!skipped.is_held());
 
         let mut waiting = queue(1);
         waiting.begin();
-        waiting.push(2, Effect::Clears).unwrap();
+        waiting.push(2, QueueEffect::Clears).unwrap();
         waiting.skip();
         assert!(waiting.is_held(), "it is dropped when the running one ends");
         waiting.finish();
         assert!(!waiting.is_held());
 
         let mut thrown = queue(1);
-        thrown.push(2, Effect::Clears).unwrap();
+        thrown.push(2, QueueEffect::Clears).unwrap();
         assert_eq!(
             thrown.throw_away(),
             [(StatementId(1), 1), (StatementId(2), 2)]
@@ -268,7 +268,7 @@ mod tests {
         assert!(!thrown.is_held());
 
         let mut running = queue(0);
-        running.push(1, Effect::Clears).unwrap();
+        running.push(1, QueueEffect::Clears).unwrap();
         running.begin();
         running.throw_away();
         assert!(running.is_held(), "the running one is still being executed");
@@ -279,7 +279,7 @@ mod tests {
         let mut queue = queue(2);
         queue.throw_away();
         assert_eq!(queue.unexecuted(), 0);
-        assert_eq!(queue.push(3, Effect::None), Ok(StatementId(3)));
+        assert_eq!(queue.push(3, QueueEffect::None), Ok(StatementId(3)));
     }
 
     #[derive(Clone, Debug)]
@@ -312,7 +312,7 @@ mod tests {
             for step in steps {
                 match step {
                     Step::Push(clears) => {
-                        let effect = if clears { Effect::Clears } else { Effect::None };
+                        let effect = if clears { QueueEffect::Clears } else { QueueEffect::None };
                         let held = queue.is_held();
                         prop_assert_eq!(queue.push((), effect).is_err(), held);
                     }

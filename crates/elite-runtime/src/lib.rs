@@ -9,35 +9,35 @@
     warn(clippy::disallowed_methods, clippy::print_stdout, clippy::print_stderr)
 )]
 
-pub mod attendant;
 pub mod builtins;
 pub mod chinese;
 mod compile_pool;
 pub mod configuration_variables;
 pub mod debug;
 pub mod external;
-mod foresight;
 pub mod interpreter;
 pub mod interpreter_queue;
 pub mod message;
 pub mod micro_line;
 pub mod panel;
 pub mod port_map;
+mod predicted_state;
 pub mod preset;
 pub mod robot;
 pub mod supervisor;
 mod task;
 pub mod task_folder;
+pub mod test_task;
 mod value_text;
 
-pub use attendant::{Attendance, Attendant};
-pub use compile_pool::{CompilePool, NotCompiled};
+pub use compile_pool::{CompilePool, CompilePoolError};
 pub use message::{Message, Observer, Severity};
 pub use panel::Panel;
 pub use preset::{Preset, PresetError};
 pub use robot::Robot;
 pub use supervisor::{NoAnswer, SubmitError, Supervisor, TaskState, TaskStatus};
 pub use task::{
-    Extras, FileAccess, FolderAccessError, Folders, LineCountsOfTexts, NetworkAccess, Permissions,
-    Place, ProgramText, TaskEnd, TaskSettings, all_children_are_tasks,
+    FileAccess, Instrumentation, LineCountsByText, NetworkAccess, Permissions, ProgramText,
+    SandboxError, SandboxRoots, SandboxedPath, TaskEnd, TaskSettings, all_children_are_tasks,
 };
+pub use test_task::{TestTaskConfig, TestTaskHandle};

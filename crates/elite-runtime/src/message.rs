@@ -261,9 +261,9 @@ pub enum InterpreterEvent<'a> {
 }
 
 /// Tells an observer on behalf of a task: what the observer keeps for other threads is not counted as the task's memory.
-pub(crate) struct Aside(pub Arc<dyn Observer>);
+pub(crate) struct UnmeteredObserver(pub Arc<dyn Observer>);
 
-impl Observer for Aside {
+impl Observer for UnmeteredObserver {
     fn message(&self, message: &Message) {
         memory::outside(|| self.0.message(message));
     }

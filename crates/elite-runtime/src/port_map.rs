@@ -1,11 +1,11 @@
 //! The robot behind its own Modbus map: for clients, and for the functions of scripts that read and write it.
 
 use io_bus::PortImage;
-use io_bus::modbus_server::map::Controller;
+use io_bus::modbus_server::map::ControllerAccess;
 use motion_api::{CommandKind, IoImage, Origin, Registers, RobotMode, RobotState};
 
 use crate::robot::Robot;
-use crate::task::View;
+use crate::task::RobotView;
 
 /// Motor current at a joint's nominal torque, A. No public figure exists: the simulator's own choice, so that currents
 /// of all models and joints are alike.
@@ -19,7 +19,7 @@ pub struct ClientMap<'a> {
     pub image: &'a PortImage,
 }
 
-impl Controller for ClientMap<'_> {
+impl ControllerAccess for ClientMap<'_> {
     fn state(&self) -> RobotState {
         with_io(self.robot.foreseen().state, self.robot.io())
     }
@@ -43,12 +43,12 @@ impl Controller for ClientMap<'_> {
 
 /// The robot as a program sees it.
 pub(crate) struct ProgramMap<'a> {
-    pub view: &'a View,
+    pub view: &'a RobotView,
     pub image: &'a PortImage,
     pub origin: Origin,
 }
 
-impl Controller for ProgramMap<'_> {
+impl ControllerAccess for ProgramMap<'_> {
     fn state(&self) -> RobotState {
         with_io(self.view.foreseen().state, self.view.io())
     }

@@ -17,9 +17,9 @@ use motion_api::{
 };
 use tokio::sync::Notify;
 
-use crate::external::Repeat;
-use crate::foresight::{Basis, Foreseen, Foresight, Lasting};
+use crate::external::Rerun;
 use crate::message::{Message, Observer, Severity};
+use crate::predicted_state::{CommandedModes, PredictedState, PredictionCache, PredictionKey};
 
 /// A robot to give commands to. Cheap to share behind an `Arc`.
 pub struct Robot {
@@ -29,8 +29,8 @@ pub struct Robot {
     snapshot: Arc<SnapshotCell>,
     registers: Arc<Registers>,
     timeline: Arc<dyn Timeline>,
-    awaited: Mutex<Awaited>,
-    inbox: Mutex<Inbox>,
+    awaited: Mutex<CommandTable>,
+    inbox: Mutex<MotionReceivers>,
     progress: Notify,
     observer: Arc<dyn Observer>,
     /// The latest cycle whose events have all been taken; only under the real clock.
@@ -38,7 +38,7 @@ pub struct Robot {
     /// Its number.
     told_cycle: AtomicU64,
     /// Where a recorded run is repeated: programs give no commands then, they are compared with what was recorded.
-    repeat: OnceLock<Arc<Repeat>>,
+    repeat: OnceLock<Arc<Rerun>>,
 }
 
 /// Commands of a program are remembered for so many cycles after their end, for programs that see the robot as it was a little
@@ -49,36 +49,36 @@ const REMEMBERED_MAX: usize = 4096;
 const STOPS_REMEMBERED: usize = 8;
 
 /// What comes from the motion thread.
-struct Inbox {
+struct MotionReceivers {
     events: EventReader,
     frames: FrameReader,
 }
 
 /// Commands whose end somebody waits for, and the origin of every command that has not ended.
 #[derive(Default)]
-struct Awaited {
-    open: BTreeMap<CommandId, Entry>,
+struct CommandTable {
+    open: BTreeMap<CommandId, PendingCommand>,
     stops: u64,
     last_stop: Option<StopReason>,
     /// The latest ones, with their cycles.
     recent_stops: VecDeque<(u64, StopReason)>,
-    lasting: Lasting,
-    foresight: Foresight,
-    /// See [`Basis::changes`].
+    lasting: CommandedModes,
+    foresight: PredictionCache,
+    /// See [`PredictionKey::changes`].
     changes: u64,
     /// Commands that have ended and whose outcome nobody asks for, in the order of their ends: programs may still see a cycle
     /// before. Few of them are looked at, those behind that cycle.
-    ended: VecDeque<Ended>,
+    ended: VecDeque<EndedCommand>,
 }
 
 /// A command that has ended.
-struct Ended {
+struct EndedCommand {
     command: Command,
     ended_in: u64,
     queued_in: u64,
 }
 
-impl Awaited {
+impl CommandTable {
     /// A command is about to enter the ring.
     fn announce(&mut self, command: Command, keep_outcome: bool) {
         self.lasting.note(&command);
@@ -86,7 +86,7 @@ impl Awaited {
             // A repeated program's, whose numbers are the recording's.
             self.changes += 1;
         }
-        let entry = Entry {
+        let entry = PendingCommand {
             command,
             keep_outcome,
             outcome: None,
@@ -114,7 +114,7 @@ impl Awaited {
     }
 
     /// Commands that had not ended by this cycle, though they have since, in the order of their ends.
-    fn ended_since(&self, cycle: u64) -> impl DoubleEndedIterator<Item = &Ended> {
+    fn ended_since(&self, cycle: u64) -> impl DoubleEndedIterator<Item = &EndedCommand> {
         let from = self.ended.partition_point(|ended| ended.ended_in <= cycle);
         self.ended.range(from..)
     }
@@ -143,9 +143,9 @@ impl Awaited {
     }
 
     /// The state with what the commands that had not ended by `cycle` set.
-    fn foreseen(&mut self, state: &RobotState, cycle: u64) -> Foreseen {
+    fn foreseen(&mut self, state: &RobotState, cycle: u64) -> PredictedState {
         let mut foresight = std::mem::take(&mut self.foresight);
-        let basis = Basis {
+        let basis = PredictionKey {
             cycle: state.cycle,
             ended_by: cycle,
             changes: self.changes,
@@ -158,7 +158,7 @@ impl Awaited {
     }
 }
 
-struct Entry {
+struct PendingCommand {
     command: Command,
     keep_outcome: bool,
     outcome: Option<Outcome>,
@@ -169,7 +169,7 @@ struct Entry {
     due_in: u64,
 }
 
-impl Entry {
+impl PendingCommand {
     /// Whether it had ended by this cycle.
     fn has_ended(&self, by: u64) -> bool {
         self.outcome.is_some() && self.ended_in <= by
@@ -180,7 +180,7 @@ impl Robot {
     /// Joins the script side's end of the border with the clock that runs the other side.
     pub fn new(
         model: Arc<RobotModel>,
-        end: ScriptEndWithoutRecords,
+        end: ScriptChannels,
         timeline: Arc<dyn Timeline>,
         observer: Arc<dyn Observer>,
     ) -> Self {
@@ -192,7 +192,7 @@ impl Robot {
             registers: end.registers,
             timeline,
             awaited: Mutex::default(),
-            inbox: Mutex::new(Inbox {
+            inbox: Mutex::new(MotionReceivers {
                 events: end.events,
                 frames: end.frames,
             }),
@@ -205,7 +205,7 @@ impl Robot {
     }
 
     /// From now on programs repeat a recorded run: their commands are not given, the recording's are.
-    pub fn repeats(&self, repeat: Arc<Repeat>) {
+    pub fn repeats(&self, repeat: Arc<Rerun>) {
         // Said once, before the first program.
         let _ = self.repeat.set(repeat);
     }
@@ -337,7 +337,7 @@ impl Robot {
     /// The number that a command of a repeated program has in the recording, whose own is carried out.
     fn expected(
         &self,
-        repeat: &Repeat,
+        repeat: &Rerun,
         origin: Origin,
         kind: CommandKind,
         keep_outcome: bool,
@@ -364,14 +364,14 @@ impl Robot {
 
     /// The state as the next cycle will have it, as far as commands that wait set something: what a program is shown, whose
     /// settings take no time.
-    pub(crate) fn foreseen(&self) -> Foreseen {
+    pub(crate) fn foreseen(&self) -> PredictedState {
         let mut awaited = self.awaited();
         // Under the lock: what is no longer open was published before.
         awaited.foreseen(&self.state(), u64::MAX)
     }
 
     /// The same as of an earlier cycle.
-    pub(crate) fn foreseen_after(&self, state: &RobotState) -> Foreseen {
+    pub(crate) fn foreseen_after(&self, state: &RobotState) -> PredictedState {
         self.awaited().foreseen(state, state.cycle)
     }
 
@@ -538,7 +538,7 @@ impl Robot {
                 let queued_in = entry.queued_in;
                 awaited.close(id);
                 if !is_virtual && command.origin.program != ProgramId(0) {
-                    awaited.ended.push_back(Ended {
+                    awaited.ended.push_back(EndedCommand {
                         command,
                         ended_in: cycle,
                         queued_in,
@@ -587,12 +587,12 @@ impl Robot {
         }
     }
 
-    fn awaited(&self) -> MutexGuard<'_, Awaited> {
+    fn awaited(&self) -> MutexGuard<'_, CommandTable> {
         self.awaited.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-fn io_after(awaited: &Awaited, state: &RobotState, cycle: u64) -> IoImage {
+fn io_after(awaited: &CommandTable, state: &RobotState, cycle: u64) -> IoImage {
     let mut image = state.io();
     for command in awaited.under_way(cycle, CommandId::NONE) {
         match command.kind {
@@ -609,7 +609,7 @@ fn io_after(awaited: &Awaited, state: &RobotState, cycle: u64) -> IoImage {
 }
 
 /// The script side's end of the border, without the records (those go to the recorder).
-pub struct ScriptEndWithoutRecords {
+pub struct ScriptChannels {
     /// Where commands go in.
     pub commands: CommandSender,
     /// What happened.
@@ -622,7 +622,7 @@ pub struct ScriptEndWithoutRecords {
     pub registers: Arc<Registers>,
 }
 
-impl From<ScriptEndpoint> for ScriptEndWithoutRecords {
+impl From<ScriptEndpoint> for ScriptChannels {
     fn from(end: ScriptEndpoint) -> Self {
         Self {
             commands: end.commands,
@@ -721,7 +721,7 @@ mod tests {
         fn what_is_foreseen_does_not_depend_on_what_was_asked_before(
             steps in prop::collection::vec((0..8_u8, 0..4_u8), 1..60)
         ) {
-            let mut awaited = Awaited::default();
+            let mut awaited = CommandTable::default();
             let mut state = RobotState::at_start(JointPositions::ZERO, 0.004);
             for (id, (what, which)) in (1..).zip(steps) {
                 let number = f64::from(which);

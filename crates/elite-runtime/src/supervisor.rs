@@ -2,7 +2,7 @@
 //!
 //! Owns the life cycle of tasks (each on an OS thread of its own) and the status that ports show. What happens inside a
 //! task is `task`'s. There is one main program at a time: a second one that compiles ends the first by force and begins as
-//! soon as that has unwound, while the arm may still brake (`task::Braking`).
+//! soon as that has unwound, while the arm may still brake (`task::HandoverStop`).
 
 mod ask;
 
@@ -17,17 +17,17 @@ use tokio::sync::{Mutex as Turns, watch};
 
 pub use ask::NoAnswer;
 
-use crate::attendant::Attendant;
 use crate::compile_pool::CompilePool;
-use crate::external::Course;
-use crate::interpreter::Interpreter;
+use crate::external::InputMode;
+use crate::interpreter::InterpreterMode;
 use crate::message::{Message, Observer, Severity};
 use crate::panel::{Panel, Watchdogs};
 use crate::preset::Preset;
 use crate::task::{
-    Braking, Controller, Controls, Ended, Extras, ProgramText, Source, Task, TaskEnd, TaskSettings,
-    controls, message_of,
+    ControlReceiver, ControlSender, FinishedTask, HandoverStop, Instrumentation, ProgramSource,
+    ProgramText, Task, TaskEnd, TaskSettings, controls, message_of,
 };
+use crate::test_task::TestTaskConfig;
 
 /// How long a new main program waits for one that it replaces: far longer than `finally` blocks may take. A secondary
 /// program that runs alone is waited for as long before it is replaced: it is short and has something to set up.
@@ -108,15 +108,15 @@ pub enum SubmitError {
 /// Starts and stops programs on one robot. Clones share everything.
 #[derive(Clone)]
 pub struct Supervisor {
-    shared: Arc<Shared>,
+    shared: Arc<SupervisorShared>,
 }
 
-struct Shared {
+struct SupervisorShared {
     settings: TaskSettings,
     pool: Arc<CompilePool>,
     known: Arc<KnownNames>,
-    interpreter: Arc<Interpreter>,
-    current: Mutex<Current>,
+    interpreter: Arc<InterpreterMode>,
+    current: Mutex<CurrentTask>,
     /// What main programs find set.
     presets: Mutex<Arc<[Preset]>>,
     /// Main programs take the place of one another in the order in which they came.
@@ -127,14 +127,14 @@ struct Shared {
 }
 
 #[derive(Default)]
-struct Current {
+struct CurrentTask {
     last_program: u32,
-    running: Option<Running>,
+    running: Option<RunningTask>,
     /// What the program before has left moving.
-    braking: Option<Braking>,
+    braking: Option<HandoverStop>,
 }
 
-impl Current {
+impl CurrentTask {
     /// A number for a program.
     fn next_program(&mut self) -> ProgramId {
         self.last_program += 1;
@@ -142,10 +142,10 @@ impl Current {
     }
 }
 
-struct Running {
+struct RunningTask {
     name: String,
     is_secondary: bool,
-    controller: Controller,
+    controller: ControlSender,
 }
 
 impl Supervisor {
@@ -155,14 +155,14 @@ impl Supervisor {
         let pool = Arc::new(CompilePool::new(settings.faults.clone()));
         let news = settings.panel.news().clone();
         let attendant = settings.extras.attendant.as_ref();
-        let current = Current {
+        let current = CurrentTask {
             last_program: attendant.map_or(0, |_| PROGRAMS_BEFORE_ATTENDANTS),
-            ..Current::default()
+            ..CurrentTask::default()
         };
         let known = crate::builtins::all().map(|builtin| builtin.name);
         let known = KnownNames::new(known.chain(attendant.and_then(|attendant| attendant.object)));
-        let shared = Shared {
-            interpreter: Arc::new(Interpreter::new(news, pool.clone())),
+        let shared = SupervisorShared {
+            interpreter: Arc::new(InterpreterMode::new(news, pool.clone())),
             settings,
             pool,
             known: Arc::new(known),
@@ -177,10 +177,10 @@ impl Supervisor {
         }
     }
 
-    /// Starts and stops programs beside those of this one, on the same arm: see [`Attendant`].
-    pub fn beside(&self, observer: Arc<dyn Observer>, attendant: Attendant) -> Self {
+    /// Starts and stops programs beside those of this one, on the same arm: see [`TestTaskConfig`].
+    pub fn beside(&self, observer: Arc<dyn Observer>, attendant: TestTaskConfig) -> Self {
         let settings = &self.shared.settings;
-        let extras = Extras {
+        let extras = Instrumentation {
             attendant: Some(attendant),
             stand_ins: settings.extras.stand_ins.clone(),
             line_counts: None,
@@ -192,13 +192,13 @@ impl Supervisor {
             panel: Arc::new(Panel::new(settings.panel.operator())),
             extras,
             // Only the program it looks at is told in a recording.
-            course: Course::Live,
+            course: InputMode::Live,
             ..settings.clone()
         })
     }
 
     /// The statements of interpreter mode.
-    pub fn interpreter(&self) -> &Interpreter {
+    pub fn interpreter(&self) -> &InterpreterMode {
         &self.shared.interpreter
     }
 
@@ -280,7 +280,7 @@ impl Supervisor {
 
     async fn submit_secondary(&self, program: ProgramText) -> Result<ProgramId, SubmitError> {
         let name = program.name.clone();
-        let mut source = Source::Text(program);
+        let mut source = ProgramSource::Text(program);
         // A task that ends right now does not take it any more; its successor does, or it runs on its own.
         for _ in 0..ATTEMPTS_TO_JOIN {
             if let Some(id) = self.join(&mut source).await {
@@ -304,17 +304,17 @@ impl Supervisor {
 
     /// Hands a secondary program to the running task, compiled, so that a long text does not hold that up; `None` when no
     /// task took it. One that does not compile is told and done with.
-    async fn join(&self, source: &mut Source) -> Option<ProgramId> {
+    async fn join(&self, source: &mut ProgramSource) -> Option<ProgramId> {
         if !self.is_running() {
             return None;
         }
-        if let Source::Text(program) = source {
+        if let ProgramSource::Text(program) = source {
             let text = core::mem::take(&mut program.text);
             let file = SourceFile::new(program.name.clone(), text);
             let compiling = self.shared.interpreter.compile(Arc::clone(&file));
             let told = match compiling.await {
                 Ok(Ok(program)) => {
-                    *source = Source::Compiled(program);
+                    *source = ProgramSource::Compiled(program);
                     Vec::new()
                 }
                 Ok(Err(findings)) => findings
@@ -334,8 +334,8 @@ impl Supervisor {
             let current = self.current();
             let running = current.running.as_ref()?;
             match &*source {
-                Source::Compiled(program) => running.controller.join(program)?,
-                Source::Text(_) => return None,
+                ProgramSource::Compiled(program) => running.controller.join(program)?,
+                ProgramSource::Text(_) => return None,
             }
         };
         joined.await.ok()?;
@@ -364,7 +364,7 @@ impl Supervisor {
         presets: Arc<[Preset]>,
     ) -> Result<ProgramId, SubmitError> {
         let name = program.name.clone();
-        let mut source = Source::Text(program);
+        let mut source = ProgramSource::Text(program);
         // Before its turn, so that a long text holds nobody up.
         if self.is_running() {
             source = self.compiled(source).await?;
@@ -391,8 +391,8 @@ impl Supervisor {
     }
 
     /// Compiles a text where texts are compiled; what is compiled stays as it is.
-    async fn compiled(&self, source: Source) -> Result<Source, SubmitError> {
-        let Source::Text(program) = source else {
+    async fn compiled(&self, source: ProgramSource) -> Result<ProgramSource, SubmitError> {
+        let ProgramSource::Text(program) = source else {
             return Ok(source);
         };
         let ProgramText { name, text } = program;
@@ -404,7 +404,7 @@ impl Supervisor {
             .pool
             .run(bytes, move || elite_lang::compile(copy, &known));
         match compiling.await {
-            Ok(Ok(program)) => Ok(Source::Compiled(program)),
+            Ok(Ok(program)) => Ok(ProgramSource::Compiled(program)),
             Ok(Err(findings)) => {
                 self.report(&findings, &file);
                 Err(SubmitError::NotCompiled { refused: name })
@@ -471,7 +471,7 @@ impl Supervisor {
         &self,
         name: String,
         is_secondary: bool,
-        source: Source,
+        source: ProgramSource,
         presets: Arc<[Preset]>,
     ) -> Result<ProgramId, SubmitError> {
         let mut current = self.current();
@@ -507,7 +507,7 @@ impl Supervisor {
                     reason: error.to_string(),
                 }
             })?;
-        current.running = Some(Running {
+        current.running = Some(RunningTask {
             name,
             is_secondary,
             controller,
@@ -529,7 +529,12 @@ impl Supervisor {
         self.current().last_program = id.0.saturating_sub(1);
         let is_secondary = is_secondary(&program.text);
         let name = program.name.clone();
-        self.start(name, is_secondary, Source::Text(program), presets.into())?;
+        self.start(
+            name,
+            is_secondary,
+            ProgramSource::Text(program),
+            presets.into(),
+        )?;
         Ok(())
     }
 
@@ -583,7 +588,7 @@ impl Supervisor {
             .and_then(|s| s.end.clone())
     }
 
-    fn current(&self) -> MutexGuard<'_, Current> {
+    fn current(&self) -> MutexGuard<'_, CurrentTask> {
         self.shared
             .current
             .lock()
@@ -591,19 +596,19 @@ impl Supervisor {
     }
 }
 
-impl Shared {
+impl SupervisorShared {
     fn run_task(
         &self,
         id: ProgramId,
         name: &str,
-        source: Source,
+        source: ProgramSource,
         presets: Arc<[Preset]>,
-        controls: Controls,
-        braking: Option<Braking>,
+        controls: ControlReceiver,
+        braking: Option<HandoverStop>,
     ) {
         // Dropped after `ending`, which tells everybody that the task has ended.
         let leftovers;
-        let mut ending = Ending {
+        let mut ending = TaskEndGuard {
             shared: self,
             id,
             end: TaskEnd::Failed,
@@ -631,7 +636,7 @@ impl Shared {
                 });
                 // Whatever the program left on it is not waited for.
                 runtime.shutdown_background();
-                let ended = ran.unwrap_or_else(|panicked| Ended {
+                let ended = ran.unwrap_or_else(|panicked| FinishedTask {
                     end: self.met_fault(id, panicked),
                     braking: None,
                     leftovers: None,
@@ -665,14 +670,14 @@ impl Shared {
 }
 
 /// The end of a task for everybody who waits for it, whatever ended it.
-struct Ending<'a> {
-    shared: &'a Shared,
+struct TaskEndGuard<'a> {
+    shared: &'a SupervisorShared,
     id: ProgramId,
     end: TaskEnd,
-    braking: Option<Braking>,
+    braking: Option<HandoverStop>,
 }
 
-impl Drop for Ending<'_> {
+impl Drop for TaskEndGuard<'_> {
     fn drop(&mut self) {
         let (shared, id) = (self.shared, self.id);
         // Each of these must happen, also when another meets a fault.

@@ -10,7 +10,7 @@ use std::path::{Component, Path, PathBuf};
 
 use thiserror::Error;
 
-use crate::task::Folders;
+use crate::task::SandboxRoots;
 
 /// Largest file that is read.
 pub const FILE_BYTES_MAX: u64 = 8 << 20;
@@ -86,7 +86,7 @@ pub fn is_xml(beginning: &[u8]) -> bool {
 pub struct TaskFolder {
     root: PathBuf,
     /// Where it may be, if not anywhere.
-    within: Option<Folders>,
+    within: Option<SandboxRoots>,
 }
 
 impl TaskFolder {
@@ -99,7 +99,7 @@ impl TaskFolder {
     }
 
     /// The same, as long as it and what is read from it are beneath certain folders, links followed.
-    pub fn within(self, within: Option<Folders>) -> Self {
+    pub fn within(self, within: Option<SandboxRoots>) -> Self {
         Self { within, ..self }
     }
 

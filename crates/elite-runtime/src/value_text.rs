@@ -10,7 +10,7 @@ const DEPTH_MAX: usize = 8;
 
 /// Python's `repr`, at most about `limit` characters; a longer one ends with `...`.
 pub(crate) fn repr_text(value: &Value, limit: usize) -> String {
-    let mut text = Text {
+    let mut text = ValueFormatter {
         out: String::new(),
         limit,
         style: Style::Repr,
@@ -31,7 +31,7 @@ const ANSWER_MAX: usize = 64 << 10;
 /// Python's notation with six decimals, as answers on port 40011 have it: clients find numbers by their digits and a point, and
 /// take an exponent for another number. The error says that it is too long.
 pub(crate) fn fixed_text(value: &Value) -> Result<String, String> {
-    let mut text = Text {
+    let mut text = ValueFormatter {
         out: String::new(),
         limit: ANSWER_MAX,
         style: Style::Fixed,
@@ -49,7 +49,7 @@ pub(crate) fn compact_text(value: &Value, limit: usize) -> Option<String> {
     if let Value::Str(text) = value {
         return Some(text.as_str().to_owned());
     }
-    let mut text = Text {
+    let mut text = ValueFormatter {
         out: String::new(),
         limit,
         style: Style::Compact,
@@ -65,7 +65,7 @@ enum Style {
     Fixed,
 }
 
-struct Text {
+struct ValueFormatter {
     out: String,
     limit: usize,
     style: Style,
@@ -73,7 +73,7 @@ struct Text {
     is_too_long: bool,
 }
 
-impl Text {
+impl ValueFormatter {
     /// Adds a value. False when it holds something that has no form of its own.
     fn push(&mut self, value: &Value, depth: usize) -> bool {
         if self.out.len() > 4 * self.limit {

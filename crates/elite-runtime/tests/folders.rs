@@ -13,7 +13,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use common::{Ran, Standing, run};
-use elite_runtime::{FileAccess, Folders, NetworkAccess, Permissions, TaskEnd};
+use elite_runtime::{FileAccess, NetworkAccess, Permissions, SandboxRoots, TaskEnd};
 
 /// A folder that is open to programs, one beside it with a secret, and links between them.
 fn surroundings() -> tempfile::TempDir {
@@ -35,7 +35,7 @@ fn surroundings() -> tempfile::TempDir {
 }
 
 fn in_folder(root: &Path, text: &str) -> Ran {
-    let folders = Folders::open(&[root.join("open")]).unwrap();
+    let folders = SandboxRoots::open(&[root.join("open")]).unwrap();
     let standing = Standing {
         permissions: Permissions {
             files: FileAccess::Beneath(folders),
@@ -176,9 +176,9 @@ fn a_refusal_names_the_path_and_the_folder() {
         open.display()
     );
     assert!(ran.error.contains(&sentence), "{}", ran.error);
-    let missing = Folders::open(&[root.path().join("nowhere")]).unwrap_err();
+    let missing = SandboxRoots::open(&[root.path().join("nowhere")]).unwrap_err();
     assert!(missing.to_string().contains("nowhere"), "{missing}");
-    assert!(Folders::open(&[open.join("own")]).is_err());
+    assert!(SandboxRoots::open(&[open.join("own")]).is_err());
 }
 
 #[test]

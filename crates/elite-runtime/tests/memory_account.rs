@@ -4,7 +4,7 @@ use crate::common;
 
 use common::{Standing, run};
 use elite_runtime::builtins::all;
-use elite_runtime::builtins::declare::{Builtin, Default, Kind, Range};
+use elite_runtime::builtins::declare::{Builtin, ParameterDefault, ParameterType, Range};
 
 /// Looks at the account, and calls between two of them: what has died is forgotten every 512 objects, so looks are
 /// compared that are at the same place between two such moments.
@@ -22,26 +22,32 @@ const LEFT_OUT: &[(&str, &str)] = &[
 ];
 
 /// An argument that the parameter accepts.
-fn argument(name: &str, kind: Kind) -> String {
+fn argument(name: &str, kind: ParameterType) -> String {
     match kind {
-        Kind::Joints | Kind::Pose | Kind::Numbers(6) => "[0.1, -1.2, 1.3, -1.4, -1.5, 0.6]".into(),
-        Kind::Numbers(count) => format!("[0.5] * {count}"),
-        Kind::NumberList | Kind::NumberOrList | Kind::List => "[1, 2, 3]".into(),
-        Kind::Booleans(count) => format!("[True] * {}", count.unwrap_or(3)),
-        Kind::ListOrText => "'1,2,3'".into(),
-        Kind::Number(Range::Between(low, high)) => format!("{}", (low + high) / 2.0),
-        Kind::Number(_) => "0.01".into(),
-        Kind::Integer(low, _) => low.max(0).to_string(),
-        Kind::OneOf(values) => values.first().map_or("0".into(), i64::to_string),
-        Kind::Boolean => "False".into(),
-        Kind::Word(words) => format!("{:?}", words.first().copied().unwrap_or_default()),
-        Kind::Text if name.contains("address") || name == "ip" => "'127.0.0.1'".into(),
-        Kind::Text | Kind::Printable => "f'text {number} of some length for the heap'".into(),
-        Kind::Frame => "'base'".into(),
-        Kind::Function => "nothing".into(),
-        Kind::Arguments => "()".into(),
-        Kind::ThreadHandle => "0".into(),
-        Kind::Checked(_) | Kind::Rest => "1".into(),
+        ParameterType::Joints | ParameterType::Pose | ParameterType::Numbers(6) => {
+            "[0.1, -1.2, 1.3, -1.4, -1.5, 0.6]".into()
+        }
+        ParameterType::Numbers(count) => format!("[0.5] * {count}"),
+        ParameterType::NumberList | ParameterType::NumberOrList | ParameterType::List => {
+            "[1, 2, 3]".into()
+        }
+        ParameterType::Booleans(count) => format!("[True] * {}", count.unwrap_or(3)),
+        ParameterType::ListOrText => "'1,2,3'".into(),
+        ParameterType::Number(Range::Between(low, high)) => format!("{}", (low + high) / 2.0),
+        ParameterType::Number(_) => "0.01".into(),
+        ParameterType::Integer(low, _) => low.max(0).to_string(),
+        ParameterType::OneOf(values) => values.first().map_or("0".into(), i64::to_string),
+        ParameterType::Boolean => "False".into(),
+        ParameterType::Word(words) => format!("{:?}", words.first().copied().unwrap_or_default()),
+        ParameterType::Text if name.contains("address") || name == "ip" => "'127.0.0.1'".into(),
+        ParameterType::Text | ParameterType::Printable => {
+            "f'text {number} of some length for the heap'".into()
+        }
+        ParameterType::Frame => "'base'".into(),
+        ParameterType::Function => "nothing".into(),
+        ParameterType::Arguments => "()".into(),
+        ParameterType::ThreadHandle => "0".into(),
+        ParameterType::Checked(_) | ParameterType::Rest => "1".into(),
     }
 }
 
@@ -49,7 +55,8 @@ fn argument(name: &str, kind: Kind) -> String {
 fn calls(builtin: &Builtin) -> [String; 2] {
     let arguments = |all: bool| {
         let given = builtin.params.iter().filter(|param| {
-            all && param.kind != Kind::Rest || matches!(param.default, Default::Required)
+            all && param.kind != ParameterType::Rest
+                || matches!(param.default, ParameterDefault::Required)
         });
         given
             .map(|param| argument(param.name, param.kind))

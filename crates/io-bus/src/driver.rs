@@ -9,14 +9,14 @@ use tokio::sync::Notify;
 use tokio::task::JoinHandle;
 
 /// The runtime. Dropping it ends the thread and everything on it.
-pub(crate) struct Driver {
+pub(crate) struct RuntimeThread {
     name: &'static str,
     handle: Handle,
     ending: Arc<Notify>,
     faults: ThreadSupervisor,
 }
 
-impl Driver {
+impl RuntimeThread {
     /// Starts the thread.
     pub(crate) fn start(name: &'static str, faults: ThreadSupervisor) -> io::Result<Self> {
         let runtime = tokio::runtime::Builder::new_current_thread()
@@ -47,7 +47,7 @@ impl Driver {
     }
 
     /// Starts something that is begun again when it panics.
-    pub(crate) fn keep_up<F>(&self, begin: impl FnMut() -> F + Send + 'static)
+    pub(crate) fn spawn_restarting<F>(&self, begin: impl FnMut() -> F + Send + 'static)
     where
         F: Future<Output = ()> + Send + 'static,
     {
@@ -56,7 +56,7 @@ impl Driver {
     }
 }
 
-impl Drop for Driver {
+impl Drop for RuntimeThread {
     fn drop(&mut self) {
         self.ending.notify_one();
     }

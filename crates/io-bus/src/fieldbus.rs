@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use supervision::ThreadSupervisor;
 
-use crate::link::StandIns;
+use crate::link::SimulatedPeers;
 use crate::modbus::ModbusClient;
 use crate::port_image::{PortImage, ProgramState};
 use crate::serial::SerialLine;
@@ -29,13 +29,13 @@ impl Fieldbus {
         tool_serial: SerialLine,
         masterboard_serial: SerialLine,
         faults: &ThreadSupervisor,
-        stand_ins: Option<Arc<dyn StandIns>>,
+        stand_ins: Option<Arc<dyn SimulatedPeers>>,
     ) -> Self {
         Self {
             modbus: ModbusClient::new(faults.clone(), stand_ins),
             port_image: Arc::default(),
-            tool_serial: tool_serial.told_to(faults.clone()),
-            masterboard_serial: masterboard_serial.told_to(faults.clone()),
+            tool_serial: tool_serial.with_supervisor(faults.clone()),
+            masterboard_serial: masterboard_serial.with_supervisor(faults.clone()),
         }
     }
 

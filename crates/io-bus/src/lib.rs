@@ -22,6 +22,6 @@ pub mod serial;
 pub mod xmlrpc;
 
 pub use fieldbus::Fieldbus;
-pub use link::{Link, StandIns};
+pub use link::{PeerStream, SimulatedPeers};
 pub use port_image::{ControlMode, PortImage, ProgramState};
 pub use script_socket::ScriptSocket;

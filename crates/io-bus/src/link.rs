@@ -14,13 +14,13 @@ use crate::names;
 
 /// Who stands in for machines on the network, in tests of programs. Both ends are in this process, so that what is sent is
 /// there at once, and waiting for an answer takes simulated time only.
-pub trait StandIns: Send + Sync {
+pub trait SimulatedPeers: Send + Sync {
     /// Whether somebody stands in for this address.
-    fn knows(&self, host: &str, port: u16) -> bool;
+    fn simulates(&self, host: &str, port: u16) -> bool;
 
     /// Whether that somebody answers; where every address is known so that none leads out, nobody may be behind it.
-    fn plays(&self, host: &str, port: u16) -> bool {
-        self.knows(host, port)
+    fn answers(&self, host: &str, port: u16) -> bool {
+        self.simulates(host, port)
     }
 
     /// A connection to whoever stands in for this address; `None` where the real machine is meant.
@@ -35,7 +35,7 @@ pub trait StandIns: Send + Sync {
 
 /// A stream to a peer.
 #[derive(Debug)]
-pub enum Link {
+pub enum PeerStream {
     /// Over the network.
     Tcp(TcpStream),
     /// Within this process.
@@ -46,13 +46,13 @@ pub enum Link {
 macro_rules! on {
     ($link:expr, $stream:ident => $what:expr) => {
         match $link {
-            Link::Tcp($stream) => $what,
-            Link::Local($stream) => $what,
+            PeerStream::Tcp($stream) => $what,
+            PeerStream::Local($stream) => $what,
         }
     };
 }
 
-impl Link {
+impl PeerStream {
     /// Connects to who stands in for the address, if somebody does, and to the machine otherwise. Needs a tokio runtime.
     ///
     /// # Errors
@@ -60,7 +60,7 @@ impl Link {
     pub async fn open(
         host: &str,
         port: u16,
-        stand_ins: Option<&Arc<dyn StandIns>>,
+        stand_ins: Option<&Arc<dyn SimulatedPeers>>,
     ) -> io::Result<Self> {
         if let Some(local) = stand_ins.and_then(|stand_ins| stand_ins.connect(host, port)) {
             return Self::local(local?);
@@ -118,7 +118,7 @@ impl Link {
     }
 }
 
-impl AsyncRead for Link {
+impl AsyncRead for PeerStream {
     fn poll_read(
         self: Pin<&mut Self>,
         cx: &mut Context<'_>,
@@ -128,7 +128,7 @@ impl AsyncRead for Link {
     }
 }
 
-impl AsyncWrite for Link {
+impl AsyncWrite for PeerStream {
     fn poll_write(
         self: Pin<&mut Self>,
         cx: &mut Context<'_>,

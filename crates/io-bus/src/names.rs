@@ -17,9 +17,9 @@ pub const LOOK_UPS_MAX: usize = 32;
 static UNDER_WAY: AtomicUsize = AtomicUsize::new(0);
 
 /// A place among the look-ups, given back when it is dropped.
-struct Place;
+struct LookupPermit;
 
-impl Place {
+impl LookupPermit {
     fn take() -> io::Result<Self> {
         let place = Self;
         if UNDER_WAY.fetch_add(1, Ordering::Relaxed) < LOOK_UPS_MAX {
@@ -31,7 +31,7 @@ impl Place {
     }
 }
 
-impl Drop for Place {
+impl Drop for LookupPermit {
     fn drop(&mut self) {
         UNDER_WAY.fetch_sub(1, Ordering::Relaxed);
     }
@@ -45,7 +45,7 @@ pub async fn resolve(host: &str, port: u16) -> io::Result<Vec<SocketAddr>> {
     if let Ok(ip) = host.parse::<IpAddr>() {
         return Ok(vec![SocketAddr::new(ip, port)]);
     }
-    let place = Place::take()?;
+    let place = LookupPermit::take()?;
     let host = host.to_owned();
     let (sender, receiver) = oneshot::channel();
     ThreadSupervisor::default().start(ThreadRole::Service, "name look-up", move || {

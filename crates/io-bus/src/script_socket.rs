@@ -13,8 +13,8 @@ use std::time::Duration;
 use tokio::sync::Mutex;
 use tokio::time::{Instant, timeout, timeout_at};
 
-use crate::link::Link;
-use decode::{Found, floats, saturated, text};
+use crate::link::PeerStream;
+use decode::{ParseOutcome, floats, saturated, text};
 
 pub use decode::TEXT_BYTES_MAX;
 
@@ -28,7 +28,7 @@ const UNREAD_BYTES_MAX: usize = 64 << 10;
 /// One connection to a server.
 #[derive(Debug)]
 pub struct ScriptSocket {
-    stream: Link,
+    stream: PeerStream,
     unread: Mutex<Vec<u8>>,
     is_closed: AtomicBool,
 }
@@ -39,14 +39,14 @@ impl ScriptSocket {
     /// # Errors
     /// What the system said, or that it took too long.
     pub async fn open(address: &str, port: u16) -> io::Result<Self> {
-        let link = timeout(CONNECT_TIME, Link::open(address, port, None))
+        let link = timeout(CONNECT_TIME, PeerStream::open(address, port, None))
             .await
             .map_err(|_| io::Error::from(io::ErrorKind::TimedOut))??;
         Ok(Self::over(link))
     }
 
     /// Over a connection that stands.
-    pub fn over(stream: Link) -> Self {
+    pub fn over(stream: PeerStream) -> Self {
         Self {
             stream,
             unread: Mutex::default(),
@@ -90,10 +90,10 @@ impl ScriptSocket {
     pub async fn read_bytes(&self, count: usize, patience: Option<Duration>) -> Vec<u8> {
         self.read(patience, |unread, is_last| {
             if unread.len() < count && !is_last {
-                return Found::NotYet;
+                return ParseOutcome::NotYet;
             }
             let count = count.min(unread.len());
-            Found::Result(unread.drain(..count).collect())
+            ParseOutcome::Result(unread.drain(..count).collect())
         })
         .await
         .unwrap_or_default()
@@ -103,12 +103,12 @@ impl ScriptSocket {
     pub async fn read_integers(&self, count: usize, patience: Option<Duration>) -> Vec<i32> {
         self.read(patience, |unread, is_last| {
             if unread.len() < 4 * count && !is_last {
-                return Found::NotYet;
+                return ParseOutcome::NotYet;
             }
             let count = count.min(unread.len() / 4);
             let bytes: Vec<u8> = unread.drain(..4 * count).collect();
             let (integers, _) = bytes.as_chunks::<4>();
-            Found::Result(integers.iter().map(|b| i32::from_be_bytes(*b)).collect())
+            ParseOutcome::Result(integers.iter().map(|b| i32::from_be_bytes(*b)).collect())
         })
         .await
         .unwrap_or_default()
@@ -139,7 +139,7 @@ impl ScriptSocket {
 
     /// Asks `GET name` and gives the integer of the reply `name integer`; 0 without such a reply. Beyond 32 bits the
     /// nearest one that fits.
-    pub async fn get_var(&self, name: &str) -> i32 {
+    pub async fn query_var(&self, name: &str) -> i32 {
         let request = format!("GET {name}\n");
         if self.send(request.as_bytes()).await < request.len() {
             return 0;
@@ -157,19 +157,19 @@ impl ScriptSocket {
     async fn read<T>(
         &self,
         patience: Option<Duration>,
-        mut look: impl FnMut(&mut Vec<u8>, bool) -> Found<T>,
+        mut look: impl FnMut(&mut Vec<u8>, bool) -> ParseOutcome<T>,
     ) -> Option<T> {
         let deadline = patience.and_then(|time| Instant::now().checked_add(time));
-        let mut unread = within(deadline, self.unread.lock()).await?;
+        let mut unread = with_optional_timeout(deadline, self.unread.lock()).await?;
         loop {
-            if let Found::Result(result) = look(&mut unread, false) {
+            if let ParseOutcome::Result(result) = look(&mut unread, false) {
                 return Some(result);
             }
             let is_full = unread.len() >= UNREAD_BYTES_MAX;
             if is_full || !self.receive(&mut unread, deadline).await {
                 return match look(&mut unread, true) {
-                    Found::Result(result) => Some(result),
-                    Found::NotYet => None,
+                    ParseOutcome::Result(result) => Some(result),
+                    ParseOutcome::NotYet => None,
                 };
             }
         }
@@ -178,7 +178,7 @@ impl ScriptSocket {
     /// Waits for bytes and appends them. False when the time is over or no more will come.
     async fn receive(&self, unread: &mut Vec<u8>, deadline: Option<Instant>) -> bool {
         loop {
-            match within(deadline, self.stream.readable()).await {
+            match with_optional_timeout(deadline, self.stream.readable()).await {
                 Some(Ok(())) => {}
                 Some(Err(_)) | None => return false,
             }
@@ -200,7 +200,10 @@ impl ScriptSocket {
 }
 
 /// The result, unless the time is over first; without a deadline waits for ever.
-async fn within<T>(deadline: Option<Instant>, future: impl Future<Output = T>) -> Option<T> {
+async fn with_optional_timeout<T>(
+    deadline: Option<Instant>,
+    future: impl Future<Output = T>,
+) -> Option<T> {
     match deadline {
         Some(deadline) => timeout_at(deadline, future).await.ok(),
         None => Some(future.await),
@@ -310,7 +313,7 @@ mod tests {
                 assert_eq!(&request, b"GET J\n");
                 peer.write_all(answer).await.unwrap();
             };
-            assert_eq!(tokio::join!(socket.get_var("J"), serve).0, wanted);
+            assert_eq!(tokio::join!(socket.query_var("J"), serve).0, wanted);
         }
     }
 
@@ -351,17 +354,17 @@ mod tests {
         fn any_bytes_give_the_same_text_however_they_are_cut(bytes in proptest::collection::vec(prop_oneof![Just(b'<'), Just(b'>'), Just(0xC3), any::<u8>()], 0..60), cut in 0_usize..60) {
             let whole = |mut bytes: Vec<u8>| {
                 let mut out = Vec::new();
-                while let Found::Result(part) = text(&mut bytes, b"<", b">", false) { out.push(part); }
+                while let ParseOutcome::Result(part) = text(&mut bytes, b"<", b">", false) { out.push(part); }
                 out
             };
             let mut first = bytes[..cut.min(bytes.len())].to_vec();
             let mut parts = Vec::new();
-            while let Found::Result(part) = text(&mut first, b"<", b">", false) { parts.push(part); }
+            while let ParseOutcome::Result(part) = text(&mut first, b"<", b">", false) { parts.push(part); }
             first.extend_from_slice(&bytes[cut.min(bytes.len())..]);
             parts.extend(whole(first));
             prop_assert_eq!(parts, whole(bytes.clone()));
             let mut rest = bytes;
-            while let Found::Result(numbers) = floats(&mut rest, 30, false) { prop_assert!(numbers.len() <= 30); }
+            while let ParseOutcome::Result(numbers) = floats(&mut rest, 30, false) { prop_assert!(numbers.len() <= 30); }
         }
     }
 }

@@ -15,7 +15,7 @@ use tokio::task::JoinHandle;
 use tokio::time::{Instant, sleep, sleep_until, timeout, timeout_at};
 use tokio_serial::{DataBits, Parity, SerialPortBuilderExt, StopBits};
 
-use crate::driver::Driver;
+use crate::driver::RuntimeThread;
 use crate::modbus::pdu::{PduError, Reply, Request};
 use crate::modbus::rtu;
 use crate::names;
@@ -139,21 +139,21 @@ impl<T: AsyncRead + AsyncWrite + Unpin + Send> Transport for T {}
 pub struct SerialLine {
     endpoint: Option<Endpoint>,
     settings: Arc<SyncMutex<Option<SerialSettings>>>,
-    line: Arc<Mutex<Line>>,
-    driver: OnceLock<Driver>,
+    line: Arc<Mutex<OpenPort>>,
+    driver: OnceLock<RuntimeThread>,
     faults: ThreadSupervisor,
 }
 
 #[derive(Default)]
-struct Line {
+struct OpenPort {
     transport: Option<Box<dyn Transport>>,
     unread: Vec<u8>,
 }
 
 /// Ends the work on the driver's thread when nobody waits for it any more.
-struct Work<T>(JoinHandle<T>);
+struct AbortOnDrop<T>(JoinHandle<T>);
 
-impl<T> Drop for Work<T> {
+impl<T> Drop for AbortOnDrop<T> {
     fn drop(&mut self) {
         self.0.abort();
     }
@@ -169,7 +169,7 @@ impl SerialLine {
     }
 
     /// The same port; `faults` hears of those on its thread.
-    pub fn told_to(self, faults: ThreadSupervisor) -> Self {
+    pub fn with_supervisor(self, faults: ThreadSupervisor) -> Self {
         Self { faults, ..self }
     }
 
@@ -186,14 +186,14 @@ impl SerialLine {
     /// Opens the port anew with these settings, or closes it. A port for a plug-in is not opened here.
     ///
     /// # Errors
-    /// [`SerialError::NoDevice`], [`SerialError::Line`]; the port is closed then.
+    /// [`SerialError::NoDevice`], [`SerialError::OpenPort`]; the port is closed then.
     pub async fn configure(&self, settings: Option<SerialSettings>) -> Result<(), SerialError> {
         *self.lock_settings() = None;
         let line = self.line.clone();
         let endpoint = self.endpoint.clone();
-        self.drive(async move {
+        self.run_on_thread(async move {
             let mut line = line.lock().await;
-            *line = Line::default();
+            *line = OpenPort::default();
             if let Some(settings) = settings.filter(|settings| !settings.for_daemon) {
                 let endpoint = endpoint.ok_or(SerialError::NoDevice)?;
                 line.transport = Some(open(&endpoint, &settings).await?);
@@ -208,7 +208,7 @@ impl SerialLine {
     /// Up to `count` bytes; fewer when the time is over or the line broke. `patience` `None` waits for ever.
     ///
     /// # Errors
-    /// [`SerialError::Mode`], [`SerialError::Line`]
+    /// [`SerialError::Mode`], [`SerialError::OpenPort`]
     pub async fn read(
         &self,
         count: usize,
@@ -216,14 +216,14 @@ impl SerialLine {
     ) -> Result<Vec<u8>, SerialError> {
         let settings = self.need(SerialMode::Raw)?;
         let (line, endpoint) = (self.line.clone(), self.endpoint.clone());
-        self.drive(async move {
+        self.run_on_thread(async move {
             let deadline = patience.and_then(|time| Instant::now().checked_add(time));
-            let mut line = within(deadline, line.lock())
+            let mut line = with_optional_timeout(deadline, line.lock())
                 .await
                 .ok_or(SerialError::NoAnswer)?;
             while line.unread.len() < count {
                 let mut chunk = [0; 1024];
-                let read = within(
+                let read = with_optional_timeout(
                     deadline,
                     line.receive(endpoint.as_ref(), &settings, &mut chunk),
                 );
@@ -243,11 +243,11 @@ impl SerialLine {
     /// Sends bytes; how many went.
     ///
     /// # Errors
-    /// [`SerialError::Mode`], [`SerialError::Line`]
+    /// [`SerialError::Mode`], [`SerialError::OpenPort`]
     pub async fn write(&self, bytes: Vec<u8>) -> Result<usize, SerialError> {
         let settings = self.need(SerialMode::Raw)?;
         let (line, endpoint) = (self.line.clone(), self.endpoint.clone());
-        self.drive(async move {
+        self.run_on_thread(async move {
             let mut line = line.lock().await;
             line.send(endpoint.as_ref(), &settings, &bytes).await?;
             Ok(bytes.len())
@@ -258,14 +258,14 @@ impl SerialLine {
     /// Passes bytes on between the line and `stream`, both ways, until one of them ends. Programs have their turns between.
     ///
     /// # Errors
-    /// [`SerialError::Mode`] when the port is closed, or in Modbus RTU mode; [`SerialError::Line`].
+    /// [`SerialError::Mode`] when the port is closed, or in Modbus RTU mode; [`SerialError::OpenPort`].
     pub async fn forward(
         &self,
         mut stream: impl AsyncRead + AsyncWrite + Unpin + Send + 'static,
     ) -> Result<(), SerialError> {
         let (line, endpoint) = (self.line.clone(), self.endpoint.clone());
         let settings = self.settings.clone();
-        self.drive(async move {
+        self.run_on_thread(async move {
             let mut from_stream = [0; 1024];
             let mut from_line = [0; 1024];
             loop {
@@ -305,10 +305,10 @@ impl SerialLine {
     /// Drops what was received and not read.
     ///
     /// # Errors
-    /// [`SerialError::Line`]
+    /// [`SerialError::OpenPort`]
     pub async fn flush(&self) -> Result<(), SerialError> {
         let line = self.line.clone();
-        self.drive(async move {
+        self.run_on_thread(async move {
             line.lock().await.drain().await;
             Ok(())
         })
@@ -327,7 +327,7 @@ impl SerialLine {
     ) -> Result<Reply, SerialError> {
         let settings = self.need(SerialMode::Rtu)?;
         let (line, endpoint) = (self.line.clone(), self.endpoint.clone());
-        self.drive(async move {
+        self.run_on_thread(async move {
             let mut line = line.lock().await;
             // What is still on its way belongs to an earlier request. 3.5 characters of silence begin a frame.
             line.drain().await;
@@ -342,7 +342,7 @@ impl SerialLine {
                     true => deadline,
                     false => Some(Instant::now() + SILENCE),
                 };
-                let read = within(
+                let read = with_optional_timeout(
                     until,
                     line.receive(endpoint.as_ref(), &settings, &mut chunk),
                 );
@@ -376,19 +376,19 @@ impl SerialLine {
     }
 
     /// Does the work on the thread that the line belongs to: a program's own runtime ends with the program.
-    async fn drive<T: Send + 'static>(
+    async fn run_on_thread<T: Send + 'static>(
         &self,
         work: impl Future<Output = Result<T, SerialError>> + Send + 'static,
     ) -> Result<T, SerialError> {
         let driver = match self.driver.get() {
             Some(driver) => driver,
             None => {
-                let started =
-                    Driver::start("serial", self.faults.clone()).map_err(SerialError::NoThread)?;
+                let started = RuntimeThread::start("serial", self.faults.clone())
+                    .map_err(SerialError::NoThread)?;
                 self.driver.get_or_init(|| started)
             }
         };
-        let mut work = Work(driver.spawn(async move {
+        let mut work = AbortOnDrop(driver.spawn(async move {
             injection::point("serial");
             work.await
         }));
@@ -400,7 +400,7 @@ impl SerialLine {
     }
 }
 
-impl Line {
+impl OpenPort {
     /// Waits for bytes. A line that has broken is opened again at the next call.
     async fn receive(
         &mut self,
@@ -515,7 +515,10 @@ fn silence(baud_rate: u32) -> Duration {
     Duration::from_secs_f64((38.5 / f64::from(baud_rate.max(1))).max(0.00175))
 }
 
-async fn within<T>(deadline: Option<Instant>, future: impl Future<Output = T>) -> Option<T> {
+async fn with_optional_timeout<T>(
+    deadline: Option<Instant>,
+    future: impl Future<Output = T>,
+) -> Option<T> {
     match deadline {
         Some(deadline) => timeout_at(deadline, future).await.ok(),
         None => Some(future.await),

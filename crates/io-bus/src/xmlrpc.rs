@@ -3,5 +3,5 @@
 mod client;
 pub mod codec;
 
-pub use client::{CALL_TIME, RpcClient, RpcError, Url};
-pub use codec::{Fault, RpcValue};
+pub use client::{CALL_TIME, RpcClient, RpcError, RpcUrl};
+pub use codec::{RpcFault, RpcValue};

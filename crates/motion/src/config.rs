@@ -53,7 +53,7 @@ pub struct LimitOverrides {
     pub self_collision: Option<bool>,
 }
 
-/// Everything a [`Cycle`](crate::Cycle) is made from.
+/// Everything a [`CycleMessage`](crate::CycleMessage) is made from.
 #[derive(Clone, Debug)]
 pub struct CycleConfig {
     /// The arm.

@@ -18,7 +18,7 @@ const SIXES_AT: usize = 96;
 
 /// What a frame says beside the state.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Beside {
+pub struct FrameContext {
     /// Number of the frame in the stream that it is in.
     pub sequence: u32,
     /// The server's clock, ms since 1970: what a page measures its delay with.
@@ -34,7 +34,7 @@ pub struct Beside {
 }
 
 /// The frame of a state.
-pub fn encode(state: &RobotState, beside: &Beside) -> [u8; FRAME_BYTES] {
+pub fn encode(state: &RobotState, beside: &FrameContext) -> [u8; FRAME_BYTES] {
     let mut frame = [0; FRAME_BYTES];
     let mut at = 0;
     let mut put = |bytes: &[u8]| {
@@ -140,7 +140,7 @@ mod tests {
         state.tcp_force[5] = -3.5;
         state.joint_temperatures[5] = 41.0;
         state.step_duration_us = 12.0;
-        let beside = Beside {
+        let beside = FrameContext {
             sequence: 9,
             wall_ms: 1e12,
             task: 2,
@@ -174,13 +174,19 @@ mod tests {
     #[test]
     fn only_what_is_shown_counts_as_a_change() {
         let state = RobotState::at_start(JointPositions::ZERO, 0.004);
-        let a = encode(&state, &Beside::default());
+        let a = encode(&state, &FrameContext::default());
         let mut later = state;
         later.time = 1.0;
         later.cycle = 250;
-        assert!(shows_the_same(&a, &encode(&later, &Beside::default())));
+        assert!(shows_the_same(
+            &a,
+            &encode(&later, &FrameContext::default())
+        ));
         later.actual_q[3] = 1e-3;
-        assert!(!shows_the_same(&a, &encode(&later, &Beside::default())));
+        assert!(!shows_the_same(
+            &a,
+            &encode(&later, &FrameContext::default())
+        ));
         assert_eq!(time_of(&a[..10]), 0.0);
     }
 }

@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use serde_json::{Value, json};
 
+use crate::bounded_series::{BoundedSeries, HeapSize};
 use crate::frame::{FRAME_BYTES, shows_the_same};
-use crate::track::{Track, Weighs};
 
 /// Frames: a quarter of an hour at 60 a second before they are thinned out. Evenly, those of an hour are 62.5 ms apart.
 const FRAMES_MAX: usize = 60_000;
@@ -28,13 +28,13 @@ const STILL_PERIOD: f64 = 1.0;
 
 /// Something that has happened.
 #[derive(Clone, Debug)]
-struct Event {
+struct TimedEvent {
     /// As of lines of the log: 1 debug to 5 fatal.
     level: u8,
     json: Arc<str>,
 }
 
-impl Weighs for Event {
+impl HeapSize for TimedEvent {
     fn weight(&self) -> usize {
         self.json.len()
     }
@@ -42,7 +42,7 @@ impl Weighs for Event {
 
 /// Which events are asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EventsWanted {
+pub struct EventQuery {
     /// From this time, s.
     pub from: f64,
     /// To this time, s.
@@ -58,13 +58,13 @@ pub struct EventsWanted {
 /// The history.
 #[derive(Clone, Debug)]
 pub struct History {
-    frames: Track<Box<[u8]>>,
-    panels: Track<Arc<str>>,
-    registers: Track<Arc<str>>,
+    frames: BoundedSeries<Box<[u8]>>,
+    panels: BoundedSeries<Arc<str>>,
+    registers: BoundedSeries<Arc<str>>,
     /// Warnings, errors, alarms, changes of mode, commands: what is jumped to.
-    marks: Track<Event>,
+    marks: BoundedSeries<TimedEvent>,
     /// Other lines of the log.
-    lines: Track<Event>,
+    lines: BoundedSeries<TimedEvent>,
     /// The latest frame, which is kept only when the next one shows something else.
     still: Option<(f64, [u8; FRAME_BYTES])>,
     /// Nothing is added any more.
@@ -74,11 +74,11 @@ pub struct History {
 impl Default for History {
     fn default() -> Self {
         Self {
-            frames: Track::new(FRAMES_MAX, FRAMES_MAX * FRAME_BYTES),
-            panels: Track::new(TEXTS_MAX, TEXT_BYTES_MAX),
-            registers: Track::new(TEXTS_MAX, TEXT_BYTES_MAX),
-            marks: Track::new(EVENTS_MAX, TEXT_BYTES_MAX),
-            lines: Track::new(EVENTS_MAX, TEXT_BYTES_MAX),
+            frames: BoundedSeries::new(FRAMES_MAX, FRAMES_MAX * FRAME_BYTES),
+            panels: BoundedSeries::new(TEXTS_MAX, TEXT_BYTES_MAX),
+            registers: BoundedSeries::new(TEXTS_MAX, TEXT_BYTES_MAX),
+            marks: BoundedSeries::new(EVENTS_MAX, TEXT_BYTES_MAX),
+            lines: BoundedSeries::new(EVENTS_MAX, TEXT_BYTES_MAX),
             still: None,
             whole: false,
         }
@@ -89,9 +89,9 @@ impl History {
     /// Of something whole, such as a recording: every part of it is kept alike.
     pub fn of_recording() -> Self {
         Self {
-            frames: Track::even(FRAMES_MAX, FRAMES_MAX * FRAME_BYTES),
-            panels: Track::even(TEXTS_MAX, TEXT_BYTES_MAX),
-            registers: Track::even(TEXTS_MAX, TEXT_BYTES_MAX),
+            frames: BoundedSeries::even(FRAMES_MAX, FRAMES_MAX * FRAME_BYTES),
+            panels: BoundedSeries::even(TEXTS_MAX, TEXT_BYTES_MAX),
+            registers: BoundedSeries::even(TEXTS_MAX, TEXT_BYTES_MAX),
             ..Self::default()
         }
     }
@@ -134,7 +134,7 @@ impl History {
             true => &mut self.marks,
             false => &mut self.lines,
         };
-        track.push(time, Event { level, json });
+        track.push(time, TimedEvent { level, json });
     }
 
     /// Nothing comes any more.
@@ -174,7 +174,7 @@ impl History {
 
     /// What was there at a moment, beside the frame.
     pub fn beside(&self, time: f64) -> Value {
-        let text = |track: &Track<Arc<str>>| {
+        let text = |track: &BoundedSeries<Arc<str>>| {
             let text = track.by(time).map(|text| serde_json::from_str(text));
             text.and_then(Result::ok).unwrap_or(Value::Null)
         };
@@ -182,9 +182,9 @@ impl History {
     }
 
     /// Events, oldest first, as a JSON array.
-    pub fn events(&self, wanted: EventsWanted) -> String {
+    pub fn events(&self, wanted: EventQuery) -> String {
         let most = wanted.most.min(EVENTS_GIVEN_MAX);
-        let of = |track: &Track<Event>| -> Vec<(f64, Arc<str>)> {
+        let of = |track: &BoundedSeries<TimedEvent>| -> Vec<(f64, Arc<str>)> {
             let all = track.between(wanted.from, wanted.to, usize::MAX);
             let all = all.filter(|(_, event)| event.level >= wanted.level);
             let all = all.map(|(time, event)| (*time, event.json.clone()));
@@ -209,7 +209,7 @@ impl History {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::{Beside, encode, time_of};
+    use crate::frame::{FrameContext, encode, time_of};
     use kinematics::JointPositions;
     use motion_api::RobotState;
 
@@ -217,7 +217,7 @@ mod tests {
         let mut state = RobotState::at_start(JointPositions::ZERO, 0.004);
         state.time = time;
         state.actual_q[0] = q;
-        encode(&state, &Beside::default())
+        encode(&state, &FrameContext::default())
     }
 
     #[test]
@@ -261,7 +261,7 @@ mod tests {
         assert_eq!(history.beside(1.9)["panel"]["line"], 4);
         assert_eq!(history.beside(1.9)["registers"]["in"][0], 1);
         let events = |from, to, level, most, first| {
-            history.events(EventsWanted {
+            history.events(EventQuery {
                 from,
                 to,
                 level,
@@ -285,7 +285,7 @@ mod tests {
         for n in 0..3 * EVENTS_MAX {
             history.event(2.0 + n as f64, 2, "2".into());
         }
-        let marks = EventsWanted {
+        let marks = EventQuery {
             from: 0.0,
             to: 1e9,
             level: LEVEL_OF_MARKS,

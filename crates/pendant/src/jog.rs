@@ -55,7 +55,7 @@ pub enum JogFrame {
 
 /// What is held.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Held {
+pub enum HoldToRun {
     /// A joint or an axis at a share of its speed.
     Jog {
         /// Which.
@@ -76,7 +76,7 @@ pub enum Held {
     Freedrive,
 }
 
-impl Held {
+impl HoldToRun {
     /// The command that begins it, from the state now.
     pub fn begin(&self, state: &RobotState) -> CommandKind {
         match *self {
@@ -168,13 +168,13 @@ fn along_axis(axis: usize, length: f64) -> [f64; 3] {
 
 /// What a page holds, and when it was last heard of.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Jogging {
-    held: Option<(Held, CommandId, Instant)>,
+pub struct HoldToRunState {
+    held: Option<(HoldToRun, CommandId, Instant)>,
 }
 
-impl Jogging {
+impl HoldToRunState {
     /// Something is held from `now` on.
-    pub fn begin(&mut self, held: Held, id: CommandId, now: Instant) {
+    pub fn begin(&mut self, held: HoldToRun, id: CommandId, now: Instant) {
         self.held = Some((held, id, now));
     }
 
@@ -186,7 +186,7 @@ impl Jogging {
     }
 
     /// What is held.
-    pub const fn held(&self) -> Option<(Held, CommandId)> {
+    pub const fn held(&self) -> Option<(HoldToRun, CommandId)> {
         match self.held {
             Some((held, id, _)) => Some((held, id)),
             None => None,
@@ -221,7 +221,7 @@ mod tests {
     #[test]
     fn axes_of_the_tool_turn_with_it() {
         let jog = |axis, frame| {
-            let held = Held::Jog {
+            let held = HoldToRun::Jog {
                 axis,
                 frame,
                 speed: 1.0,
@@ -242,7 +242,7 @@ mod tests {
 
     #[test]
     fn a_joint_is_jogged_alone_and_stopped_as_a_joint() {
-        let held = Held::Jog {
+        let held = HoldToRun::Jog {
             axis: JogAxis::J6,
             frame: JogFrame::Base,
             speed: -0.5,
@@ -257,10 +257,10 @@ mod tests {
 
     #[test]
     fn without_a_sign_of_life_it_ends_after_150_ms() {
-        let mut jogging = Jogging::default();
+        let mut jogging = HoldToRunState::default();
         let start = Instant::now();
         assert_eq!((jogging.deadline(), jogging.end()), (None, None));
-        jogging.begin(Held::Freedrive, CommandId(1), start);
+        jogging.begin(HoldToRun::Freedrive, CommandId(1), start);
         assert_eq!(jogging.deadline(), Some(start + SIGN_OF_LIFE));
         let later = start + Duration::from_millis(100);
         jogging.alive(later);

@@ -8,19 +8,19 @@
     warn(clippy::disallowed_methods, clippy::print_stdout, clippy::print_stderr)
 )]
 
-pub mod advice;
 pub mod assets;
-pub mod desk;
+pub mod bounded_series;
+pub mod control;
+pub mod editor_queries;
 pub mod frame;
 pub mod history;
 pub mod jog;
 pub mod orders;
 pub mod programs;
 pub mod scene;
-pub mod track;
 
-pub use desk::{Desk, DeskError, PageId, Token};
-pub use frame::{Beside, FRAME_BYTES, FRAME_VERSION};
+pub use control::{ControlError, ControlLock, PageId, Token};
+pub use frame::{FRAME_BYTES, FRAME_VERSION, FrameContext};
 pub use history::History;
-pub use jog::Jogging;
-pub use orders::{Order, OrderError, Request};
+pub use jog::HoldToRunState;
+pub use orders::{OrderError, PageOrder, PageRequest};

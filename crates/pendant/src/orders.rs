@@ -22,7 +22,7 @@ const PUSH_MAX: f64 = 500.0;
 /// One message of a page: who it is, what it asks, or that it is still there.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct Request {
+pub struct PageRequest {
     /// Comes back with the answer.
     pub id: u64,
     /// What lets the page give orders; once is enough.
@@ -33,20 +33,20 @@ pub struct Request {
     pub alive: bool,
     /// What is to be done.
     #[serde(deserialize_with = "strict")]
-    pub order: Option<Order>,
+    pub order: Option<PageOrder>,
 }
 
 /// An order of a request without a page: the whole of it.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-pub struct Alone(#[serde(deserialize_with = "strict")] pub Option<Order>);
+pub struct OrderBody(#[serde(deserialize_with = "strict")] pub Option<PageOrder>);
 
 /// An order without anything that it does not know, also where it has no fields at all.
-fn strict<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Order>, D::Error> {
+fn strict<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<PageOrder>, D::Error> {
     let Some(value) = Option::<Value>::deserialize(deserializer)? else {
         return Ok(None);
     };
     let fields = value.as_object().map_or(0, serde_json::Map::len);
-    let order: Order = serde_json::from_value(value).map_err(D::Error::custom)?;
+    let order: PageOrder = serde_json::from_value(value).map_err(D::Error::custom)?;
     match order.is_bare() && fields > 1 {
         true => Err(D::Error::custom("this order takes no fields but `do`")),
         false => Ok(Some(order)),
@@ -56,7 +56,7 @@ fn strict<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Order>, D
 /// What is to be done.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
-pub enum Order {
+pub enum PageOrder {
     /// Power to the arm.
     PowerOn,
     /// Power off; the arm brakes first.
@@ -169,7 +169,7 @@ pub enum OrderError {
     },
 }
 
-impl Request {
+impl PageRequest {
     /// Reads a message.
     ///
     /// # Errors
@@ -184,7 +184,7 @@ impl Request {
     }
 }
 
-impl Order {
+impl PageOrder {
     /// Stopping and holding need no control; everything else does.
     pub const fn needs_control(&self) -> bool {
         !matches!(self, Self::Stop | Self::Pause | Self::Release)
@@ -285,23 +285,23 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn order(text: &str) -> Result<Order, String> {
+    fn order(text: &str) -> Result<PageOrder, String> {
         let request = format!(r#"{{"id": 1, "order": {text}}}"#);
-        let read = Request::read(request.as_bytes()).map_err(|error| error.to_string())?;
+        let read = PageRequest::read(request.as_bytes()).map_err(|error| error.to_string())?;
         Ok(read.order.unwrap())
     }
 
     #[test]
     fn orders_are_read() {
         for (text, expected) in [
-            (r#"{"do": "power_on"}"#, Order::PowerOn),
+            (r#"{"do": "power_on"}"#, PageOrder::PowerOn),
             (
                 r#"{"do": "speed", "fraction": 0.5}"#,
-                Order::Speed { fraction: 0.5 },
+                PageOrder::Speed { fraction: 0.5 },
             ),
             (
                 r#"{"do": "jog", "axis": "j3", "speed": -0.5}"#,
-                Order::Jog {
+                PageOrder::Jog {
                     axis: JogAxis::J3,
                     frame: JogFrame::Base,
                     speed: -0.5,
@@ -309,7 +309,7 @@ mod tests {
             ),
             (
                 r#"{"do": "jog", "axis": "rz", "frame": "tool", "speed": 1}"#,
-                Order::Jog {
+                PageOrder::Jog {
                     axis: JogAxis::Rz,
                     frame: JogFrame::Tool,
                     speed: 1.0,
@@ -317,7 +317,7 @@ mod tests {
             ),
             (
                 r#"{"do": "move_to", "joints": [0, 1, 2, 3, 4, 5]}"#,
-                Order::MoveTo {
+                PageOrder::MoveTo {
                     joints: [0.0, 1.0, 2.0, 3.0, 4.0, 5.0],
                     speed: 1.0,
                 },
@@ -361,17 +361,17 @@ mod tests {
 
     #[test]
     fn to_stop_takes_no_control() {
-        let free = [Order::Stop, Order::Pause, Order::Release];
+        let free = [PageOrder::Stop, PageOrder::Pause, PageOrder::Release];
         assert!(free.iter().all(|order| !order.needs_control()));
-        assert!(Order::Unlock.needs_control() && Order::Freedrive.is_held());
+        assert!(PageOrder::Unlock.needs_control() && PageOrder::Freedrive.is_held());
     }
 
     proptest! {
         #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
         #[test]
         fn any_message_is_read_or_refused(bytes in proptest::collection::vec(any::<u8>(), 0..200), text in r#"[{}\[\]":,a-z0-9_ .-]{0,80}"#) {
-            let _ = Request::read(&bytes);
-            let _ = Request::read(text.as_bytes());
+            let _ = PageRequest::read(&bytes);
+            let _ = PageRequest::read(text.as_bytes());
         }
     }
 }

@@ -12,28 +12,28 @@ use pyo3::prelude::*;
 use pyo3::types::{PyFloat, PyInt, PyList, PyTuple};
 
 /// An argument as it comes.
-pub(crate) type Given<'a, 'py> = &'a Bound<'py, PyAny>;
+pub(crate) type PyArgument<'a, 'py> = &'a Bound<'py, PyAny>;
 
 /// What a function gives back.
-pub(crate) type Reply<'py> = PyResult<Bound<'py, PyAny>>;
+pub(crate) type PyArrayResult<'py> = PyResult<Bound<'py, PyAny>>;
 
 /// One row of K numbers or a batch of them.
 pub(crate) enum Rows<const K: usize> {
     One([f64; K]),
-    Many(Copied),
+    Many(PooledRows),
 }
 
 /// Numbers copied out of an array.
 ///
 /// Their memory is kept for the next call of this thread, up to a bound: given back, the allocator returns it to the
 /// system, and fetching it again page by page takes longer than the arithmetic of a batch.
-pub(crate) struct Copied(Vec<f64>);
+pub(crate) struct PooledRows(Vec<f64>);
 
 thread_local! {
     static SPARE: RefCell<Vec<Vec<f64>>> = const { RefCell::new(Vec::new()) };
 }
 
-impl Copied {
+impl PooledRows {
     /// Most copies that are kept, as many as a function has batches.
     const SPARES_MAX: usize = 3;
     /// Longest copy that is kept: 2 MiB.
@@ -52,7 +52,7 @@ impl Copied {
     }
 }
 
-impl Drop for Copied {
+impl Drop for PooledRows {
     fn drop(&mut self) {
         let mut copy = std::mem::take(&mut self.0);
         copy.clear();
@@ -70,7 +70,7 @@ impl Drop for Copied {
 
 impl<const K: usize> Rows<K> {
     /// Reads the argument `name`.
-    pub(crate) fn read(name: &str, given: Given<'_, '_>) -> PyResult<Self> {
+    pub(crate) fn read(name: &str, given: PyArgument<'_, '_>) -> PyResult<Self> {
         if let Some(row) = plain_sequence(given) {
             all_finite(name, &row, &[K])?;
             return Ok(Self::One(row));
@@ -92,7 +92,7 @@ impl<const K: usize> Rows<K> {
         let (rows, _) = values.as_chunks::<K>();
         match (shape, rows) {
             (&[k], [row]) if k == K => Ok(Self::One(*row)),
-            (&[_, k], _) if k == K => Ok(Self::Many(Copied::of(values))),
+            (&[_, k], _) if k == K => Ok(Self::Many(PooledRows::of(values))),
             _ => Err(PyValueError::new_err(format!(
                 "{name} must have shape ({K},) or (N, {K}), got {}",
                 shape_text(shape)
@@ -103,7 +103,7 @@ impl<const K: usize> Rows<K> {
     /// Reads an argument that may be left out, which means `default`.
     pub(crate) fn read_or(
         name: &str,
-        given: Option<Given<'_, '_>>,
+        given: Option<PyArgument<'_, '_>>,
         default: [f64; K],
     ) -> PyResult<Self> {
         given.map_or(Ok(Self::One(default)), |given| Self::read(name, given))
@@ -138,7 +138,7 @@ impl Rows<6> {
 }
 
 /// One row of K numbers; a batch is an error.
-pub(crate) fn single<const K: usize>(name: &str, given: Given<'_, '_>) -> PyResult<[f64; K]> {
+pub(crate) fn single<const K: usize>(name: &str, given: PyArgument<'_, '_>) -> PyResult<[f64; K]> {
     match Rows::<K>::read(name, given)? {
         Rows::One(row) => Ok(row),
         Rows::Many(rows) => Err(PyValueError::new_err(format!(
@@ -172,7 +172,7 @@ pub(crate) struct Numbers {
 
 impl Numbers {
     /// Reads the argument `name` through numpy; everything must be a finite real number.
-    pub(crate) fn read(name: &str, given: Given<'_, '_>) -> PyResult<Self> {
+    pub(crate) fn read(name: &str, given: PyArgument<'_, '_>) -> PyResult<Self> {
         let numpy = given.py().import("numpy")?;
         let refused =
             |what: String| PyValueError::new_err(format!("{name} must be numbers, got {what}"));
@@ -203,7 +203,7 @@ impl Numbers {
 }
 
 /// A number that stands alone.
-pub(crate) fn number(name: &str, given: Given<'_, '_>) -> PyResult<f64> {
+pub(crate) fn number(name: &str, given: PyArgument<'_, '_>) -> PyResult<f64> {
     let value = if given.is_instance_of::<PyFloat>() || given.is_instance_of::<PyInt>() {
         given.extract()?
     } else {
@@ -223,7 +223,7 @@ pub(crate) fn number(name: &str, given: Given<'_, '_>) -> PyResult<f64> {
 }
 
 /// The quick way for the commonest argument, a list or tuple of K numbers.
-fn plain_sequence<const K: usize>(given: Given<'_, '_>) -> Option<[f64; K]> {
+fn plain_sequence<const K: usize>(given: PyArgument<'_, '_>) -> Option<[f64; K]> {
     let length = if let Ok(list) = given.cast_exact::<PyList>() {
         list.len()
     } else {

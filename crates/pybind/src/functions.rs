@@ -3,8 +3,8 @@
 //! Owns their Python signatures and docstrings; the meaning is in `kinematics::script_math`. Poses are
 //! `[x, y, z, Rx, Ry, Rz]`, metres and radians, R = Rz(Rz) Ry(Ry) Rx(Rx).
 
-use crate::arguments::{Given, Numbers, Reply, Rows, common_batch, number};
-use crate::results::{Computed, compute, filled, reshaped};
+use crate::arguments::{Numbers, PyArgument, PyArrayResult, Rows, common_batch, number};
+use crate::results::{OneOrBatch, compute, filled, reshaped};
 use kinematics::batch::{self, Operand};
 use kinematics::script_math as m;
 use kinematics::{RobotModel, RpyPose, Wrench};
@@ -20,17 +20,17 @@ fn invalid(error: m::DomainError) -> PyErr {
 /// A function of two poses that gives a pose, for one pair and for many.
 fn pose_of_two<'py>(
     py: Python<'py>,
-    (first_name, first): (&str, Given<'_, 'py>),
-    (second_name, second): (&str, Given<'_, 'py>),
+    (first_name, first): (&str, PyArgument<'_, 'py>),
+    (second_name, second): (&str, PyArgument<'_, 'py>),
     one: fn(&RpyPose, &RpyPose) -> RpyPose,
     many: fn(Operand<'_>, Operand<'_>, &mut [[f64; 6]]),
-) -> Reply<'py> {
+) -> PyArrayResult<'py> {
     let (a, b) = (
         Rows::<6>::read(first_name, first)?,
         Rows::<6>::read(second_name, second)?,
     );
     match common_batch(&[(first_name, a.batch()), (second_name, b.batch())])? {
-        None => Computed::One(one(&pose(a.at(0)), &pose(b.at(0))).to_array()),
+        None => OneOrBatch::One(one(&pose(a.at(0)), &pose(b.at(0))).to_array()),
         Some(rows) => filled(py, rows, |out| many(a.operand(), b.operand(), out)),
     }
     .into_array(py)
@@ -39,10 +39,10 @@ fn pose_of_two<'py>(
 /// A function of two poses that gives a number.
 fn number_of_two<'py>(
     py: Python<'py>,
-    (first_name, first): (&str, Given<'_, 'py>),
-    (second_name, second): (&str, Given<'_, 'py>),
+    (first_name, first): (&str, PyArgument<'_, 'py>),
+    (second_name, second): (&str, PyArgument<'_, 'py>),
     f: fn(&RpyPose, &RpyPose) -> f64,
-) -> Reply<'py> {
+) -> PyArrayResult<'py> {
     let (a, b) = (
         Rows::<6>::read(first_name, first)?,
         Rows::<6>::read(second_name, second)?,
@@ -54,9 +54,9 @@ fn number_of_two<'py>(
 /// A function of one vector of three numbers.
 fn of_three<'py>(
     py: Python<'py>,
-    (name, given): (&str, Given<'_, 'py>),
+    (name, given): (&str, PyArgument<'_, 'py>),
     f: fn([f64; 3]) -> [f64; 3],
-) -> Reply<'py> {
+) -> PyArrayResult<'py> {
     let rows = Rows::<3>::read(name, given)?;
     compute(py, rows.batch(), |i| f(*rows.at(i))).into_array(py)
 }
@@ -68,9 +68,9 @@ fn pose(row: &[f64; 6]) -> RpyPose {
 /// A function of every number of an array, or of one number.
 fn elementwise<'py>(
     py: Python<'py>,
-    (name, given): (&str, Given<'_, 'py>),
+    (name, given): (&str, PyArgument<'_, 'py>),
     f: impl Fn(f64) -> f64,
-) -> Reply<'py> {
+) -> PyArrayResult<'py> {
     let Numbers { values, shape } = Numbers::read(name, given)?;
     let values: Vec<f64> = values.into_iter().map(f).collect();
     match (shape.as_slice(), values.as_slice()) {
@@ -86,8 +86,8 @@ macro_rules! function {
         #[pyfunction]
         pub(crate) fn $name<'py>(
             py: Python<'py>,
-            $($argument: Given<'_, 'py>),+
-        ) -> Reply<'py> {
+            $($argument: PyArgument<'_, 'py>),+
+        ) -> PyArrayResult<'py> {
             $how(py, $((stringify!($argument), $argument)),+, $($with),+)
         }
     };
@@ -132,7 +132,7 @@ function! {
 ///
 /// p_from: pose, (6,) or (N, 6), m and rad. Returns the same shape.
 #[pyfunction]
-pub(crate) fn pose_inv<'py>(py: Python<'py>, p_from: Given<'_, 'py>) -> Reply<'py> {
+pub(crate) fn pose_inv<'py>(py: Python<'py>, p_from: PyArgument<'_, 'py>) -> PyArrayResult<'py> {
     let rows = Rows::<6>::read("p_from", p_from)?;
     compute(py, rows.batch(), |i| {
         m::pose_inv(&pose(rows.at(i))).to_array()
@@ -164,10 +164,10 @@ function! {
 #[pyfunction]
 pub(crate) fn interpolate_pose<'py>(
     py: Python<'py>,
-    p_from: Given<'_, 'py>,
-    p_to: Given<'_, 'py>,
-    alpha: Given<'_, 'py>,
-) -> Reply<'py> {
+    p_from: PyArgument<'_, 'py>,
+    p_to: PyArgument<'_, 'py>,
+    alpha: PyArgument<'_, 'py>,
+) -> PyArrayResult<'py> {
     let (a, b) = (
         Rows::<6>::read("p_from", p_from)?,
         Rows::<6>::read("p_to", p_to)?,
@@ -217,9 +217,9 @@ function! {
 #[expect(non_snake_case, reason = "the manual's name of the argument")]
 pub(crate) fn wrench_trans<'py>(
     py: Python<'py>,
-    T_from_to: Given<'_, 'py>,
-    w_from: Given<'_, 'py>,
-) -> Reply<'py> {
+    T_from_to: PyArgument<'_, 'py>,
+    w_from: PyArgument<'_, 'py>,
+) -> PyArrayResult<'py> {
     let (poses, wrenches) = (
         Rows::<6>::read("T_from_to", T_from_to)?,
         Rows::<6>::read("w_from", w_from)?,
@@ -236,7 +236,7 @@ pub(crate) fn wrench_trans<'py>(
 ///
 /// a: number, (K,) or (N, K). Returns a float, or (N,).
 #[pyfunction]
-pub(crate) fn norm<'py>(py: Python<'py>, a: Given<'_, 'py>) -> Reply<'py> {
+pub(crate) fn norm<'py>(py: Python<'py>, a: PyArgument<'_, 'py>) -> PyArrayResult<'py> {
     let numbers = Numbers::read("a", a)?;
     match *numbers.shape {
         [] | [_] => compute(py, None, |_| m::norm(&numbers.values)).into_number(py),
@@ -254,7 +254,7 @@ pub(crate) fn norm<'py>(py: Python<'py>, a: Given<'_, 'py>) -> Reply<'py> {
 ///
 /// v: (K,) or (N, K). Returns the same shape. A vector of length zero raises ValueError.
 #[pyfunction]
-pub(crate) fn normalize<'py>(py: Python<'py>, v: Given<'_, 'py>) -> Reply<'py> {
+pub(crate) fn normalize<'py>(py: Python<'py>, v: PyArgument<'_, 'py>) -> PyArrayResult<'py> {
     let Numbers { mut values, shape } = Numbers::read("v", v)?;
     let columns = match *shape {
         [columns] | [_, columns] => columns,
@@ -281,7 +281,7 @@ function! {
 
 /// Logarithm of f to base b; the base comes first, unlike math.log (manual 3.2.20).
 #[pyfunction]
-pub(crate) fn log(b: Given<'_, '_>, f: Given<'_, '_>) -> PyResult<f64> {
+pub(crate) fn log(b: PyArgument<'_, '_>, f: PyArgument<'_, '_>) -> PyResult<f64> {
     m::log(number("b", b)?, number("f", f)?).map_err(invalid)
 }
 

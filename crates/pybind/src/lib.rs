@@ -5,10 +5,10 @@
 //! `python/elitescript/`; what is native of controllers is small: numbers and texts in, numbers and texts out.
 
 mod arguments;
+mod arm_batch;
 mod command;
-mod fleet;
 mod functions;
-mod live;
+mod native_controller;
 mod recording;
 mod results;
 mod robot;
@@ -45,9 +45,9 @@ mod _elitescript {
     #[pymodule_export]
     use super::NoSolutionError;
     #[pymodule_export]
-    use super::command::{eliteserver, preset};
+    use super::arm_batch::ArmBatch;
     #[pymodule_export]
-    use super::fleet::Fleet;
+    use super::command::{eliteserver, preset};
     #[pymodule_export]
     use super::functions::{
         bit_list_to_integer, d2r, integer_to_bit_list, interpolate_pose, log, models, norm,
@@ -55,7 +55,7 @@ mod _elitescript {
         rotvec2rpy, rpy2rotvec, wrench_trans,
     };
     #[pymodule_export]
-    use super::live::NativeController;
+    use super::native_controller::NativeController;
     #[pymodule_export]
     use super::recording::{recording_cycles, recording_table};
     #[pymodule_export]

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use numpy::PyArray1;
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
-use recorder::{ReadError, Recording, Table};
+use recorder::{ReadError, Recording, TopicTable};
 
 use crate::row::Row;
 
@@ -46,7 +46,7 @@ pub(crate) fn recording_table(
         let Some(topic) = topic else {
             return Ok((recording.topics()?.into_iter().collect(), Vec::new()));
         };
-        let table = Table::new(&recording, &topic)?;
+        let table = TopicTable::new(&recording, &topic)?;
         let rows: Result<Vec<_>, ReadError> = table.rows()?.collect();
         Ok::<_, ReadError>((table.columns().to_vec(), rows?))
     });

@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 const DETACH_ABOVE: usize = 8;
 
 /// `f(0)` for a single row, or f of every row of a batch.
-pub(crate) enum Computed<T> {
+pub(crate) enum OneOrBatch<T> {
     One(T),
     Many(Vec<T>),
 }
@@ -27,10 +27,10 @@ pub(crate) fn compute<T: Send>(
     py: Python<'_>,
     batch: Option<usize>,
     f: impl Fn(usize) -> T + Send + Sync,
-) -> Computed<T> {
+) -> OneOrBatch<T> {
     match batch {
-        None => Computed::One(f(0)),
-        Some(rows) => Computed::Many(detached(py, rows, || (0..rows).map(f).collect())),
+        None => OneOrBatch::One(f(0)),
+        Some(rows) => OneOrBatch::Many(detached(py, rows, || (0..rows).map(f).collect())),
     }
 }
 
@@ -39,13 +39,13 @@ pub(crate) fn filled<const M: usize>(
     py: Python<'_>,
     rows: usize,
     fill: impl FnOnce(&mut [[f64; M]]) + Send,
-) -> Computed<[f64; M]> {
+) -> OneOrBatch<[f64; M]> {
     let mut out = vec![[0.0; M]; rows];
     detached(py, rows, || fill(&mut out));
-    Computed::Many(out)
+    OneOrBatch::Many(out)
 }
 
-impl<const M: usize> Computed<[f64; M]> {
+impl<const M: usize> OneOrBatch<[f64; M]> {
     /// An array of shape (M,), or (N, M).
     pub(crate) fn into_array(self, py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
         self.into_array_of(py, &[M])
@@ -68,7 +68,7 @@ impl<const M: usize> Computed<[f64; M]> {
     }
 }
 
-impl<T: Element + for<'py> IntoPyObject<'py>> Computed<T> {
+impl<T: Element + for<'py> IntoPyObject<'py>> OneOrBatch<T> {
     /// A plain number (or truth value), or an array of shape (N,).
     pub(crate) fn into_number(self, py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
         match self {

@@ -4,8 +4,8 @@
 //! threads may share it.
 
 use crate::NoSolutionError;
-use crate::arguments::{Given, Reply, Rows, common_batch, number, single};
-use crate::results::{Computed, compute, detached, reshaped};
+use crate::arguments::{PyArgument, PyArrayResult, Rows, common_batch, number, single};
+use crate::results::{OneOrBatch, compute, detached, reshaped};
 use kinematics::{
     Calibration, Dynamics, GRAVITY_UPRIGHT, JointAccelerations, JointPositions, JointSpeeds,
     Payload, PlaneMode, PlaneSwitches, Pose, RobotModel, RpyPose, SafetyBounds, SafetyPlane,
@@ -28,7 +28,7 @@ const HOME: [f64; 6] = [0.0, -1.5708, 1.5708, -1.5708, -1.5708, 0.0];
 type PayloadTuple = (f64, [f64; 3], [f64; 6]);
 
 /// The class and the arguments that make a robot again: model, tcp, payload, gravity, calibration.
-type Reduced<'py> = (
+type PickleParts<'py> = (
     Bound<'py, PyAny>,
     (String, [f64; 6], PayloadTuple, [f64; 3], Option<PathBuf>),
 );
@@ -85,7 +85,7 @@ fn row_major(matrix: &Matrix6<f64>) -> [f64; 36] {
     rows
 }
 
-fn read_payload(given: Given<'_, '_>) -> PyResult<Payload> {
+fn read_payload(given: PyArgument<'_, '_>) -> PyResult<Payload> {
     let wrong = || {
         PyValueError::new_err(format!(
             "payload must be (mass, cog) or (mass, cog, inertia), got {}",
@@ -109,7 +109,7 @@ fn read_payload(given: Given<'_, '_>) -> PyResult<Payload> {
 }
 
 /// Safety planes as rows of a point and a direction to the allowed side.
-fn read_planes(given: Option<Given<'_, '_>>) -> PyResult<SafetyBounds> {
+fn read_planes(given: Option<PyArgument<'_, '_>>) -> PyResult<SafetyBounds> {
     let Some(given) = given else {
         return Ok(SafetyBounds::default());
     };
@@ -126,12 +126,12 @@ fn read_planes(given: Option<Given<'_, '_>>) -> PyResult<SafetyBounds> {
 }
 
 /// The tool of a call, as transforms from the TCP to the flange: one for all rows, or one a row.
-struct Tool {
+struct ToolTransforms {
     poses: Vec<Pose>,
     batch: Option<usize>,
 }
 
-impl Tool {
+impl ToolTransforms {
     #[inline]
     fn at(&self, row: usize) -> &Pose {
         &self.poses[if self.batch.is_some() { row } else { 0 }]
@@ -140,10 +140,10 @@ impl Tool {
 
 impl Robot {
     /// The tool of a call: its own, or the robot's.
-    fn tool(&self, tcp: Option<Given<'_, '_>>) -> PyResult<Tool> {
+    fn tool(&self, tcp: Option<PyArgument<'_, '_>>) -> PyResult<ToolTransforms> {
         let rows = Rows::read_or("tcp", tcp, self.tcp.to_array())?;
         let batch = rows.batch();
-        Ok(Tool {
+        Ok(ToolTransforms {
             poses: (0..batch.unwrap_or(1)).map(|i| pose(rows.at(i))).collect(),
             batch,
         })
@@ -153,9 +153,9 @@ impl Robot {
     fn with_tool(
         &self,
         name: &str,
-        given: Given<'_, '_>,
-        tcp: Option<Given<'_, '_>>,
-    ) -> PyResult<(Rows<6>, Tool, Option<usize>)> {
+        given: PyArgument<'_, '_>,
+        tcp: Option<PyArgument<'_, '_>>,
+    ) -> PyResult<(Rows<6>, ToolTransforms, Option<usize>)> {
         let (rows, tool) = (Rows::read(name, given)?, self.tool(tcp)?);
         let batch = common_batch(&[(name, rows.batch()), ("tcp", tool.batch)])?;
         Ok((rows, tool, batch))
@@ -165,11 +165,11 @@ impl Robot {
     fn nearest<T: Send>(
         &self,
         py: Python<'_>,
-        p: Given<'_, '_>,
-        qnear: Option<Given<'_, '_>>,
-        tcp: Option<Given<'_, '_>>,
+        p: PyArgument<'_, '_>,
+        qnear: Option<PyArgument<'_, '_>>,
+        tcp: Option<PyArgument<'_, '_>>,
         f: impl Fn(Option<JointPositions>, &Pose) -> T + Send + Sync,
-    ) -> PyResult<Computed<T>> {
+    ) -> PyResult<OneOrBatch<T>> {
         let (p, near, tcp) = (
             Rows::<6>::read("p", p)?,
             Rows::<6>::read_or("qnear", qnear, HOME)?,
@@ -194,9 +194,9 @@ impl Robot {
     #[pyo3(signature = (model=None, tcp=None, payload=None, gravity=None, calibration=None))]
     fn new(
         model: Option<&str>,
-        tcp: Option<Given<'_, '_>>,
-        payload: Option<Given<'_, '_>>,
-        gravity: Option<Given<'_, '_>>,
+        tcp: Option<PyArgument<'_, '_>>,
+        payload: Option<PyArgument<'_, '_>>,
+        gravity: Option<PyArgument<'_, '_>>,
         calibration: Option<PathBuf>,
     ) -> PyResult<Self> {
         let (source, model) = open(model, calibration.as_deref())?;
@@ -271,7 +271,7 @@ impl Robot {
 
     /// Smallest and largest joint positions, (6, 2), rad.
     #[getter]
-    fn joint_limits<'py>(&self, py: Python<'py>) -> Reply<'py> {
+    fn joint_limits<'py>(&self, py: Python<'py>) -> PyArrayResult<'py> {
         let limits = self.model.limits();
         let pairs = (0..6).flat_map(|i| [limits.position_min[i], limits.position_max[i]]);
         reshaped(PyArray1::from_iter(py, pairs), vec![6, 2])
@@ -297,9 +297,9 @@ impl Robot {
     fn get_forward_kin<'py>(
         &self,
         py: Python<'py>,
-        q: Given<'_, 'py>,
-        tcp: Option<Given<'_, 'py>>,
-    ) -> Reply<'py> {
+        q: PyArgument<'_, 'py>,
+        tcp: Option<PyArgument<'_, 'py>>,
+    ) -> PyArrayResult<'py> {
         let (q, tcp, batch) = self.with_tool("q", q, tcp)?;
         compute(py, batch, |i| {
             self.model
@@ -322,20 +322,20 @@ impl Robot {
     fn get_inverse_kin<'py>(
         &self,
         py: Python<'py>,
-        p: Given<'_, 'py>,
-        qnear: Option<Given<'_, 'py>>,
-        tcp: Option<Given<'_, 'py>>,
-    ) -> Reply<'py> {
+        p: PyArgument<'_, 'py>,
+        qnear: Option<PyArgument<'_, 'py>>,
+        tcp: Option<PyArgument<'_, 'py>>,
+    ) -> PyArrayResult<'py> {
         match self.nearest(py, p, qnear, tcp, |q, _| q)? {
-            Computed::One(Some(q)) => Computed::One(q.0).into_array(py),
-            Computed::One(None) => Err(NoSolutionError::new_err(format!(
+            OneOrBatch::One(Some(q)) => OneOrBatch::One(q.0).into_array(py),
+            OneOrBatch::One(None) => Err(NoSolutionError::new_err(format!(
                 "no joint positions of the {} inside the limits reach the pose p = {}",
                 self.model.name(),
                 p.repr()?
             ))),
-            Computed::Many(rows) => {
+            OneOrBatch::Many(rows) => {
                 let rows = rows.into_iter().map(|q| q.map_or([f64::NAN; 6], |q| q.0));
-                Computed::Many(rows.collect()).into_array(py)
+                OneOrBatch::Many(rows.collect()).into_array(py)
             }
         }
     }
@@ -345,10 +345,10 @@ impl Robot {
     fn get_inverse_kin_has_solution<'py>(
         &self,
         py: Python<'py>,
-        p: Given<'_, 'py>,
-        qnear: Option<Given<'_, 'py>>,
-        tcp: Option<Given<'_, 'py>>,
-    ) -> Reply<'py> {
+        p: PyArgument<'_, 'py>,
+        qnear: Option<PyArgument<'_, 'py>>,
+        tcp: Option<PyArgument<'_, 'py>>,
+    ) -> PyArrayResult<'py> {
         self.nearest(py, p, qnear, tcp, |q, _| q.is_some())?
             .into_number(py)
     }
@@ -364,9 +364,9 @@ impl Robot {
     fn get_all_inverse_kin<'py>(
         &self,
         py: Python<'py>,
-        p: Given<'_, 'py>,
-        tcp: Option<Given<'_, 'py>>,
-    ) -> Reply<'py> {
+        p: PyArgument<'_, 'py>,
+        tcp: Option<PyArgument<'_, 'py>>,
+    ) -> PyArrayResult<'py> {
         let (p, tcp, batch) = self.with_tool("p", p, tcp)?;
         let solve = |i| self.model.inverse_all(&pose(p.at(i)), tcp.at(i));
         let Some(count) = batch else {
@@ -400,9 +400,9 @@ impl Robot {
     fn jacobian<'py>(
         &self,
         py: Python<'py>,
-        q: Given<'_, 'py>,
-        tcp: Option<Given<'_, 'py>>,
-    ) -> Reply<'py> {
+        q: PyArgument<'_, 'py>,
+        tcp: Option<PyArgument<'_, 'py>>,
+    ) -> PyArrayResult<'py> {
         let (q, tcp, batch) = self.with_tool("q", q, tcp)?;
         compute(py, batch, |i| {
             let (_, jacobian) = self
@@ -421,10 +421,10 @@ impl Robot {
     fn inverse_dynamics<'py>(
         &self,
         py: Python<'py>,
-        q: Given<'_, 'py>,
-        qd: Given<'_, 'py>,
-        qdd: Given<'_, 'py>,
-    ) -> Reply<'py> {
+        q: PyArgument<'_, 'py>,
+        qd: PyArgument<'_, 'py>,
+        qdd: PyArgument<'_, 'py>,
+    ) -> PyArrayResult<'py> {
         let (q, qd, qdd) = (
             Rows::<6>::read("q", q)?,
             Rows::<6>::read("qd", qd)?,
@@ -444,7 +444,7 @@ impl Robot {
     }
 
     /// Joint-space mass matrix, payload included. q: (6,) or (N, 6), rad. Returns (6, 6) or (N, 6, 6), kg m^2.
-    fn mass_matrix<'py>(&self, py: Python<'py>, q: Given<'_, 'py>) -> Reply<'py> {
+    fn mass_matrix<'py>(&self, py: Python<'py>, q: PyArgument<'_, 'py>) -> PyArrayResult<'py> {
         let q = Rows::<6>::read("q", q)?;
         compute(py, q.batch(), |i| {
             row_major(&self.dynamics.mass_matrix(&JointPositions(*q.at(i))))
@@ -453,7 +453,7 @@ impl Robot {
     }
 
     /// Joint torques that hold the arm still, payload included. q: (6,) or (N, 6), rad. Returns the same shape, Nm.
-    fn gravity<'py>(&self, py: Python<'py>, q: Given<'_, 'py>) -> Reply<'py> {
+    fn gravity<'py>(&self, py: Python<'py>, q: PyArgument<'_, 'py>) -> PyArrayResult<'py> {
         let q = Rows::<6>::read("q", q)?;
         compute(py, q.batch(), |i| {
             self.dynamics.gravity_torques(&JointPositions(*q.at(i))).0
@@ -466,7 +466,11 @@ impl Robot {
     /// The capsules enclose the links with some air, the tool is not part of it: a hint, not a proof of collision.
     ///
     /// q: (6,) or (N, 6), rad. Returns a float, or (N,); NaN for an arm whose URDF has no collision shapes.
-    fn self_collision_distance<'py>(&self, py: Python<'py>, q: Given<'_, 'py>) -> Reply<'py> {
+    fn self_collision_distance<'py>(
+        &self,
+        py: Python<'py>,
+        q: PyArgument<'_, 'py>,
+    ) -> PyArrayResult<'py> {
         let q = Rows::<6>::read("q", q)?;
         compute(py, q.batch(), |i| {
             let frames = self.model.forward(&JointPositions(*q.at(i)));
@@ -492,12 +496,12 @@ impl Robot {
     fn is_within_safety_limits<'py>(
         &self,
         py: Python<'py>,
-        p: Option<Given<'_, 'py>>,
-        qnear: Option<Given<'_, 'py>>,
-        tcp: Option<Given<'_, 'py>>,
-        q: Option<Given<'_, 'py>>,
-        planes: Option<Given<'_, 'py>>,
-    ) -> Reply<'py> {
+        p: Option<PyArgument<'_, 'py>>,
+        qnear: Option<PyArgument<'_, 'py>>,
+        tcp: Option<PyArgument<'_, 'py>>,
+        q: Option<PyArgument<'_, 'py>>,
+        planes: Option<PyArgument<'_, 'py>>,
+    ) -> PyArrayResult<'py> {
         let bounds = read_planes(planes)?;
         let allowed = |q: &JointPositions, tool: &Pose| {
             let switches = PlaneSwitches::default();
@@ -541,7 +545,7 @@ impl Robot {
     }
 
     /// Pickling: robots go to worker processes by their arguments.
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Reduced<'py> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PickleParts<'py> {
         let robot = slf.get();
         let arguments = (
             robot.source.clone(),

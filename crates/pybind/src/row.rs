@@ -3,7 +3,7 @@
 //! One table makes the row, its bytes and its description, so that they cannot drift apart.
 
 use motion_api::RobotState;
-use recorder::Cycle;
+use recorder::CycleMessage;
 
 /// Characters of the name of a motion generator.
 const MODE_CHARS: usize = 16;
@@ -19,9 +19,9 @@ macro_rules! row {
             }
         }
 
-        impl From<&Cycle> for Row {
+        impl From<&CycleMessage> for Row {
             /// A vector that a recording does not have, or has too short, is not a number there: it was not measured.
-            fn from(cycle: &Cycle) -> Self {
+            fn from(cycle: &CycleMessage) -> Self {
                 Self { $($name: $from_cycle(cycle),)+ }
             }
         }
@@ -45,13 +45,13 @@ macro_rules! row {
 }
 
 /// A field that can be written.
-trait Put {
+trait WriteField {
     fn put(&self, out: &mut Vec<u8>);
 }
 
 macro_rules! put {
     ($($type:ty),+) => {$(
-        impl Put for $type {
+        impl WriteField for $type {
             fn put(&self, out: &mut Vec<u8>) {
                 out.extend_from_slice(&self.to_ne_bytes());
             }
@@ -60,38 +60,38 @@ macro_rules! put {
 }
 put!(u64, u32, f64);
 
-impl<T: Put, const N: usize> Put for [T; N] {
+impl<T: WriteField, const N: usize> WriteField for [T; N] {
     fn put(&self, out: &mut Vec<u8>) {
         self.iter().for_each(|part| part.put(out));
     }
 }
 
 row! {
-    cycle: u64 = "u8", |s: &RobotState| s.cycle, |c: &Cycle| c.cycle;
-    time: f64 = "f8", |s: &RobotState| s.time, |c: &Cycle| c.time;
-    target_q: [f64; 6] = "6f8", |s: &RobotState| s.target_q.0, |c: &Cycle| numbers(&c.target_q);
-    target_qd: [f64; 6] = "6f8", |s: &RobotState| s.target_qd.0, |c: &Cycle| numbers(&c.target_qd);
-    target_qdd: [f64; 6] = "6f8", |s: &RobotState| s.target_qdd.0, |c: &Cycle| numbers(&c.target_qdd);
-    actual_q: [f64; 6] = "6f8", |s: &RobotState| s.actual_q.0, |c: &Cycle| numbers(&c.actual_q);
-    actual_qd: [f64; 6] = "6f8", |s: &RobotState| s.actual_qd.0, |c: &Cycle| numbers(&c.actual_qd);
-    target_torque: [f64; 6] = "6f8", |s: &RobotState| s.target_torque.0, |c: &Cycle| numbers(&c.target_torque);
-    actual_torque: [f64; 6] = "6f8", |s: &RobotState| s.actual_torque.0, |c: &Cycle| numbers(&c.actual_torque);
-    target_tcp_pose: [f64; 6] = "6f8", |s: &RobotState| s.target_tcp_pose.to_array(), |c: &Cycle| numbers(&c.target_tcp_pose);
-    actual_tcp_pose: [f64; 6] = "6f8", |s: &RobotState| s.actual_tcp_pose.to_array(), |c: &Cycle| numbers(&c.actual_tcp_pose);
-    target_tcp_speed: [f64; 6] = "6f8", |s: &RobotState| s.target_tcp_speed, |c: &Cycle| numbers(&c.target_tcp_speed);
-    actual_tcp_speed: [f64; 6] = "6f8", |s: &RobotState| s.actual_tcp_speed, |c: &Cycle| numbers(&c.actual_tcp_speed);
-    tcp_force: [f64; 6] = "6f8", |s: &RobotState| s.tcp_force, |c: &Cycle| numbers(&c.tcp_force);
-    mode: [u32; MODE_CHARS] = "U16", |s: &RobotState| characters(s.motion_mode.name()), |c: &Cycle| characters(&c.mode);
-    command_id: u64 = "u8", |s: &RobotState| s.command_id.0, |c: &Cycle| c.command_id;
-    speed_scaling: f64 = "f8", |s: &RobotState| s.speed_scaling, |c: &Cycle| c.speed_scaling;
-    safety_mode: u32 = "u4", |s: &RobotState| s.safety_mode.number() as u32, |c: &Cycle| c.safety_mode;
-    robot_mode: u32 = "u4", |s: &RobotState| s.robot_mode.number() as u32, |c: &Cycle| c.robot_mode;
-    digital_in: u64 = "u8", |s: &RobotState| s.digital_in, |c: &Cycle| c.digital_in;
-    digital_out: u64 = "u8", |s: &RobotState| s.digital_out, |c: &Cycle| c.digital_out;
-    analog_in: [f64; 3] = "3f8", |s: &RobotState| s.analog_in, |c: &Cycle| numbers(&c.analog_in);
-    analog_out: [f64; 3] = "3f8", |s: &RobotState| s.analog_out, |c: &Cycle| numbers(&c.analog_out);
-    step_duration_us: f64 = "f8", |s: &RobotState| s.step_duration_us, |c: &Cycle| c.step_duration_us;
-    wakeup_latency_us: f64 = "f8", |s: &RobotState| s.wakeup_latency_us, |c: &Cycle| c.wakeup_latency_us;
+    cycle: u64 = "u8", |s: &RobotState| s.cycle, |c: &CycleMessage| c.cycle;
+    time: f64 = "f8", |s: &RobotState| s.time, |c: &CycleMessage| c.time;
+    target_q: [f64; 6] = "6f8", |s: &RobotState| s.target_q.0, |c: &CycleMessage| numbers(&c.target_q);
+    target_qd: [f64; 6] = "6f8", |s: &RobotState| s.target_qd.0, |c: &CycleMessage| numbers(&c.target_qd);
+    target_qdd: [f64; 6] = "6f8", |s: &RobotState| s.target_qdd.0, |c: &CycleMessage| numbers(&c.target_qdd);
+    actual_q: [f64; 6] = "6f8", |s: &RobotState| s.actual_q.0, |c: &CycleMessage| numbers(&c.actual_q);
+    actual_qd: [f64; 6] = "6f8", |s: &RobotState| s.actual_qd.0, |c: &CycleMessage| numbers(&c.actual_qd);
+    target_torque: [f64; 6] = "6f8", |s: &RobotState| s.target_torque.0, |c: &CycleMessage| numbers(&c.target_torque);
+    actual_torque: [f64; 6] = "6f8", |s: &RobotState| s.actual_torque.0, |c: &CycleMessage| numbers(&c.actual_torque);
+    target_tcp_pose: [f64; 6] = "6f8", |s: &RobotState| s.target_tcp_pose.to_array(), |c: &CycleMessage| numbers(&c.target_tcp_pose);
+    actual_tcp_pose: [f64; 6] = "6f8", |s: &RobotState| s.actual_tcp_pose.to_array(), |c: &CycleMessage| numbers(&c.actual_tcp_pose);
+    target_tcp_speed: [f64; 6] = "6f8", |s: &RobotState| s.target_tcp_speed, |c: &CycleMessage| numbers(&c.target_tcp_speed);
+    actual_tcp_speed: [f64; 6] = "6f8", |s: &RobotState| s.actual_tcp_speed, |c: &CycleMessage| numbers(&c.actual_tcp_speed);
+    tcp_force: [f64; 6] = "6f8", |s: &RobotState| s.tcp_force, |c: &CycleMessage| numbers(&c.tcp_force);
+    mode: [u32; MODE_CHARS] = "U16", |s: &RobotState| characters(s.motion_mode.name()), |c: &CycleMessage| characters(&c.mode);
+    command_id: u64 = "u8", |s: &RobotState| s.command_id.0, |c: &CycleMessage| c.command_id;
+    speed_scaling: f64 = "f8", |s: &RobotState| s.speed_scaling, |c: &CycleMessage| c.speed_scaling;
+    safety_mode: u32 = "u4", |s: &RobotState| s.safety_mode.number() as u32, |c: &CycleMessage| c.safety_mode;
+    robot_mode: u32 = "u4", |s: &RobotState| s.robot_mode.number() as u32, |c: &CycleMessage| c.robot_mode;
+    digital_in: u64 = "u8", |s: &RobotState| s.digital_in, |c: &CycleMessage| c.digital_in;
+    digital_out: u64 = "u8", |s: &RobotState| s.digital_out, |c: &CycleMessage| c.digital_out;
+    analog_in: [f64; 3] = "3f8", |s: &RobotState| s.analog_in, |c: &CycleMessage| numbers(&c.analog_in);
+    analog_out: [f64; 3] = "3f8", |s: &RobotState| s.analog_out, |c: &CycleMessage| numbers(&c.analog_out);
+    step_duration_us: f64 = "f8", |s: &RobotState| s.step_duration_us, |c: &CycleMessage| c.step_duration_us;
+    wakeup_latency_us: f64 = "f8", |s: &RobotState| s.wakeup_latency_us, |c: &CycleMessage| c.wakeup_latency_us;
 }
 
 fn numbers<const N: usize>(values: &[f64]) -> [f64; N] {

@@ -6,8 +6,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Display;
 use std::str::FromStr;
 
-use controller::RobotConfig;
-use controller::options::{Home, ModelChoice, PayloadChoice, Tcp};
+use controller::ControllerConfig;
+use controller::options::{HomeJoints, ModelChoice, PayloadChoice, Tcp};
 use kinematics::Calibration;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -30,14 +30,14 @@ const NAMES: [&str; 13] = [
 ];
 
 /// The settings that these options make; options that are not given have the defaults of the command line.
-pub(crate) fn read(given: &BTreeMap<String, String>) -> PyResult<RobotConfig> {
+pub(crate) fn read(given: &BTreeMap<String, String>) -> PyResult<ControllerConfig> {
     if let Some(unknown) = given.keys().find(|name| !NAMES.contains(&name.as_str())) {
         return Err(PyValueError::new_err(format!(
             "there is no option {unknown}; allowed are {}",
             NAMES[..12].join(", ")
         )));
     }
-    let mut config = RobotConfig::default();
+    let mut config = ControllerConfig::default();
     let text = |name: &str| given.get(name).map(String::as_str);
     let calibration = text("calibration").map(|path| Calibration::load(path.as_ref()));
     let calibration = calibration.transpose().map_err(wrong)?;
@@ -55,7 +55,7 @@ pub(crate) fn read(given: &BTreeMap<String, String>) -> PyResult<RobotConfig> {
     config.plant = value(given, "plant")?.unwrap_or(config.plant);
     config.step = value(given, "step_ms")?.unwrap_or(config.step);
     config.record = value(given, "record")?.unwrap_or(config.record);
-    config.home = value(given, "home")?.map_or(config.home, |home: Home| home.0);
+    config.home = value(given, "home")?.map_or(config.home, |home: HomeJoints| home.0);
     config.tcp = value(given, "tcp")?.map_or(config.tcp, |tcp: Tcp| tcp.0);
     let payload: Option<PayloadChoice> = value(given, "payload")?;
     config.payload = payload.map_or(config.payload, |payload| payload.0);

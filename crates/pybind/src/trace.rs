@@ -12,18 +12,18 @@ use crate::row::Row;
 const BLOCK_ROWS: usize = 256;
 
 /// The rows that are kept.
-pub(crate) struct Trace {
+pub(crate) struct CycleBuffer {
     most: usize,
-    kept: Mutex<Kept>,
+    kept: Mutex<TraceBuffer>,
 }
 
 #[derive(Default)]
-struct Kept {
+struct TraceBuffer {
     blocks: VecDeque<Vec<u8>>,
     dropped: u64,
 }
 
-impl Trace {
+impl CycleBuffer {
     /// Keeps the newest `most` cycles, rounded up to a block; 0 keeps none.
     pub(crate) fn new(most: usize) -> Self {
         Self {
@@ -43,12 +43,12 @@ impl Trace {
     }
 
     /// The value is whole at every moment, so a poisoned lock is as good as any.
-    fn kept(&self) -> MutexGuard<'_, Kept> {
+    fn kept(&self) -> MutexGuard<'_, TraceBuffer> {
         self.kept.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl Observer for Trace {
+impl Observer for CycleBuffer {
     fn cycle_ended(&self, frame: &CycleFrame) {
         if self.most == 0 {
             return;

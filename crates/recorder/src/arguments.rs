@@ -117,7 +117,7 @@ commands! {
     "set_digital_input" => SetDigitalInput { index, level };
 }
 
-fn read<T: Argument>(
+fn read<T: JsonArgument>(
     arguments: &Map<String, Value>,
     command: &'static str,
     argument: &'static str,
@@ -142,12 +142,12 @@ fn shortened(value: &Value) -> String {
 }
 
 /// A value that can be an argument.
-trait Argument: Sized {
+trait JsonArgument: Sized {
     fn write(&self) -> Value;
     fn read(value: &Value) -> Option<Self>;
 }
 
-impl Argument for bool {
+impl JsonArgument for bool {
     fn write(&self) -> Value {
         Value::Bool(*self)
     }
@@ -158,7 +158,7 @@ impl Argument for bool {
 
 macro_rules! integers {
     ($($type:ty),+) => {$(
-        impl Argument for $type {
+        impl JsonArgument for $type {
             fn write(&self) -> Value {
                 Value::from(*self)
             }
@@ -171,7 +171,7 @@ macro_rules! integers {
 }
 integers!(u8, u16, u32, u64, i32, i64);
 
-impl Argument for f64 {
+impl JsonArgument for f64 {
     /// JSON has no NaN and no infinities; they are written as strings so that nothing is lost.
     fn write(&self) -> Value {
         serde_json::Number::from_f64(*self)
@@ -186,9 +186,9 @@ impl Argument for f64 {
     }
 }
 
-impl<T: Argument, const N: usize> Argument for [T; N] {
+impl<T: JsonArgument, const N: usize> JsonArgument for [T; N] {
     fn write(&self) -> Value {
-        Value::Array(self.iter().map(Argument::write).collect())
+        Value::Array(self.iter().map(JsonArgument::write).collect())
     }
     fn read(value: &Value) -> Option<Self> {
         let items: Option<Vec<T>> = value.as_array()?.iter().map(T::read).collect();
@@ -198,13 +198,13 @@ impl<T: Argument, const N: usize> Argument for [T; N] {
 
 macro_rules! as_other {
     ($($type:ty as $other:ty: $into:expr, $from:expr;)+) => {$(
-        impl Argument for $type {
+        impl JsonArgument for $type {
             fn write(&self) -> Value {
                 let into: fn(&$type) -> $other = $into;
                 into(self).write()
             }
             fn read(value: &Value) -> Option<Self> {
-                <$other as Argument>::read(value).map($from)
+                <$other as JsonArgument>::read(value).map($from)
             }
         }
     )+};
@@ -218,21 +218,21 @@ as_other! {
     CommandId as u64: |x| x.0, CommandId;
 }
 
-impl Argument for IoChange {
+impl JsonArgument for IoChange {
     fn write(&self) -> Value {
         let (name, numbers) = self.to_parts();
         let parts = [("what", Value::from(name)), ("numbers", numbers.write())];
         Value::Object(parts.map(|(k, v)| (k.to_owned(), v)).into_iter().collect())
     }
     fn read(value: &Value) -> Option<Self> {
-        let numbers = Argument::read(value.get("numbers")?)?;
+        let numbers = JsonArgument::read(value.get("numbers")?)?;
         Self::from_parts(value.get("what")?.as_str()?, numbers)
     }
 }
 
-impl<T: Argument> Argument for Option<T> {
+impl<T: JsonArgument> JsonArgument for Option<T> {
     fn write(&self) -> Value {
-        self.as_ref().map_or(Value::Null, Argument::write)
+        self.as_ref().map_or(Value::Null, JsonArgument::write)
     }
     fn read(value: &Value) -> Option<Self> {
         match value {
@@ -242,7 +242,7 @@ impl<T: Argument> Argument for Option<T> {
     }
 }
 
-impl Argument for FreedriveFrame {
+impl JsonArgument for FreedriveFrame {
     fn write(&self) -> Value {
         match self {
             Self::Base => Value::from("base"),
@@ -255,12 +255,12 @@ impl Argument for FreedriveFrame {
             Some("base") => Some(Self::Base),
             Some("tool") => Some(Self::Tool),
             Some(_) => None,
-            None => Argument::read(value).map(Self::Pose),
+            None => JsonArgument::read(value).map(Self::Pose),
         }
     }
 }
 
-impl Argument for EncoderRange {
+impl JsonArgument for EncoderRange {
     fn write(&self) -> Value {
         self.number().write()
     }
@@ -269,7 +269,7 @@ impl Argument for EncoderRange {
     }
 }
 
-impl Argument for OffsetAxes {
+impl JsonArgument for OffsetAxes {
     fn write(&self) -> Value {
         Value::from(self.number())
     }
@@ -278,7 +278,7 @@ impl Argument for OffsetAxes {
     }
 }
 
-impl Argument for PulseDecoding {
+impl JsonArgument for PulseDecoding {
     fn write(&self) -> Value {
         self.number().write()
     }
@@ -287,7 +287,7 @@ impl Argument for PulseDecoding {
     }
 }
 
-impl Argument for Payload {
+impl JsonArgument for Payload {
     fn write(&self) -> Value {
         let Self { mass, cog, inertia } = self;
         let parts = [
@@ -299,9 +299,9 @@ impl Argument for Payload {
     }
     fn read(value: &Value) -> Option<Self> {
         Some(Self {
-            mass: Argument::read(value.get("mass")?)?,
+            mass: JsonArgument::read(value.get("mass")?)?,
             cog: <[f64; 3]>::read(value.get("cog")?)?.into(),
-            inertia: Argument::read(value.get("inertia")?)?,
+            inertia: JsonArgument::read(value.get("inertia")?)?,
         })
     }
 }

@@ -11,7 +11,7 @@ use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
 use serde::Serialize;
 
-use crate::extra::{ExtraNumber, ExtraTopic};
+use crate::extra::{CustomTopic, CustomTopicId};
 use crate::setup::{METADATA_NAME, Setup};
 use crate::topics::Topic;
 
@@ -53,7 +53,7 @@ impl<W: Write> ChunkedFile<W> {
     pub(crate) fn begin(
         out: W,
         setup: &Setup,
-        extra: &[ExtraTopic],
+        extra: &[CustomTopic],
         chunks: u64,
     ) -> Result<Self, McapError> {
         let mut mcap = mcap::WriteOptions::new()
@@ -161,7 +161,7 @@ impl<W: Write> ChunkedFile<W> {
     /// The same for a topic that is not ours; nothing for one that the file does not have.
     pub(crate) fn put_extra(
         &mut self,
-        topic: ExtraNumber,
+        topic: CustomTopicId,
         time: f64,
         data: &[u8],
     ) -> Result<(), McapError> {

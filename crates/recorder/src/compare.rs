@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::cycle::{Cycle, FieldValue};
+use crate::cycle::{CycleMessage, FieldValue};
 
 /// Fields that say how the machine kept up, not what the robot did.
 const OF_THE_MACHINE: [&str; 3] = ["step_duration_us", "wakeup_latency_us", "records_lost"];
@@ -31,17 +31,21 @@ pub struct FieldDifference {
     /// Value in the second cycle.
     pub second: String,
     /// Size of the difference, where both are numbers.
-    pub by: Option<f64>,
+    pub magnitude: Option<f64>,
 }
 
 /// What differs between two cycles, `None` when nothing does. Numbers are compared bit for bit, but for the sign of
 /// zero, which the recording does not keep. What the machine took for the cycle does not count.
-pub fn difference(first: &Cycle, second: &Cycle) -> Option<Difference> {
+pub fn difference(first: &CycleMessage, second: &CycleMessage) -> Option<Difference> {
     difference_but(first, second, &[])
 }
 
 /// As [`difference`], but for the fields `except`: those that an earlier version did not record.
-pub fn difference_but(first: &Cycle, second: &Cycle, except: &[&str]) -> Option<Difference> {
+pub fn difference_but(
+    first: &CycleMessage,
+    second: &CycleMessage,
+    except: &[&str],
+) -> Option<Difference> {
     let mut fields = Vec::new();
     for ((name, a), (_, b)) in first.fields().into_iter().zip(second.fields()) {
         if !OF_THE_MACHINE.contains(&name) && !except.contains(&name) {
@@ -61,7 +65,7 @@ fn compare(name: &'static str, a: FieldValue, b: FieldValue, out: &mut Vec<Field
             element,
             first,
             second,
-            by,
+            magnitude: by,
         });
     };
     match (a, b) {
@@ -97,13 +101,13 @@ fn same(a: f64, b: f64) -> bool {
 
 impl fmt::Display for Difference {
     /// The first fields that differ, the largest difference of each vector only:
-    /// `actual_q[2] 0.5 and 0.6 (by 1.0e-1), mode idle and movej`.
+    /// `actual_q[2] 0.5 and 0.6 (magnitude 1.0e-1), mode idle and movej`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut shown: Vec<&FieldDifference> = Vec::new();
         for field in &self.fields {
             match shown.last_mut() {
                 Some(last) if last.name == field.name => {
-                    if field.by > last.by {
+                    if field.magnitude > last.magnitude {
                         *last = field;
                     }
                 }
@@ -117,7 +121,7 @@ impl fmt::Display for Difference {
                 write!(f, "[{element}]")?;
             }
             write!(f, " {} and {}", field.first, field.second)?;
-            if let Some(by) = field.by {
+            if let Some(by) = field.magnitude {
                 write!(f, " (by {by:.1e})")?;
             }
         }
@@ -132,12 +136,12 @@ impl fmt::Display for Difference {
 mod tests {
     use super::*;
 
-    fn cycle() -> Cycle {
-        Cycle {
+    fn cycle() -> CycleMessage {
+        CycleMessage {
             cycle: 7,
             actual_q: vec![0.5; 6],
             mode: "idle".to_owned(),
-            ..Cycle::default()
+            ..CycleMessage::default()
         }
     }
 

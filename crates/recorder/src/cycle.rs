@@ -1,4 +1,4 @@
-//! `elite.Cycle`: the protobuf message of one control cycle, its schema, and its way from and to a `RobotState`.
+//! `elite.CycleMessage`: the protobuf message of one control cycle, its schema, and its way from and to a `RobotState`.
 //!
 //! One table makes the Rust struct and the schema that goes into the file, so the two cannot drift apart. Field numbers
 //! are the file format: a number is never given a new meaning. Fields from 32 on are not part of the published topic
@@ -84,7 +84,7 @@ field_value_from! {
 message! {
     /// The robot at the end of one cycle. Vectors of joints have six elements, base first; poses are
     /// `[x, y, z, Rx, Ry, Rz]` of the TCP in the base frame (m, rad); speeds are linear before angular.
-    pub struct Cycle {
+    pub struct CycleMessage {
         /// Cycle counter, from 1.
         cycle: u64 [uint64, "1"],
         /// Simulated time since start, s.
@@ -208,9 +208,9 @@ pub enum CycleError {
     },
 }
 
-impl Cycle {
+impl CycleMessage {
     /// Takes over a state. Memory is reused, so that recording a cycle does not allocate.
-    pub fn set(&mut self, state: &RobotState) {
+    pub fn set_from_state(&mut self, state: &RobotState) {
         // Without `..`: a field added to the state is a compile error here until the recording carries it.
         let RobotState {
             cycle,
@@ -320,30 +320,30 @@ impl Cycle {
             cycle: self.cycle,
             mode: self.mode.clone(),
         })?;
-        let payload = payload_of(self.take("payload", &self.payload)?);
+        let payload = payload_of(self.fixed_vector("payload", &self.payload)?);
         Ok(RobotState {
             cycle: self.cycle,
             time: self.time,
             step_time: self.step_time,
-            target_q: JointPositions(self.take("target_q", &self.target_q)?),
-            target_qd: JointSpeeds(self.take("target_qd", &self.target_qd)?),
-            target_qdd: JointAccelerations(self.take("target_qdd", &self.target_qdd)?),
-            actual_q: JointPositions(self.take("actual_q", &self.actual_q)?),
-            actual_qd: JointSpeeds(self.take("actual_qd", &self.actual_qd)?),
-            target_torque: JointTorques(self.take("target_torque", &self.target_torque)?),
-            actual_torque: JointTorques(self.take("actual_torque", &self.actual_torque)?),
+            target_q: JointPositions(self.fixed_vector("target_q", &self.target_q)?),
+            target_qd: JointSpeeds(self.fixed_vector("target_qd", &self.target_qd)?),
+            target_qdd: JointAccelerations(self.fixed_vector("target_qdd", &self.target_qdd)?),
+            actual_q: JointPositions(self.fixed_vector("actual_q", &self.actual_q)?),
+            actual_qd: JointSpeeds(self.fixed_vector("actual_qd", &self.actual_qd)?),
+            target_torque: JointTorques(self.fixed_vector("target_torque", &self.target_torque)?),
+            actual_torque: JointTorques(self.fixed_vector("actual_torque", &self.actual_torque)?),
             target_tcp_pose: RpyPose::from_array(
-                self.take("target_tcp_pose", &self.target_tcp_pose)?,
+                self.fixed_vector("target_tcp_pose", &self.target_tcp_pose)?,
             ),
             actual_tcp_pose: RpyPose::from_array(
-                self.take("actual_tcp_pose", &self.actual_tcp_pose)?,
+                self.fixed_vector("actual_tcp_pose", &self.actual_tcp_pose)?,
             ),
-            target_tcp_speed: self.take("target_tcp_speed", &self.target_tcp_speed)?,
-            actual_tcp_speed: self.take("actual_tcp_speed", &self.actual_tcp_speed)?,
-            tcp_force: self.take("tcp_force", &self.tcp_force)?,
-            raw_wrench: self.take("raw_wrench", &self.raw_wrench)?,
-            elbow_position: self.take("elbow_position", &self.elbow_position)?,
-            tcp_offset: RpyPose::from_array(self.take("tcp_offset", &self.tcp_offset)?),
+            target_tcp_speed: self.fixed_vector("target_tcp_speed", &self.target_tcp_speed)?,
+            actual_tcp_speed: self.fixed_vector("actual_tcp_speed", &self.actual_tcp_speed)?,
+            tcp_force: self.fixed_vector("tcp_force", &self.tcp_force)?,
+            raw_wrench: self.fixed_vector("raw_wrench", &self.raw_wrench)?,
+            elbow_position: self.fixed_vector("elbow_position", &self.elbow_position)?,
+            tcp_offset: RpyPose::from_array(self.fixed_vector("tcp_offset", &self.tcp_offset)?),
             payload,
             motion_mode: mode,
             command_id: CommandId(self.command_id),
@@ -354,27 +354,30 @@ impl Cycle {
             stop_code: self.stop_code,
             digital_in: self.digital_in,
             digital_out: self.digital_out,
-            analog_in: self.take("analog_in", &self.analog_in)?,
-            analog_out: self.take("analog_out", &self.analog_out)?,
+            analog_in: self.fixed_vector("analog_in", &self.analog_in)?,
+            analog_out: self.fixed_vector("analog_out", &self.analog_out)?,
             io_config: IoConfig::from_bits(self.io_config),
             records_lost: self.records_lost,
             step_duration_us: self.step_duration_us,
             wakeup_latency_us: self.wakeup_latency_us,
-            external_torque: JointTorques(self.take("external_torque", &self.external_torque)?),
-            joint_temperatures: self.take("joint_temperatures", &self.joint_temperatures)?,
+            external_torque: JointTorques(
+                self.fixed_vector("external_torque", &self.external_torque)?,
+            ),
+            joint_temperatures: self
+                .fixed_vector("joint_temperatures", &self.joint_temperatures)?,
             controller_temperature: self.controller_temperature,
             target_waypoint: RpyPose::from_array(
-                self.take("target_waypoint", &self.target_waypoint)?,
+                self.fixed_vector("target_waypoint", &self.target_waypoint)?,
             ),
-            gravity: self.take("gravity", &self.gravity)?,
-            encoder_counts: self.take("encoder_counts", &self.encoder_counts)?,
+            gravity: self.fixed_vector("gravity", &self.gravity)?,
+            encoder_counts: self.fixed_vector("encoder_counts", &self.encoder_counts)?,
             encoder_ranges: [self.encoder_range_0, self.encoder_range_1],
             collision_detection: self.collision_detection != 0,
             collision_sensitivity: self.collision_sensitivity,
             force_mode: self.force_mode != 0,
-            path_pose: RpyPose::from_array(self.take("path_pose", &self.path_pose)?),
+            path_pose: RpyPose::from_array(self.fixed_vector("path_pose", &self.path_pose)?),
             path_offsets: {
-                let all: [f64; 18] = self.take("path_offsets", &self.path_offsets)?;
+                let all: [f64; 18] = self.fixed_vector("path_offsets", &self.path_offsets)?;
                 core::array::from_fn(|k| core::array::from_fn(|i| all[6 * k + i]))
             },
         })
@@ -442,7 +445,7 @@ impl Cycle {
     }
 
     /// A vector of this length; zeros when there is none, since the version that recorded did not know it.
-    fn take<const N: usize>(
+    fn fixed_vector<const N: usize>(
         &self,
         field: &'static str,
         values: &[f64],
@@ -459,10 +462,10 @@ impl Cycle {
     }
 }
 
-impl From<&RobotState> for Cycle {
+impl From<&RobotState> for CycleMessage {
     fn from(state: &RobotState) -> Self {
         let mut cycle = Self::default();
-        cycle.set(state);
+        cycle.set_from_state(state);
         cycle
     }
 }

@@ -5,7 +5,7 @@
 
 /// A topic with messages in JSON.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ExtraTopic {
+pub struct CustomTopic {
     /// Its name, with the slash, and none of [`Topic`](crate::Topic)'s.
     pub name: String,
     /// What its messages are called, `elite.RtsiOutputs` for instance.
@@ -16,4 +16,4 @@ pub struct ExtraTopic {
 
 /// The number of an extra topic: its place in [`RecorderConfig::extra`](crate::RecorderConfig::extra).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ExtraNumber(pub usize);
+pub struct CustomTopicId(pub usize);

@@ -5,11 +5,11 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use motion_api::{ProgramId, ThreadNumber};
 
-use crate::extra::ExtraNumber;
+use crate::extra::CustomTopicId;
 use crate::lengths::{
-    EXTRA_BYTES, MESSAGE_BYTES, NAME_BYTES, PROGRAM_TEXT_BYTES, VALUE_BYTES, cut,
+    EXTRA_BYTES, MESSAGE_BYTES, NAME_BYTES, PROGRAM_TEXT_BYTES, VALUE_BYTES, truncate_marked,
 };
-use crate::notes::{Note, Notes, Place};
+use crate::notes::{Annotation, AnnotationQueue, ThreadPosition};
 use crate::topics::{IoValue, LogLevel};
 
 /// The script side's end: adds programs, lines, messages and registers to the recording. Clones share one channel.
@@ -18,13 +18,13 @@ use crate::topics::{IoValue, LogLevel};
 /// allows are cut.
 #[derive(Clone)]
 pub struct RecorderHandle {
-    notes: Option<Arc<Notes>>,
+    notes: Option<Arc<AnnotationQueue>>,
     wait: bool,
-    shared: Arc<Shared>,
+    shared: Arc<RecorderState>,
 }
 
 impl RecorderHandle {
-    pub(crate) fn new(notes: Arc<Notes>, wait: bool, shared: Arc<Shared>) -> Self {
+    pub(crate) fn new(notes: Arc<AnnotationQueue>, wait: bool, shared: Arc<RecorderState>) -> Self {
         Self {
             notes: Some(notes),
             wait,
@@ -43,7 +43,7 @@ impl RecorderHandle {
 
     /// A program starts. Call it before the program's first command.
     pub fn program_started(&self, time: f64, program: ProgramId, name: &str, text: &str) {
-        self.send(|| Note::ProgramStarted {
+        self.send(|| Annotation::ProgramStarted {
             time,
             program,
             name: self.short(name, NAME_BYTES),
@@ -68,11 +68,11 @@ impl RecorderHandle {
     ) {
         self.send(|| {
             let node = node.map(|(number, label)| (number, self.short(label, NAME_BYTES)));
-            Note::ScriptLine {
+            Annotation::ScriptLine {
                 time,
                 program,
                 thread,
-                place: Place { line, node },
+                place: ThreadPosition { line, node },
             }
         });
     }
@@ -86,7 +86,7 @@ impl RecorderHandle {
         type_name: &str,
         value: &str,
     ) {
-        self.send(|| Note::Variable {
+        self.send(|| Annotation::Variable {
             time,
             program,
             name: self.short(name, NAME_BYTES),
@@ -97,7 +97,7 @@ impl RecorderHandle {
 
     /// A message for people. `source` is the part of the controller, or the program, that says it.
     pub fn log(&self, time: f64, level: LogLevel, source: &str, message: &str) {
-        self.send(|| Note::Log {
+        self.send(|| Annotation::Log {
             time,
             level,
             source: self.short(source, NAME_BYTES),
@@ -108,7 +108,7 @@ impl RecorderHandle {
     /// A register has another value; `name` as in a cell file, `output_integer_register[2]` for instance. Digital and
     /// analog points need no call: they are in the cycles.
     pub fn io(&self, time: f64, name: &str, value: IoValue) {
-        self.send(|| Note::Io {
+        self.send(|| Annotation::Io {
             time,
             name: self.short(name, NAME_BYTES),
             value,
@@ -117,12 +117,12 @@ impl RecorderHandle {
 
     /// A message of a topic that is not ours, encoded as the topic says. One for a topic that the recording was not begun
     /// with, or of more than [`EXTRA_BYTES`](crate::lengths::EXTRA_BYTES), is left out and counted.
-    pub fn extra(&self, time: f64, topic: ExtraNumber, message: Vec<u8>) {
+    pub fn extra(&self, time: f64, topic: CustomTopicId, message: Vec<u8>) {
         if message.len() > EXTRA_BYTES {
             self.shared.notes_dropped.fetch_add(1, Ordering::Relaxed);
             return;
         }
-        self.send(|| Note::Extra {
+        self.send(|| Annotation::Extra {
             time,
             topic,
             message: message.into(),
@@ -131,9 +131,9 @@ impl RecorderHandle {
 
     /// Somebody wants a program to end or to be held at once: who waits for room goes on without, the note being dropped and
     /// counted. In force until there is room again.
-    pub fn hurry(&self) {
+    pub fn suspend_backpressure(&self) {
         if let Some(notes) = &self.notes {
-            notes.hurry();
+            notes.suspend_backpressure();
         }
     }
 
@@ -142,7 +142,7 @@ impl RecorderHandle {
         self.shared.notes_dropped.load(Ordering::Relaxed)
     }
 
-    fn send(&self, note: impl FnOnce() -> Note) {
+    fn send(&self, note: impl FnOnce() -> Annotation) {
         let Some(notes) = &self.notes else { return };
         if self.shared.failed.load(Ordering::Relaxed) {
             return;
@@ -153,7 +153,7 @@ impl RecorderHandle {
     }
 
     fn short(&self, text: &str, most: usize) -> Box<str> {
-        match cut(text, most) {
+        match truncate_marked(text, most) {
             None => text.into(),
             Some(short) => {
                 self.shared.texts_cut.fetch_add(1, Ordering::Relaxed);
@@ -165,7 +165,7 @@ impl RecorderHandle {
 
 /// What the thread and the ends outside tell each other.
 #[derive(Default)]
-pub(crate) struct Shared {
+pub(crate) struct RecorderState {
     /// Ask the thread to finish.
     pub finish: AtomicBool,
     /// The output can no longer be written.
@@ -187,13 +187,13 @@ pub(crate) struct Shared {
 
 /// Figures of a recording. Clones tell the same.
 #[derive(Clone)]
-pub struct RecorderMeter {
-    shared: Arc<Shared>,
-    notes: Arc<Notes>,
+pub struct RecorderMetrics {
+    shared: Arc<RecorderState>,
+    notes: Arc<AnnotationQueue>,
 }
 
-impl RecorderMeter {
-    pub(crate) fn new(shared: Arc<Shared>, notes: Arc<Notes>) -> Self {
+impl RecorderMetrics {
+    pub(crate) fn new(shared: Arc<RecorderState>, notes: Arc<AnnotationQueue>) -> Self {
         Self { shared, notes }
     }
 

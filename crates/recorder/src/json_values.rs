@@ -9,15 +9,15 @@ use serde::de::{Deserializer as _, Error, MapAccess, SeqAccess, Visitor};
 pub(crate) fn at_most(most: usize, text: &[u8]) -> Result<(), String> {
     let mut left = most;
     let mut json = serde_json::Deserializer::from_slice(text);
-    json.deserialize_any(Count(&mut left))
+    json.deserialize_any(ValueCounter(&mut left))
         .and_then(|()| json.end())
         .map_err(|error| error.to_string())
 }
 
 /// Counts down.
-struct Count<'a>(&'a mut usize);
+struct ValueCounter<'a>(&'a mut usize);
 
-impl Count<'_> {
+impl ValueCounter<'_> {
     fn one<E: Error>(&mut self) -> Result<(), E> {
         let left = self.0.checked_sub(1);
         *self.0 = left.ok_or_else(|| E::custom("it has too many values"))?;
@@ -25,7 +25,7 @@ impl Count<'_> {
     }
 }
 
-impl<'de> DeserializeSeed<'de> for Count<'_> {
+impl<'de> DeserializeSeed<'de> for ValueCounter<'_> {
     type Value = ();
 
     fn deserialize<D: serde::Deserializer<'de>>(self, value: D) -> Result<(), D::Error> {
@@ -33,7 +33,7 @@ impl<'de> DeserializeSeed<'de> for Count<'_> {
     }
 }
 
-impl<'de> Visitor<'de> for Count<'_> {
+impl<'de> Visitor<'de> for ValueCounter<'_> {
     type Value = ();
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -66,14 +66,14 @@ impl<'de> Visitor<'de> for Count<'_> {
 
     fn visit_seq<A: SeqAccess<'de>>(mut self, mut items: A) -> Result<(), A::Error> {
         self.one()?;
-        while items.next_element_seed(Count(self.0))?.is_some() {}
+        while items.next_element_seed(ValueCounter(self.0))?.is_some() {}
         Ok(())
     }
 
     fn visit_map<A: MapAccess<'de>>(mut self, mut fields: A) -> Result<(), A::Error> {
         self.one()?;
         while fields.next_key::<IgnoredAny>()?.is_some() {
-            fields.next_value_seed(Count(self.0))?;
+            fields.next_value_seed(ValueCounter(self.0))?;
         }
         Ok(())
     }

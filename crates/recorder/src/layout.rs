@@ -9,7 +9,7 @@ const MAX_ENTRIES: usize = 1000;
 
 /// True when every text, map and block of bytes of the record ends within it. Records of other kinds have none.
 pub(crate) fn holds(opcode: u8, record: &[u8]) -> bool {
-    let mut rest = Rest(record);
+    let mut rest = ByteCursor(record);
     let all = match opcode {
         op::SCHEMA => rest.skip(2).and_then(|()| rest.block()).and_then(|_| {
             rest.block()?;
@@ -28,9 +28,9 @@ pub(crate) fn holds(opcode: u8, record: &[u8]) -> bool {
 }
 
 /// What of a record was not looked at yet.
-struct Rest<'a>(&'a [u8]);
+struct ByteCursor<'a>(&'a [u8]);
 
-impl<'a> Rest<'a> {
+impl<'a> ByteCursor<'a> {
     fn skip(&mut self, bytes: usize) -> Option<()> {
         self.0 = self.0.get(bytes..)?;
         Some(())
@@ -47,7 +47,7 @@ impl<'a> Rest<'a> {
     /// A map from text to text.
     fn map(&mut self) -> Option<&'a [u8]> {
         let all = self.block()?;
-        let mut entries = Rest(all);
+        let mut entries = ByteCursor(all);
         for _ in 0..MAX_ENTRIES {
             if entries.0.is_empty() {
                 return Some(all);

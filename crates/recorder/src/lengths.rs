@@ -18,7 +18,7 @@ pub const NAME_BYTES: usize = 256;
 
 /// The beginning of a text that is longer than `most` bytes, with the mark behind it: together not longer than that.
 /// `None` for a text that fits.
-pub fn cut(text: &str, most: usize) -> Option<String> {
+pub fn truncate_marked(text: &str, most: usize) -> Option<String> {
     if text.len() <= most {
         return None;
     }
@@ -67,10 +67,10 @@ mod tests {
 
     #[test]
     fn what_fits_stays_and_what_does_not_is_marked() {
-        assert_eq!(cut("", 64), None);
-        assert_eq!(cut(&"x".repeat(64), 64), None);
+        assert_eq!(truncate_marked("", 64), None);
+        assert_eq!(truncate_marked(&"x".repeat(64), 64), None);
         for text in ["x".repeat(65), "é".repeat(60), "🦀".repeat(1000)] {
-            let short = cut(&text, 64).unwrap();
+            let short = truncate_marked(&text, 64).unwrap();
             assert!(short.len() <= 64 && short.len() > 60, "{short}");
             let whole = format!("[cut, {} bytes in all]", text.len());
             assert!(short.ends_with(&whole), "{short}");

@@ -44,17 +44,17 @@ mod writer;
 pub use arguments::ArgumentError;
 pub use chunks::{CHUNK_BYTES, CHUNK_SECS};
 pub use compare::{Difference, difference, difference_but};
-pub use cycle::{Cycle, CycleError, FieldValue};
-pub use extra::{ExtraNumber, ExtraTopic};
-pub use handle::{RecorderHandle, RecorderMeter};
-pub use reader::{Ending, Entry, ReadError, Recording};
-pub use recorder::{Closer, RecordError, Recorder, RecorderConfig};
-pub use rotation::{PartEnd, Rotation};
+pub use cycle::{CycleError, CycleMessage, FieldValue};
+pub use extra::{CustomTopic, CustomTopicId};
+pub use handle::{RecorderHandle, RecorderMetrics};
+pub use reader::{FileEnd, ReadError, Recording, RecordingEntry};
+pub use recorder::{CloseHandle, RecordError, Recorder, RecorderConfig};
+pub use rotation::{Rotation, RotationTrigger};
 pub use setup::{Setup, SetupError};
 pub use summary::Summary;
-pub use table::Table;
+pub use table::TopicTable;
 pub use topics::{
     CommandMessage, IoMessage, IoValue, LogLevel, LogMessage, ScriptMessage, Topic, VariableMessage,
 };
-pub use viewer::{Obstacle, ObstacleShape, Viewer};
+pub use viewer::{ObstacleShape, SceneObstacle, ViewerMessages};
 pub use writer::Totals;

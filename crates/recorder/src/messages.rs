@@ -10,7 +10,7 @@ use std::sync::{Arc, OnceLock};
 use mcap::Channel;
 use mcap::records::{Record, op};
 
-use crate::cycle::Cycle;
+use crate::cycle::CycleMessage;
 use crate::records::{self, Records, damaged, in_words};
 use crate::setup::{METADATA_NAME, Setup, SetupError};
 use crate::topics::Topic;
@@ -26,7 +26,7 @@ const MAX_METADATA: usize = 16 << 20;
 
 /// How a recording ends.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Ending {
+pub enum FileEnd {
     /// Properly, with its index.
     Complete,
     /// In the middle: the writer was killed, or is still writing.
@@ -57,16 +57,16 @@ pub struct Messages {
     setup: Option<Result<Setup, SetupError>>,
     /// Topics seen so far.
     topics: BTreeSet<String>,
-    /// Fields of this version's `elite.Cycle` that the file's does not have; known once its channel was read.
+    /// Fields of this version's `elite.CycleMessage` that the file's does not have; known once its channel was read.
     missing_fields: Option<Vec<&'static str>>,
     seen_anything: bool,
-    ending: Option<Ending>,
+    ending: Option<FileEnd>,
     /// Where an end that is none is told.
-    trouble: Arc<OnceLock<Ending>>,
+    trouble: Arc<OnceLock<FileEnd>>,
 }
 
 impl Messages {
-    pub(crate) fn new(source: Box<dyn Read>, trouble: Arc<OnceLock<Ending>>) -> Self {
+    pub(crate) fn new(source: Box<dyn Read>, trouble: Arc<OnceLock<FileEnd>>) -> Self {
         Self {
             records: Records::new(source),
             channels: mcap::read::ChannelAccumulator::default(),
@@ -82,7 +82,7 @@ impl Messages {
     }
 
     /// How the recording ends; known once the iterator has ended.
-    pub fn ending(&self) -> Option<&Ending> {
+    pub fn ending(&self) -> Option<&FileEnd> {
         self.ending.as_ref()
     }
 
@@ -112,7 +112,7 @@ impl Messages {
         match self.try_step() {
             Ok(Some(step)) => Some(step),
             Ok(None) => {
-                self.ending = Some(Ending::Complete);
+                self.ending = Some(FileEnd::Complete);
                 None
             }
             Err(ending) => {
@@ -124,7 +124,7 @@ impl Messages {
         }
     }
 
-    fn try_step(&mut self) -> Result<Option<Option<RawMessage>>, Ending> {
+    fn try_step(&mut self) -> Result<Option<Option<RawMessage>>, FileEnd> {
         let Some((opcode, data)) = self.records.next()? else {
             return Ok(None);
         };
@@ -165,7 +165,7 @@ impl Messages {
                 if topic == Topic::Cycle.name() && self.missing_fields.is_none() {
                     let schema = self.channels.get(id).and_then(|c| c.schema.clone());
                     let data = schema.as_ref().map_or(&[][..], |schema| &schema.data);
-                    self.missing_fields = Some(Cycle::fields_missing_in(data));
+                    self.missing_fields = Some(CycleMessage::fields_missing_in(data));
                 }
                 self.topics.insert(topic);
             }
@@ -193,7 +193,7 @@ impl Messages {
 }
 
 /// Takes note of one more schema or channel.
-fn declare(declared: &mut usize, cost: usize) -> Result<(), Ending> {
+fn declare(declared: &mut usize, cost: usize) -> Result<(), FileEnd> {
     *declared += cost;
     match *declared <= MAX_DECLARED {
         true => Ok(()),

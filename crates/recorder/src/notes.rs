@@ -9,18 +9,18 @@ use std::time::Duration;
 
 use motion_api::{ProgramId, ThreadNumber};
 
-use crate::extra::ExtraNumber;
+use crate::extra::CustomTopicId;
 use crate::topics::{IoValue, LogLevel};
 
 /// What all notes on their way may have together. With the ring of records (about 6 MiB), the texts that are kept for
 /// the next part and the text that is being written this stays within 64 MiB (INTERFACES 9).
 const NOTES_BYTES: usize = 32 << 20;
 /// What an entry of a queue and the allocations of its texts cost beside the texts.
-const NOTE_BYTES: usize = 2 * size_of::<Note>() + 64;
+const NOTE_BYTES: usize = 2 * size_of::<Annotation>() + 64;
 
 /// What the script side adds to a recording. Times are simulated seconds since start.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Note {
+pub(crate) enum Annotation {
     ProgramStarted {
         time: f64,
         program: ProgramId,
@@ -31,7 +31,7 @@ pub(crate) enum Note {
         time: f64,
         program: ProgramId,
         thread: ThreadNumber,
-        place: Place,
+        place: ThreadPosition,
     },
     Variable {
         time: f64,
@@ -53,20 +53,20 @@ pub(crate) enum Note {
     },
     Extra {
         time: f64,
-        topic: ExtraNumber,
+        topic: CustomTopicId,
         message: Box<[u8]>,
     },
 }
 
 /// Where a script thread stands.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Place {
+pub(crate) struct ThreadPosition {
     pub line: u32,
     /// Number and label of a node of the pendant's task.
     pub node: Option<(u32, Box<str>)>,
 }
 
-impl Note {
+impl Annotation {
     pub fn time(&self) -> f64 {
         match self {
             Self::ProgramStarted { time, .. }
@@ -103,8 +103,8 @@ impl Note {
 
 /// The way of the notes; both ends share it.
 #[derive(Debug, Default)]
-pub(crate) struct Notes {
-    queue: Mutex<Queue>,
+pub(crate) struct AnnotationQueue {
+    queue: Mutex<AnnotationQueueState>,
     /// There is room again.
     room: Condvar,
     /// There is a note.
@@ -112,8 +112,8 @@ pub(crate) struct Notes {
 }
 
 #[derive(Debug, Default)]
-struct Queue {
-    notes: VecDeque<Note>,
+struct AnnotationQueueState {
+    notes: VecDeque<Annotation>,
     /// Of all notes that were sent and are not written yet.
     bytes: usize,
     /// Senders that wait for room.
@@ -125,17 +125,17 @@ struct Queue {
 
 /// The note was dropped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct NoRoom;
+pub(crate) struct AnnotationDropped;
 
-impl Notes {
+impl AnnotationQueue {
     /// Sends a note; with `wait`, when there is room for it. Once the other end is gone, notes are forgotten.
-    pub fn send(&self, note: Note, wait: bool) -> Result<(), NoRoom> {
+    pub fn send(&self, note: Annotation, wait: bool) -> Result<(), AnnotationDropped> {
         let bytes = note.bytes();
         let mut queue = self.lock();
         // A note larger than everything has the way for itself.
         while queue.bytes > 0 && queue.bytes + bytes > NOTES_BYTES && !queue.closed {
             if !wait || queue.hurried {
-                return Err(NoRoom);
+                return Err(AnnotationDropped);
             }
             queue.held_up += 1;
             // The thread may sleep on what it has: it is to write now.
@@ -155,12 +155,12 @@ impl Notes {
     }
 
     /// Moves all notes over.
-    pub fn take(&self, waiting: &mut Waiting) {
+    pub fn drain_into(&self, waiting: &mut PendingAnnotations) {
         waiting.notes.append(&mut self.lock().notes);
     }
 
     /// Notes of so many bytes were written.
-    pub fn written(&self, waiting: &mut Waiting) {
+    pub fn written(&self, waiting: &mut PendingAnnotations) {
         let bytes = std::mem::take(&mut waiting.written);
         if bytes > 0 {
             let mut queue = self.lock();
@@ -173,19 +173,19 @@ impl Notes {
     }
 
     /// Whoever waits for room goes without, and who comes later does not wait, until something was written.
-    pub fn hurry(&self) {
+    pub fn suspend_backpressure(&self) {
         let mut queue = self.lock();
         queue.hurried = queue.bytes > 0;
         self.room.notify_all();
     }
 
     /// True while somebody waits for room.
-    pub fn hold_somebody_up(&self) -> bool {
+    pub fn has_blocked_senders(&self) -> bool {
         self.lock().held_up > 0
     }
 
     /// Whether notes should be written rather than kept for their place: somebody waits, or soon will.
-    pub fn are_many(&self) -> bool {
+    pub fn is_nearly_full(&self) -> bool {
         let queue = self.lock();
         queue.held_up > 0 || queue.bytes > NOTES_BYTES / 2
     }
@@ -214,25 +214,25 @@ impl Notes {
     }
 
     /// Every change is whole before anything can panic, so a poisoned lock is as good as any.
-    fn lock(&self) -> MutexGuard<'_, Queue> {
+    fn lock(&self) -> MutexGuard<'_, AnnotationQueueState> {
         self.queue.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 /// Notes that wait for the record they come before, on the recorder's thread.
 #[derive(Debug, Default)]
-pub(crate) struct Waiting {
-    notes: VecDeque<Note>,
-    /// Bytes of those that were taken since [`Notes::written`] was told.
+pub(crate) struct PendingAnnotations {
+    notes: VecDeque<Annotation>,
+    /// Bytes of those that were taken since [`AnnotationQueue::written`] was told.
     written: usize,
 }
 
-impl Waiting {
-    pub fn first(&self) -> Option<&Note> {
+impl PendingAnnotations {
+    pub fn first(&self) -> Option<&Annotation> {
         self.notes.front()
     }
 
-    pub fn pop(&mut self) -> Option<Note> {
+    pub fn pop(&mut self) -> Option<Annotation> {
         let note = self.notes.pop_front()?;
         self.written += note.bytes();
         // After a flood the queue is not kept at its size.
@@ -257,8 +257,8 @@ mod tests {
     use std::sync::Arc;
     use std::sync::atomic::{AtomicUsize, Ordering};
 
-    fn log(bytes: usize) -> Note {
-        Note::Log {
+    fn log(bytes: usize) -> Annotation {
+        Annotation::Log {
             time: 0.0,
             level: LogLevel::Info,
             source: "test".into(),
@@ -269,7 +269,7 @@ mod tests {
     #[test]
     fn what_does_not_fit_is_refused_whatever_the_size_of_the_notes() {
         for size in [0, 100, 64 << 10, 8 << 20] {
-            let notes = Notes::default();
+            let notes = AnnotationQueue::default();
             let mut sent = 0;
             while notes.send(log(size), false).is_ok() {
                 sent += 1;
@@ -277,9 +277,9 @@ mod tests {
             assert!(notes.bytes() <= NOTES_BYTES, "{size}");
             assert!(notes.bytes() + log(size).bytes() > NOTES_BYTES, "{size}");
             // Taken is not written.
-            let mut waiting = Waiting::default();
-            notes.take(&mut waiting);
-            assert_eq!(notes.send(log(size), false), Err(NoRoom));
+            let mut waiting = PendingAnnotations::default();
+            notes.drain_into(&mut waiting);
+            assert_eq!(notes.send(log(size), false), Err(AnnotationDropped));
             let mut popped = 0;
             while waiting.pop().is_some() {
                 popped += 1;
@@ -292,14 +292,14 @@ mod tests {
 
     #[test]
     fn a_note_larger_than_everything_passes_alone() {
-        let notes = Notes::default();
+        let notes = AnnotationQueue::default();
         assert_eq!(notes.send(log(NOTES_BYTES), false), Ok(()));
-        assert_eq!(notes.send(log(0), false), Err(NoRoom));
+        assert_eq!(notes.send(log(0), false), Err(AnnotationDropped));
     }
 
     #[test]
     fn whoever_waits_goes_on_when_there_is_room_and_when_there_is_nobody_any_more() {
-        let notes = Arc::new(Notes::default());
+        let notes = Arc::new(AnnotationQueue::default());
         let passed = Arc::new(AtomicUsize::new(0));
         assert_eq!(notes.send(log(NOTES_BYTES), false), Ok(()));
         let senders: Vec<_> = (0..4)
@@ -313,13 +313,13 @@ mod tests {
                 })
             })
             .collect();
-        while !notes.are_many() {
+        while !notes.is_nearly_full() {
             std::thread::yield_now();
         }
         assert_eq!(passed.load(Ordering::SeqCst), 0);
-        let mut waiting = Waiting::default();
+        let mut waiting = PendingAnnotations::default();
         while passed.load(Ordering::SeqCst) < 50 {
-            notes.take(&mut waiting);
+            notes.drain_into(&mut waiting);
             waiting.clear();
             notes.written(&mut waiting);
         }

@@ -12,8 +12,8 @@ use std::sync::{Arc, OnceLock};
 
 use prost::Message as _;
 
-use crate::cycle::Cycle;
-pub use crate::messages::{Ending, Messages, RawMessage};
+use crate::cycle::CycleMessage;
+pub use crate::messages::{FileEnd, Messages, RawMessage};
 pub use crate::read_error::ReadError;
 use crate::setup::Setup;
 use crate::topics::{
@@ -23,25 +23,25 @@ use crate::topics::{
 /// A recording that can be read, any number of times.
 #[derive(Clone, Debug)]
 pub struct Recording {
-    source: Source,
+    source: RecordingSource,
     name: String,
     setup: Option<Setup>,
     missing_fields: Vec<&'static str>,
     /// An end that is none, once somebody came there.
-    trouble: Arc<OnceLock<Ending>>,
+    trouble: Arc<OnceLock<FileEnd>>,
 }
 
 /// Begins the bytes of a recording anew.
 type Opener = dyn Fn() -> io::Result<Box<dyn Read>> + Send + Sync;
 
 #[derive(Clone)]
-enum Source {
+enum RecordingSource {
     File(PathBuf),
     Bytes(Arc<[u8]>),
     Opened(Arc<Opener>),
 }
 
-impl fmt::Debug for Source {
+impl fmt::Debug for RecordingSource {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::File(path) => f.debug_tuple("File").field(path).finish(),
@@ -53,9 +53,9 @@ impl fmt::Debug for Source {
 
 /// One message, decoded. Viewers' topics and topics that are not ours are not among them.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Entry {
+pub enum RecordingEntry {
     /// `/cycle`
-    Cycle(Box<Cycle>),
+    Cycle(Box<CycleMessage>),
     /// `/command`
     Command(CommandMessage),
     /// `/script`
@@ -75,7 +75,10 @@ impl Recording {
     /// [`ReadError`] when the file cannot be read or is not a recording.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, ReadError> {
         let path = path.as_ref();
-        Self::new(Source::File(path.to_owned()), path.display().to_string())
+        Self::new(
+            RecordingSource::File(path.to_owned()),
+            path.display().to_string(),
+        )
     }
 
     /// Reads a recording from memory; `name` is for messages.
@@ -83,7 +86,7 @@ impl Recording {
     /// # Errors
     /// [`ReadError`] when the bytes are not a recording.
     pub fn from_bytes(bytes: impl Into<Arc<[u8]>>, name: &str) -> Result<Self, ReadError> {
-        Self::new(Source::Bytes(bytes.into()), name.to_owned())
+        Self::new(RecordingSource::Bytes(bytes.into()), name.to_owned())
     }
 
     /// Reads a recording that `open` begins anew each time it is read, from wherever; `name` is for messages. An error of the
@@ -95,11 +98,11 @@ impl Recording {
         open: impl Fn() -> io::Result<Box<dyn Read>> + Send + Sync + 'static,
         name: &str,
     ) -> Result<Self, ReadError> {
-        Self::new(Source::Opened(Arc::new(open)), name.to_owned())
+        Self::new(RecordingSource::Opened(Arc::new(open)), name.to_owned())
     }
 
     /// Reads up to the channels, which stand at the beginning.
-    fn new(source: Source, name: String) -> Result<Self, ReadError> {
+    fn new(source: RecordingSource, name: String) -> Result<Self, ReadError> {
         let mut recording = Self {
             source,
             name,
@@ -116,15 +119,15 @@ impl Recording {
         let path = recording.name.clone();
         if !messages.has_cycles() {
             return Err(match messages.ending() {
-                Some(Ending::Damaged(reason)) if messages.is_empty() => {
+                Some(FileEnd::Damaged(reason)) if messages.is_empty() => {
                     let reason = reason.clone();
                     ReadError::NotMcap { path, reason }
                 }
-                Some(Ending::Damaged(reason)) => {
+                Some(FileEnd::Damaged(reason)) => {
                     let reason = reason.clone();
                     ReadError::Damaged { path, reason }
                 }
-                Some(Ending::Cut) if messages.is_empty() => ReadError::NotMcap {
+                Some(FileEnd::Cut) if messages.is_empty() => ReadError::NotMcap {
                     path,
                     reason: "it is empty or ends at once".to_owned(),
                 },
@@ -171,7 +174,7 @@ impl Recording {
     }
 
     /// How the file ends, if somebody has read it to there and it is not properly.
-    pub fn trouble(&self) -> Option<&Ending> {
+    pub fn trouble(&self) -> Option<&FileEnd> {
         self.trouble.get()
     }
 
@@ -185,9 +188,9 @@ impl Recording {
             source,
         };
         let source: Box<dyn Read> = match &self.source {
-            Source::Bytes(bytes) => Box::new(Cursor::new(Arc::clone(bytes))),
-            Source::File(path) => Box::new(open(path).map_err(failed)?),
-            Source::Opened(open) => open().map_err(failed)?,
+            RecordingSource::Bytes(bytes) => Box::new(Cursor::new(Arc::clone(bytes))),
+            RecordingSource::File(path) => Box::new(open(path).map_err(failed)?),
+            RecordingSource::Opened(open) => open().map_err(failed)?,
         };
         Ok(Messages::new(source, Arc::clone(&self.trouble)))
     }
@@ -197,8 +200,8 @@ impl Recording {
     /// # Errors
     /// [`ReadError::IoSystem`] when the file cannot be opened; an item is [`ReadError::Message`] when a message is not what
     /// its topic says.
-    pub fn entries(&self, topics: &[Topic]) -> Result<Entries<'_>, ReadError> {
-        Ok(Entries {
+    pub fn entries(&self, topics: &[Topic]) -> Result<RecordingEntries<'_>, ReadError> {
+        Ok(RecordingEntries {
             recording: self,
             messages: self.messages()?,
             topics: topics.to_vec(),
@@ -212,10 +215,10 @@ impl Recording {
     /// As [`entries`](Self::entries).
     pub fn cycles(
         &self,
-    ) -> Result<impl Iterator<Item = Result<Cycle, ReadError>> + use<'_>, ReadError> {
+    ) -> Result<impl Iterator<Item = Result<CycleMessage, ReadError>> + use<'_>, ReadError> {
         let entries = self.entries(&[Topic::Cycle])?;
         Ok(entries.filter_map(|entry| match entry {
-            Ok((_, Entry::Cycle(cycle))) => Some(Ok(*cycle)),
+            Ok((_, RecordingEntry::Cycle(cycle))) => Some(Ok(*cycle)),
             Ok(_) => None,
             Err(error) => Some(Err(error)),
         }))
@@ -230,7 +233,7 @@ impl Recording {
     ) -> Result<impl Iterator<Item = Result<CommandMessage, ReadError>> + use<'_>, ReadError> {
         let entries = self.entries(&[Topic::Command])?;
         Ok(entries.filter_map(|entry| match entry {
-            Ok((_, Entry::Command(command))) => Some(Ok(command)),
+            Ok((_, RecordingEntry::Command(command))) => Some(Ok(command)),
             Ok(_) => None,
             Err(error) => Some(Err(error)),
         }))
@@ -238,22 +241,22 @@ impl Recording {
 }
 
 /// Decoded messages; see [`Recording::entries`].
-pub struct Entries<'a> {
+pub struct RecordingEntries<'a> {
     recording: &'a Recording,
     messages: Messages,
     topics: Vec<Topic>,
     numbers: [u64; Topic::ALL.len()],
 }
 
-impl Entries<'_> {
+impl RecordingEntries<'_> {
     /// How the recording ends; known once the iterator has ended.
-    pub fn ending(&self) -> Option<&Ending> {
+    pub fn ending(&self) -> Option<&FileEnd> {
         self.messages.ending()
     }
 }
 
-impl Iterator for Entries<'_> {
-    type Item = Result<(f64, Entry), ReadError>;
+impl Iterator for RecordingEntries<'_> {
+    type Item = Result<(f64, RecordingEntry), ReadError>;
 
     fn next(&mut self) -> Option<Self::Item> {
         loop {
@@ -301,7 +304,7 @@ const fn bytes_max(topic: Topic) -> usize {
     }
 }
 
-fn decode(topic: Topic, data: &[u8]) -> Result<Option<Entry>, String> {
+fn decode(topic: Topic, data: &[u8]) -> Result<Option<RecordingEntry>, String> {
     if data.len() > bytes_max(topic) {
         return Err(format!(
             "it has {} bytes, at most {} are read",
@@ -314,21 +317,21 @@ fn decode(topic: Topic, data: &[u8]) -> Result<Option<Entry>, String> {
     }
     Ok(Some(match topic {
         Topic::Cycle => {
-            let cycle = Cycle::decode(data).map_err(|error| error.to_string())?;
-            Entry::Cycle(Box::new(cycle))
+            let cycle = CycleMessage::decode(data).map_err(|error| error.to_string())?;
+            RecordingEntry::Cycle(Box::new(cycle))
         }
         Topic::Log => {
             let log = foxglove::messages::Log::decode(data).map_err(|error| error.to_string())?;
-            Entry::Log(LogMessage {
+            RecordingEntry::Log(LogMessage {
                 level: LogLevel::from_number(log.level),
                 source: log.name,
                 message: log.message,
             })
         }
-        Topic::Command => Entry::Command(json(data)?),
-        Topic::Script => Entry::Script(json(data)?),
-        Topic::Io => Entry::Io(json(data)?),
-        Topic::Variables => Entry::Variable(json(data)?),
+        Topic::Command => RecordingEntry::Command(json(data)?),
+        Topic::Script => RecordingEntry::Script(json(data)?),
+        Topic::Io => RecordingEntry::Io(json(data)?),
+        Topic::Variables => RecordingEntry::Variable(json(data)?),
         Topic::JointStates | Topic::Tf | Topic::Tcp | Topic::Scene => return Ok(None),
     }))
 }

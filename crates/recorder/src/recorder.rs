@@ -1,6 +1,6 @@
 //! The recorder's thread, and the ends through which the rest of the controller talks to it.
 //!
-//! [`Worker`] is the thread: it takes records from the motion thread's ring every few milliseconds and notes of the script side from a
+//! [`RecorderThread`] is the thread: it takes records from the motion thread's ring every few milliseconds and notes of the script side from a
 //! queue bounded in bytes, puts them into one order and writes them. The motion thread never waits for it under the real
 //! clock (it counts what did not fit); under the virtual clock the caller of the cycle waits for room in the ring, and
 //! a script waits for room in the queue, so nothing is lost.
@@ -22,14 +22,14 @@ use motion_api::RecordReader;
 use supervision::{EndSignal, Fault, ThreadHandle, ThreadRole, ThreadSupervisor, catch};
 use thiserror::Error;
 
-use crate::extra::ExtraTopic;
-use crate::handle::{RecorderHandle, RecorderMeter, Shared};
-use crate::notes::Notes;
+use crate::extra::CustomTopic;
+use crate::handle::{RecorderHandle, RecorderMetrics, RecorderState};
+use crate::notes::AnnotationQueue;
 use crate::rotation::Rotation;
 use crate::setup::Setup;
-use crate::viewer::Obstacle;
-use crate::watcher::Watcher;
-use crate::worker::Worker;
+use crate::viewer::SceneObstacle;
+use crate::watcher::OutputWatchdog;
+use crate::worker::RecorderThread;
 use crate::writer::Totals;
 
 /// What to record into, and about which arm.
@@ -41,9 +41,9 @@ pub struct RecorderConfig {
     /// The arm, for the viewers' topics.
     pub model: RobotModel,
     /// What else is drawn.
-    pub obstacles: Vec<Obstacle>,
+    pub obstacles: Vec<SceneObstacle>,
     /// Topics beside our own.
-    pub extra: Vec<ExtraTopic>,
+    pub extra: Vec<CustomTopic>,
     /// When the next file begins, and how much may be kept.
     pub rotation: Rotation,
     /// What a script does that outruns the recorder: wait (virtual clock) or go on, the note being dropped and counted
@@ -117,13 +117,13 @@ pub(crate) fn report_once(report: &SharedReport, error: &RecordError) {
 
 /// Closes a recording from outside, whatever the rest of the controller is doing. Clones do the same.
 #[derive(Clone)]
-pub struct Closer {
-    shared: Arc<Shared>,
-    notes: Arc<Notes>,
+pub struct CloseHandle {
+    shared: Arc<RecorderState>,
+    notes: Arc<AnnotationQueue>,
     ended: EndSignal,
 }
 
-impl Closer {
+impl CloseHandle {
     /// Asks the thread to write what has come by now, the index and the end of the file; does not wait.
     pub fn ask(&self) {
         self.shared.finish.store(true, Ordering::Release);
@@ -149,8 +149,8 @@ impl Closer {
 
 /// A running recording. Dropping it finishes the file as [`finish`](Self::finish) does, with errors only logged.
 pub struct Recorder {
-    shared: Arc<Shared>,
-    notes: Arc<Notes>,
+    shared: Arc<RecorderState>,
+    notes: Arc<AnnotationQueue>,
     thread: Option<ThreadHandle<Result<Totals, RecordError>>>,
 }
 
@@ -179,12 +179,15 @@ impl Recorder {
         config: RecorderConfig,
         records: RecordReader,
     ) -> Result<(Self, RecorderHandle), RecordError> {
-        let (notes, shared) = (Arc::new(Notes::default()), Arc::new(Shared::default()));
+        let (notes, shared) = (
+            Arc::new(AnnotationQueue::default()),
+            Arc::new(RecorderState::default()),
+        );
         let handle =
             RecorderHandle::new(Arc::clone(&notes), config.notes_wait, Arc::clone(&shared));
         let (patience, path) = (config.patience, config.path.clone());
         let flow = records.flow().clone();
-        let worker = Worker::new(
+        let worker = RecorderThread::new(
             out,
             config,
             records,
@@ -207,7 +210,7 @@ impl Recorder {
                 given
             })
             .map_err(RecordError::Thread)?;
-        let watcher = Watcher {
+        let watcher = OutputWatchdog {
             shared: Arc::clone(&shared),
             notes: Arc::clone(&notes),
             flow,
@@ -230,9 +233,9 @@ impl Recorder {
     }
 
     /// For whoever must close it without the recorder at hand.
-    pub fn closer(&self) -> Option<Closer> {
+    pub fn closer(&self) -> Option<CloseHandle> {
         let ended = self.thread.as_ref()?.end_signal().clone();
-        Some(Closer {
+        Some(CloseHandle {
             shared: Arc::clone(&self.shared),
             notes: Arc::clone(&self.notes),
             ended,
@@ -240,8 +243,8 @@ impl Recorder {
     }
 
     /// Figures of the recording, also after it has ended.
-    pub fn meter(&self) -> RecorderMeter {
-        RecorderMeter::new(Arc::clone(&self.shared), Arc::clone(&self.notes))
+    pub fn meter(&self) -> RecorderMetrics {
+        RecorderMetrics::new(Arc::clone(&self.shared), Arc::clone(&self.notes))
     }
 
     /// Takes what is in the ring and the queue by now, writes the index and closes the file.

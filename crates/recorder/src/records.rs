@@ -11,7 +11,7 @@ use mcap::records::{ChunkHeader, Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
 use crate::layout;
-use crate::reader::Ending;
+use crate::reader::FileEnd;
 
 /// No record and no chunk of a recording is larger, packed or unpacked: the text of a program of 8 MiB is the largest
 /// thing, and JSON can make six bytes of one.
@@ -51,7 +51,7 @@ impl Records {
 
     /// The next record that says something: its opcode and content. `None` at the end of a complete file; the error is
     /// any other end.
-    pub fn next(&mut self) -> Result<Option<(u8, &[u8])>, Ending> {
+    pub fn next(&mut self) -> Result<Option<(u8, &[u8])>, FileEnd> {
         while self.at >= self.data.len() {
             if !self.load()? {
                 return Ok(None);
@@ -74,7 +74,7 @@ impl Records {
     }
 
     /// Reads until there is a chunk or another record of interest in `data`; false at the end of the file.
-    fn load(&mut self) -> Result<bool, Ending> {
+    fn load(&mut self) -> Result<bool, FileEnd> {
         self.at = 0;
         self.data.clear();
         self.data.shrink_to(KEPT_BYTES);
@@ -87,7 +87,7 @@ impl Records {
                     // What a length promises is believed as far as bytes come.
                     let room = self.reader.insert(need.clamp(1, READ_BYTES));
                     let read = read_some(&mut self.source, room)
-                        .map_err(|error| Ending::Damaged(error.to_string()))?;
+                        .map_err(|error| FileEnd::Damaged(error.to_string()))?;
                     self.reader.notify_read(read);
                     continue;
                 }
@@ -114,7 +114,7 @@ impl Records {
     }
 }
 
-fn head(data: &[u8]) -> Result<(u8, u64), Ending> {
+fn head(data: &[u8]) -> Result<(u8, u64), FileEnd> {
     let parts = data
         .split_first()
         .and_then(|(opcode, rest)| Some((*opcode, u64::from_le_bytes(*rest.first_chunk()?))));
@@ -126,7 +126,7 @@ fn unpack(
     record: &[u8],
     zstd: &mut Option<zstd::bulk::Decompressor<'static>>,
     out: &mut Vec<u8>,
-) -> Result<(), Ending> {
+) -> Result<(), FileEnd> {
     let Record::Chunk { header, data } = parse(op::CHUNK, record)? else {
         return Err(damaged("a chunk has no header"));
     };
@@ -186,7 +186,7 @@ fn unpack(
 }
 
 /// What a record says. Lengths in it are looked at before they are believed.
-pub(crate) fn parse(opcode: u8, record: &[u8]) -> Result<Record<'_>, Ending> {
+pub(crate) fn parse(opcode: u8, record: &[u8]) -> Result<Record<'_>, FileEnd> {
     match layout::holds(opcode, record) {
         true => mcap::parse_record(opcode, record).map_err(in_words),
         false => Err(damaged(format!(
@@ -195,20 +195,20 @@ pub(crate) fn parse(opcode: u8, record: &[u8]) -> Result<Record<'_>, Ending> {
     }
 }
 
-pub(crate) fn damaged(reason: impl Into<String>) -> Ending {
-    Ending::Damaged(reason.into())
+pub(crate) fn damaged(reason: impl Into<String>) -> FileEnd {
+    FileEnd::Damaged(reason.into())
 }
 
-fn too_large(what: &str, bytes: u64) -> Ending {
+fn too_large(what: &str, bytes: u64) -> FileEnd {
     damaged(format!(
         "a {what} has {bytes} bytes; at most {MAX_BYTES} are read at once"
     ))
 }
 
 /// The end that an error of the library means, in a sentence of one line.
-pub(crate) fn in_words(error: McapError) -> Ending {
+pub(crate) fn in_words(error: McapError) -> FileEnd {
     match error {
-        McapError::UnexpectedEof => Ending::Cut,
+        McapError::UnexpectedEof => FileEnd::Cut,
         McapError::BadMagic => {
             damaged("the eight bytes that begin and end an MCAP file are not there")
         }

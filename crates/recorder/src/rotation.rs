@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 /// When the next part begins.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum PartEnd {
+pub enum RotationTrigger {
     /// When the file has this many bytes.
     Bytes(u64),
     /// After this much simulated time, s.
@@ -21,7 +21,7 @@ pub enum PartEnd {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Rotation {
     /// When the next part begins; `None`: never.
-    pub end: Option<PartEnd>,
+    pub end: Option<RotationTrigger>,
     /// Bytes that the files together may have; the oldest are removed. The part being written always stays.
     pub budget: Option<u64>,
     /// Finished recordings of earlier runs that count and may be removed, oldest first.
@@ -30,7 +30,7 @@ pub struct Rotation {
 
 /// The files of a recording.
 #[derive(Debug)]
-pub(crate) struct Parts {
+pub(crate) struct RecordingParts {
     rotation: Rotation,
     first: PathBuf,
     /// Number of the part being written, from 1.
@@ -43,7 +43,7 @@ pub(crate) struct Parts {
     patience: u32,
 }
 
-impl Parts {
+impl RecordingParts {
     pub(crate) fn new(first: PathBuf, rotation: Rotation) -> Self {
         let finished = rotation.earlier.iter();
         let finished = finished
@@ -63,8 +63,12 @@ impl Parts {
     /// Whether the part being written, with this many bytes at this simulated time, is long enough.
     pub(crate) fn is_due(&self, bytes: u64, time: f64) -> bool {
         match self.rotation.end {
-            Some(PartEnd::Bytes(limit)) => bytes >= limit.saturating_mul(u64::from(self.patience)),
-            Some(PartEnd::Secs(limit)) => time - self.since >= limit * f64::from(self.patience),
+            Some(RotationTrigger::Bytes(limit)) => {
+                bytes >= limit.saturating_mul(u64::from(self.patience))
+            }
+            Some(RotationTrigger::Secs(limit)) => {
+                time - self.since >= limit * f64::from(self.patience)
+            }
             None => false,
         }
     }

@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use kinematics::{DOF, JointLimits};
 use motion_api::SafetyMode;
 
-use crate::cycle::Cycle;
-use crate::lengths::{NAME_BYTES, cut, cut_middle};
+use crate::cycle::CycleMessage;
+use crate::lengths::{NAME_BYTES, cut_middle, truncate_marked};
 use crate::losses;
-use crate::reader::{Ending, Entry, ReadError, Recording};
+use crate::reader::{FileEnd, ReadError, Recording, RecordingEntry};
 use crate::topics::{LogLevel, LogMessage, Topic};
 
 /// A joint counts as being at its speed limit from this share of it on.
@@ -54,7 +54,7 @@ pub struct Summary {
     /// Protective stops: when (s) and the number of the reason.
     pub stops: Vec<(f64, u64)>,
     /// Where limits of the arm were reached, the first hundred.
-    pub limits: Vec<LimitReached>,
+    pub limits: Vec<JointLimitEvent>,
     /// How often limits of the arm were reached.
     pub limit_count: u64,
     /// Cycles that ended later than the next one was due, because they took long or because they began late: the same
@@ -73,12 +73,12 @@ pub struct Summary {
     /// Largest force on the tool, N.
     pub peak_tcp_force: f64,
     /// How the recording ends.
-    pub ending: Option<Ending>,
+    pub ending: Option<FileEnd>,
 }
 
 /// A commanded joint came to its limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LimitReached {
+pub struct JointLimitEvent {
     /// When it came there, s.
     pub time: f64,
     /// The joint, from 0.
@@ -101,24 +101,28 @@ impl Summary {
     ///
     /// # Errors
     /// [`ReadError`] when the file cannot be read or a message is not what its topic says.
-    pub fn of(recording: &Recording, limits: Option<&JointLimits>) -> Result<Self, ReadError> {
+    pub fn summarize(
+        recording: &Recording,
+        limits: Option<&JointLimits>,
+    ) -> Result<Self, ReadError> {
         let topics = [Topic::Cycle, Topic::Command, Topic::Script, Topic::Log];
         let mut entries = recording.entries(&topics)?;
         let mut summary = Self::default();
-        let mut progress = Progress::default();
+        let mut progress = CycleTracker::default();
         for entry in &mut entries {
             let (time, entry) = entry?;
             match entry {
-                Entry::Cycle(cycle) => summary.cycle(&cycle, limits, &mut progress),
-                Entry::Command(command) => summary.command(command.name),
-                Entry::Script(script) if script.text.is_some() => {
+                RecordingEntry::Cycle(cycle) => summary.cycle(&cycle, limits, &mut progress),
+                RecordingEntry::Command(command) => summary.command(command.name),
+                RecordingEntry::Script(script) if script.text.is_some() => {
                     summary.program_count += 1;
                     let name = script.program;
-                    let name = cut(&name, NAME_BYTES).unwrap_or(name);
+                    let name = truncate_marked(&name, NAME_BYTES).unwrap_or(name);
                     list(&mut summary.programs, (time, name));
                 }
-                Entry::Log(log) => summary.log(time, log),
-                Entry::Script(_) | Entry::Io(_) | Entry::Variable(_) => {}
+                RecordingEntry::Log(log) => summary.log(time, log),
+                RecordingEntry::Script(_) | RecordingEntry::Io(_) | RecordingEntry::Variable(_) => {
+                }
             }
         }
         summary.overruns += u64::from(progress.last_overran());
@@ -126,7 +130,12 @@ impl Summary {
         Ok(summary)
     }
 
-    fn cycle(&mut self, cycle: &Cycle, limits: Option<&JointLimits>, progress: &mut Progress) {
+    fn cycle(
+        &mut self,
+        cycle: &CycleMessage,
+        limits: Option<&JointLimits>,
+        progress: &mut CycleTracker,
+    ) {
         let first = self.cycle_range.map_or(cycle.cycle, |(first, _)| first);
         if let Some((_, last)) = self.cycle_range {
             let expected = last.saturating_add(1);
@@ -162,7 +171,7 @@ impl Summary {
         }
     }
 
-    fn limits(&mut self, cycle: &Cycle, limits: &JointLimits, progress: &mut Progress) {
+    fn limits(&mut self, cycle: &CycleMessage, limits: &JointLimits, progress: &mut CycleTracker) {
         let joints = cycle.target_q.iter().zip(&cycle.target_qd);
         for (joint, (&position, &speed)) in joints.enumerate().take(DOF) {
             let at_speed = speed.abs() >= AT_SPEED_LIMIT * limits.speed[joint];
@@ -179,7 +188,7 @@ impl Summary {
                 if now && !*before {
                     self.limit_count += 1;
                     let time = cycle.time;
-                    list(&mut self.limits, LimitReached { time, joint, kind });
+                    list(&mut self.limits, JointLimitEvent { time, joint, kind });
                 }
                 *before = now;
             }
@@ -190,14 +199,14 @@ impl Summary {
         let is_new = !self.commands.contains_key(&name);
         let name = match is_new && self.commands.len() >= MAX_LISTED {
             true => "other".to_owned(),
-            false => cut(&name, NAME_BYTES).unwrap_or(name),
+            false => truncate_marked(&name, NAME_BYTES).unwrap_or(name),
         };
         *self.commands.entry(name).or_default() += 1;
     }
 
     fn log(&mut self, time: f64, mut log: LogMessage) {
         // A hundred long ones would be much to keep.
-        if let Some(short) = cut(&log.source, LISTED_BYTES) {
+        if let Some(short) = truncate_marked(&log.source, LISTED_BYTES) {
             log.source = short;
         }
         // The last line of a report says what happened.
@@ -217,7 +226,7 @@ impl Summary {
 
 /// What the next cycle is compared with.
 #[derive(Default)]
-struct Progress {
+struct CycleTracker {
     begin: f64,
     /// How late the cycle before began, µs, and how long a cycle may take.
     late_us: f64,
@@ -227,10 +236,10 @@ struct Progress {
     at_position: [bool; DOF],
 }
 
-impl Progress {
+impl CycleTracker {
     /// Whether the cycle before this one overran: a record tells how late its own cycle began and how long the one before
     /// took.
-    fn overran(&mut self, cycle: &Cycle) -> bool {
+    fn overran(&mut self, cycle: &CycleMessage) -> bool {
         let overran = self.late_us + cycle.step_duration_us > cycle.step_time * 1e6;
         self.late_us = cycle.wakeup_latency_us;
         self.step_us = cycle.step_time * 1e6;
@@ -279,15 +288,15 @@ mod tests {
             (4500.0, 0.0),
         ];
         let mut summary = Summary::default();
-        let mut progress = Progress::default();
+        let mut progress = CycleTracker::default();
         let mut took_before = 0.0;
         for (number, (late, took)) in cycles.into_iter().enumerate() {
-            let cycle = Cycle {
+            let cycle = CycleMessage {
                 cycle: number as u64 + 1,
                 step_time: 0.004,
                 step_duration_us: took_before,
                 wakeup_latency_us: late,
-                ..Cycle::default()
+                ..CycleMessage::default()
             };
             took_before = took;
             summary.cycle(&cycle, None, &mut progress);

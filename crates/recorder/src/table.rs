@@ -13,7 +13,7 @@ use prost_reflect::{DescriptorPool, DynamicMessage, MessageDescriptor, ReflectMe
 use prost_types::FileDescriptorSet;
 
 use crate::json_values;
-use crate::lengths::cut;
+use crate::lengths::truncate_marked;
 use crate::reader::{RawMessage, ReadError, Recording};
 
 /// More columns than a person or a spreadsheet can use.
@@ -27,13 +27,13 @@ const MAX_TOPICS_NAMED: usize = 20;
 const TIME_COLUMN: &str = "log_time";
 
 /// A topic as a table.
-pub struct Table<'a> {
+pub struct TopicTable<'a> {
     recording: &'a Recording,
     topic: String,
     columns: Columns,
 }
 
-impl<'a> Table<'a> {
+impl<'a> TopicTable<'a> {
     /// Reads the topic once to find its columns, in the order in which they first occur.
     ///
     /// # Errors
@@ -110,7 +110,7 @@ impl<'a> Table<'a> {
         }
         let named = all.iter().take(MAX_TOPICS_NAMED);
         let mut known: Vec<String> = named
-            .map(|name| cut(name, 80).unwrap_or_else(|| name.clone()))
+            .map(|name| truncate_marked(name, 80).unwrap_or_else(|| name.clone()))
             .collect();
         if all.len() > MAX_TOPICS_NAMED {
             known.push(format!("and {} more", all.len() - MAX_TOPICS_NAMED));
@@ -149,7 +149,7 @@ impl Columns {
 }
 
 /// Told the name and the value of every cell.
-type Emit<'a> = dyn FnMut(&str, Cell) -> Result<(), String> + 'a;
+type CellSink<'a> = dyn FnMut(&str, CellValue) -> Result<(), String> + 'a;
 
 /// The messages of one topic, cell by cell.
 struct TopicMessages<'a> {
@@ -173,13 +173,13 @@ impl<'a> TopicMessages<'a> {
     }
 
     /// Emits the cells of the next message; false when there is none.
-    fn next(&mut self, emit: &mut Emit) -> Result<bool, ReadError> {
+    fn next(&mut self, emit: &mut CellSink) -> Result<bool, ReadError> {
         let topic = &self.topic;
         let Some(message) = self.messages.find(|m| m.channel.topic == *topic) else {
             return Ok(false);
         };
         self.number += 1;
-        let time = Cell::Nanos(self.since_start(&message));
+        let time = CellValue::Nanos(self.since_start(&message));
         let decoder = match &mut self.decoder {
             Some(decoder) => decoder,
             none => none.insert(Decoder::new(&message.channel)?),
@@ -243,8 +243,8 @@ impl Decoder {
         }
     }
 
-    fn decode(&self, data: &[u8], emit: &mut Emit) -> Result<(), String> {
-        let mut walk = Walk {
+    fn decode(&self, data: &[u8], emit: &mut CellSink) -> Result<(), String> {
+        let mut walk = CellVisitor {
             name: String::new(),
             count: 0,
             emit,
@@ -271,16 +271,16 @@ impl Decoder {
 
 /// Goes through a message and builds the names on the way. Nesting is bounded by the decoders, which refuse messages
 /// that are nested more than about a hundred times.
-struct Walk<'a, 'b> {
+struct CellVisitor<'a, 'b> {
     name: String,
     count: usize,
-    emit: &'a mut Emit<'b>,
+    emit: &'a mut CellSink<'b>,
 }
 
-type Walked = Result<(), String>;
+type VisitResult = Result<(), String>;
 
-impl Walk<'_, '_> {
-    fn cell(&mut self, cell: Cell) -> Walked {
+impl CellVisitor<'_, '_> {
+    fn cell(&mut self, cell: CellValue) -> VisitResult {
         self.count += 1;
         if self.count > MAX_COLUMNS {
             return Err(format!("it has more than {MAX_COLUMNS} values"));
@@ -293,7 +293,7 @@ impl Walk<'_, '_> {
         (self.emit)(&self.name, cell)
     }
 
-    fn field(&mut self, name: &str, go_on: impl FnOnce(&mut Self) -> Walked) -> Walked {
+    fn field(&mut self, name: &str, go_on: impl FnOnce(&mut Self) -> VisitResult) -> VisitResult {
         let outer = self.name.len();
         if outer > 0 {
             self.name.push('.');
@@ -304,7 +304,11 @@ impl Walk<'_, '_> {
         Ok(())
     }
 
-    fn element(&mut self, index: usize, go_on: impl FnOnce(&mut Self) -> Walked) -> Walked {
+    fn element(
+        &mut self,
+        index: usize,
+        go_on: impl FnOnce(&mut Self) -> VisitResult,
+    ) -> VisitResult {
         let outer = self.name.len();
         // Writing to a String cannot fail.
         let _ = write!(self.name, "_{index}");
@@ -313,7 +317,7 @@ impl Walk<'_, '_> {
         Ok(())
     }
 
-    fn json(&mut self, value: &serde_json::Value) -> Walked {
+    fn json(&mut self, value: &serde_json::Value) -> VisitResult {
         use serde_json::Value;
         match value {
             Value::Object(fields) => fields
@@ -324,12 +328,12 @@ impl Walk<'_, '_> {
                 .enumerate()
                 .try_for_each(|(i, value)| self.element(i, |walk| walk.json(value))),
             Value::Null => Ok(()),
-            Value::String(text) => self.cell(Cell::Text(text)),
-            Value::Bool(_) | Value::Number(_) => self.cell(Cell::Shown(value)),
+            Value::String(text) => self.cell(CellValue::Text(text)),
+            Value::Bool(_) | Value::Number(_) => self.cell(CellValue::Shown(value)),
         }
     }
 
-    fn message(&mut self, message: &DynamicMessage) -> Walked {
+    fn message(&mut self, message: &DynamicMessage) -> VisitResult {
         for field in message.descriptor().fields() {
             // A field that can be absent and is has no cell; others have their default.
             if !field.supports_presence() || message.has_field(&field) {
@@ -340,10 +344,10 @@ impl Walk<'_, '_> {
         Ok(())
     }
 
-    fn value(&mut self, value: &Value) -> Walked {
+    fn value(&mut self, value: &Value) -> VisitResult {
         match value {
             Value::Message(message) => match instant(message) {
-                Some(ns) => self.cell(Cell::Nanos(ns)),
+                Some(ns) => self.cell(CellValue::Nanos(ns)),
                 None => self.message(message),
             },
             Value::List(items) => items
@@ -357,21 +361,21 @@ impl Walk<'_, '_> {
                     self.field(&format!("{key:?}"), |walk| walk.value(value))
                 })
             }
-            Value::Bool(x) => self.cell(Cell::Shown(x)),
-            Value::I32(x) | Value::EnumNumber(x) => self.cell(Cell::Shown(x)),
-            Value::I64(x) => self.cell(Cell::Shown(x)),
-            Value::U32(x) => self.cell(Cell::Shown(x)),
-            Value::U64(x) => self.cell(Cell::Shown(x)),
-            Value::F32(x) => self.cell(Cell::Shown(x)),
-            Value::F64(x) => self.cell(Cell::Shown(x)),
-            Value::String(x) => self.cell(Cell::Text(x)),
-            Value::Bytes(x) => self.cell(Cell::Bytes(x)),
+            Value::Bool(x) => self.cell(CellValue::Shown(x)),
+            Value::I32(x) | Value::EnumNumber(x) => self.cell(CellValue::Shown(x)),
+            Value::I64(x) => self.cell(CellValue::Shown(x)),
+            Value::U32(x) => self.cell(CellValue::Shown(x)),
+            Value::U64(x) => self.cell(CellValue::Shown(x)),
+            Value::F32(x) => self.cell(CellValue::Shown(x)),
+            Value::F64(x) => self.cell(CellValue::Shown(x)),
+            Value::String(x) => self.cell(CellValue::Text(x)),
+            Value::Bytes(x) => self.cell(CellValue::Bytes(x)),
         }
     }
 }
 
 /// Value of a cell, not yet text.
-enum Cell<'a> {
+enum CellValue<'a> {
     Text(&'a str),
     /// Numbers as the shortest text that reads back the same.
     Shown(&'a dyn fmt::Display),
@@ -380,7 +384,7 @@ enum Cell<'a> {
     Bytes(&'a [u8]),
 }
 
-impl fmt::Display for Cell<'_> {
+impl fmt::Display for CellValue<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Text(text) => f.write_str(text),

@@ -11,12 +11,12 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
 use crate::arguments::{self, ArgumentError};
-use crate::cycle::Cycle;
+use crate::cycle::CycleMessage;
 
 /// A topic of the recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Topic {
-    /// Every control cycle, `elite.Cycle`.
+    /// Every control cycle, `elite.CycleMessage`.
     Cycle,
     /// Joint positions, speeds and torques of the arm, for viewers.
     JointStates,
@@ -99,7 +99,7 @@ impl Topic {
             Self::Cycle => TopicSchema {
                 name: "elite.Cycle".to_owned(),
                 encoding: "protobuf",
-                data: Cow::Owned(Cycle::descriptor_set()),
+                data: Cow::Owned(CycleMessage::descriptor_set()),
             },
             Self::JointStates => published::<foxglove::messages::JointStates>(),
             Self::Tf => published::<foxglove::messages::FrameTransforms>(),

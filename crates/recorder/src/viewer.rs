@@ -17,7 +17,7 @@ use motion_api::RobotState;
 use nalgebra::Vector3;
 
 use crate::topics::{LogLevel, Topic};
-pub use scene::{Obstacle, ObstacleShape};
+pub use scene::{ObstacleShape, SceneObstacle};
 
 /// Name of the base frame.
 pub const BASE_FRAME: &str = "base_link";
@@ -52,9 +52,9 @@ const FORCE_STEP: f64 = 0.5;
 
 /// Makes the viewers' messages for one arm, from its states in their order.
 #[derive(Clone)]
-pub struct Viewer {
+pub struct ViewerMessages {
     model: RobotModel,
-    obstacles: Vec<Obstacle>,
+    obstacles: Vec<SceneObstacle>,
     epoch_ns: u64,
     /// Cycle from which on joints, frames and TCP are due.
     view_due: u64,
@@ -69,9 +69,9 @@ pub struct Viewer {
     buffer: Vec<u8>,
 }
 
-impl Viewer {
+impl ViewerMessages {
     /// Time stamps are `epoch_ns` plus simulated time, ns.
-    pub fn new(model: RobotModel, obstacles: Vec<Obstacle>, epoch_ns: u64) -> Self {
+    pub fn new(model: RobotModel, obstacles: Vec<SceneObstacle>, epoch_ns: u64) -> Self {
         Self {
             model,
             obstacles,

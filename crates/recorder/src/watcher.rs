@@ -12,8 +12,8 @@ use std::time::Duration;
 use motion_api::RecordBackpressure;
 use supervision::{EndSignal, ThreadRole, ThreadSupervisor};
 
-use crate::handle::Shared;
-use crate::notes::Notes;
+use crate::handle::RecorderState;
+use crate::notes::AnnotationQueue;
 use crate::recorder::{RecordError, SharedReport, report_once};
 
 /// Time between two looks. Patience is counted in looks, so that a process that was held for a while is not taken for an
@@ -21,16 +21,16 @@ use crate::recorder::{RecordError, SharedReport, report_once};
 const LOOK: Duration = Duration::from_millis(50);
 
 /// What is looked at, and who is told.
-pub(crate) struct Watcher {
-    pub shared: Arc<Shared>,
-    pub notes: Arc<Notes>,
+pub(crate) struct OutputWatchdog {
+    pub shared: Arc<RecorderState>,
+    pub notes: Arc<AnnotationQueue>,
     pub flow: Arc<RecordBackpressure>,
     pub ended: EndSignal,
     pub report: SharedReport,
     pub path: PathBuf,
 }
 
-impl Watcher {
+impl OutputWatchdog {
     /// Watches until the recorder's thread has ended or is given up.
     pub fn start(self, patience: Duration) -> io::Result<()> {
         let looks = patience.as_millis() / LOOK.as_millis();
@@ -46,7 +46,7 @@ impl Watcher {
         let mut without_a_step = 0;
         while !self.ended.wait_for(LOOK) {
             let steps = self.shared.steps.load(Ordering::Relaxed);
-            let is_waited_for = self.flow.is_full() || self.notes.hold_somebody_up();
+            let is_waited_for = self.flow.is_full() || self.notes.has_blocked_senders();
             without_a_step = match is_waited_for && steps == before {
                 true => without_a_step + 1,
                 false => 0,

@@ -13,12 +13,12 @@ use motion_api::RecordReader;
 use supervision::injection;
 
 use crate::chunks::CHUNK_BYTES;
-use crate::handle::Shared;
-use crate::notes::{Notes, Waiting};
+use crate::handle::RecorderState;
+use crate::notes::{AnnotationQueue, PendingAnnotations};
 use crate::recorder::{RecordError, RecorderConfig, SharedReport, report_once};
-use crate::rotation::Parts;
+use crate::rotation::RecordingParts;
 use crate::setup::Setup;
-use crate::viewer::Viewer;
+use crate::viewer::ViewerMessages;
 use crate::writer::{RecordWriter, Totals};
 
 /// How long the thread sleeps when there is nothing to do. The ring holds thousands of cycles.
@@ -29,15 +29,15 @@ const FLUSH_AFTER: Duration = Duration::from_millis(250);
 const BATCH: usize = 1024;
 
 /// An output that knows how much went into it.
-struct Counted {
+struct CountingWriter {
     out: BufWriter<Box<dyn Write + Send>>,
     /// Of this part.
     bytes: Arc<AtomicU64>,
-    shared: Arc<Shared>,
+    shared: Arc<RecorderState>,
 }
 
-impl Counted {
-    fn new(out: impl Write + Send + 'static, shared: Arc<Shared>) -> (Self, Arc<AtomicU64>) {
+impl CountingWriter {
+    fn new(out: impl Write + Send + 'static, shared: Arc<RecorderState>) -> (Self, Arc<AtomicU64>) {
         let bytes = Arc::new(AtomicU64::new(0));
         // One write a chunk: a kill leaves whole chunks.
         let out = BufWriter::with_capacity(2 * CHUNK_BYTES, Box::new(out) as _);
@@ -50,7 +50,7 @@ impl Counted {
     }
 }
 
-impl Write for Counted {
+impl Write for CountingWriter {
     fn write(&mut self, data: &[u8]) -> io::Result<usize> {
         injection::point("disk");
         let written = self.out.write(data)?;
@@ -67,15 +67,15 @@ impl Write for Counted {
 }
 
 /// What the thread owns.
-pub(crate) struct Worker {
+pub(crate) struct RecorderThread {
     /// The writer, or why there is none any more.
-    writer: Result<RecordWriter<Counted>, Arc<McapError>>,
+    writer: Result<RecordWriter<CountingWriter>, Arc<McapError>>,
     records: RecordReader,
-    notes: Arc<Notes>,
+    notes: Arc<AnnotationQueue>,
     /// Notes that wait for the record they come before.
-    waiting: Waiting,
-    shared: Arc<Shared>,
-    parts: Parts,
+    waiting: PendingAnnotations,
+    shared: Arc<RecorderState>,
+    parts: RecordingParts,
     /// Bytes of the part being written.
     bytes: Arc<AtomicU64>,
     setup: Setup,
@@ -85,14 +85,14 @@ pub(crate) struct Worker {
     unflushed: Option<(Option<u64>, Instant)>,
 }
 
-impl Worker {
+impl RecorderThread {
     /// Writes the beginning of the file.
     pub(crate) fn new(
         out: impl Write + Send + 'static,
         config: RecorderConfig,
         records: RecordReader,
-        notes: Arc<Notes>,
-        shared: Arc<Shared>,
+        notes: Arc<AnnotationQueue>,
+        shared: Arc<RecorderState>,
     ) -> Result<Self, RecordError> {
         let RecorderConfig {
             path,
@@ -105,8 +105,8 @@ impl Worker {
             patience: _,
             on_failure,
         } = config;
-        let (out, bytes) = Counted::new(out, Arc::clone(&shared));
-        let viewer = Viewer::new(model, obstacles, setup.epoch_ns);
+        let (out, bytes) = CountingWriter::new(out, Arc::clone(&shared));
+        let viewer = ViewerMessages::new(model, obstacles, setup.epoch_ns);
         let writer = RecordWriter::start(out, &setup, viewer, extra).map_err(|source| {
             RecordError::Write {
                 path: path.clone(),
@@ -117,9 +117,9 @@ impl Worker {
             writer: Ok(writer),
             records,
             notes,
-            waiting: Waiting::default(),
+            waiting: PendingAnnotations::default(),
             shared,
-            parts: Parts::new(path, rotation),
+            parts: RecordingParts::new(path, rotation),
             bytes,
             setup,
             on_failure: Arc::new(Mutex::new(Some(on_failure))),
@@ -150,7 +150,7 @@ impl Worker {
                 self.shared.cycles.store(cycles, Ordering::Relaxed);
             }
             let idle = taken < BATCH;
-            if idle && self.notes.are_many() {
+            if idle && self.notes.is_nearly_full() {
                 // Nothing is left in the ring that they could come before, and whoever sends them may be held up.
                 self.take_notes();
                 self.write_notes();
@@ -190,7 +190,7 @@ impl Worker {
     }
 
     fn take_notes(&mut self) {
-        self.notes.take(&mut self.waiting);
+        self.notes.drain_into(&mut self.waiting);
         if self.writer.is_err() {
             self.waiting.clear();
             self.notes.written(&mut self.waiting);
@@ -206,7 +206,10 @@ impl Worker {
     }
 
     /// Does something with the writer, if there still is one; the first failure ends the recording.
-    fn write(&mut self, act: impl FnOnce(&mut RecordWriter<Counted>) -> Result<(), McapError>) {
+    fn write(
+        &mut self,
+        act: impl FnOnce(&mut RecordWriter<CountingWriter>) -> Result<(), McapError>,
+    ) {
         if let Ok(writer) = &mut self.writer
             && let Err(error) = act(writer)
         {
@@ -246,7 +249,7 @@ impl Worker {
             return;
         }
         self.unflushed = None;
-        self.note_dropped();
+        self.write_drop_notice();
         // While cycles come, notes keep their place between them.
         if taken == 0 {
             self.write_notes();
@@ -277,11 +280,11 @@ impl Worker {
                 return;
             }
         };
-        let (out, count) = Counted::new(file, Arc::clone(&self.shared));
+        let (out, count) = CountingWriter::new(file, Arc::clone(&self.shared));
         self.setup.part = number;
         let ended = Err(Arc::new(McapError::UnexpectedEof));
         let writer = std::mem::replace(&mut self.writer, ended);
-        let result = writer.and_then(|writer| Ok(writer.go_on_in(out, &self.setup)?));
+        let result = writer.and_then(|writer| Ok(writer.rotate_to(out, &self.setup)?));
         match result {
             Ok((writer, _)) => {
                 self.writer = Ok(writer);
@@ -293,7 +296,7 @@ impl Worker {
     }
 
     /// Says in the recording that notes are missing.
-    fn note_dropped(&mut self) {
+    fn write_drop_notice(&mut self) {
         let dropped = self.shared.notes_dropped.load(Ordering::Relaxed);
         if dropped > self.dropped_before {
             let count = dropped - self.dropped_before;
@@ -309,7 +312,7 @@ impl Worker {
 
     fn close(mut self) -> Result<Totals, RecordError> {
         self.take_notes();
-        self.note_dropped();
+        self.write_drop_notice();
         self.write_notes();
         let path = self.parts.path();
         let ended = Err(Arc::new(McapError::UnexpectedEof));
@@ -319,7 +322,7 @@ impl Worker {
     }
 }
 
-impl Drop for Worker {
+impl Drop for RecorderThread {
     /// However the thread ends: nobody waits for it any more.
     fn drop(&mut self) {
         self.notes.close();

@@ -1,6 +1,6 @@
 //! Records and notes in, messages out: what a recording holds, in which order. No thread, no file name, no wall clock.
 //!
-//! The recorder's thread drives it; [`ChunkedFile`] makes the bytes, [`Viewer`] what viewers show.
+//! The recorder's thread drives it; [`ChunkedFile`] makes the bytes, [`ViewerMessages`] what viewers show.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -10,15 +10,15 @@ use motion_api::{Command, ProgramId, Record, RegisterImages, RobotState, ThreadN
 use serde::Serialize;
 
 use crate::chunks::ChunkedFile;
-use crate::cycle::Cycle;
-use crate::extra::ExtraTopic;
+use crate::cycle::CycleMessage;
+use crate::extra::CustomTopic;
 use crate::io_changes;
-use crate::lengths::{SHORT_TEXT_BYTES, cut};
+use crate::lengths::{SHORT_TEXT_BYTES, truncate_marked};
 use crate::losses::{self, SOURCE};
-use crate::notes::{Note, Place, Waiting};
+use crate::notes::{Annotation, PendingAnnotations, ThreadPosition};
 use crate::setup::Setup;
 use crate::topics::{CommandMessage, IoMessage, LogLevel, ScriptMessage, Topic, VariableMessage};
-use crate::viewer::Viewer;
+use crate::viewer::ViewerMessages;
 
 /// How many programs, and lines of how many script threads, are remembered.
 const MAX_REMEMBERED: usize = 1024;
@@ -40,11 +40,11 @@ pub struct Totals {
 
 pub(crate) struct RecordWriter<W: Write> {
     file: ChunkedFile<W>,
-    extra: Vec<ExtraTopic>,
+    extra: Vec<CustomTopic>,
     step_time: f64,
-    viewer: Viewer,
+    viewer: ViewerMessages,
     /// The message of the current cycle, reused.
-    cycle: Cycle,
+    cycle: CycleMessage,
     /// The latest cycle written.
     latest: Option<RobotState>,
     /// The registers as the latest cycle began with them.
@@ -52,9 +52,9 @@ pub(crate) struct RecordWriter<W: Write> {
     programs: BTreeMap<ProgramId, String>,
     /// Texts of the latest programs.
     texts: BTreeMap<ProgramId, Box<str>>,
-    allowance: TextAllowance,
+    allowance: TextRateLimiter,
     /// The line that was last written for a script thread.
-    places: BTreeMap<(ProgramId, ThreadNumber), Place>,
+    places: BTreeMap<(ProgramId, ThreadNumber), ThreadPosition>,
     totals: Totals,
 }
 
@@ -64,20 +64,20 @@ impl<W: Write> RecordWriter<W> {
     pub(crate) fn start(
         out: W,
         setup: &Setup,
-        viewer: Viewer,
-        extra: Vec<ExtraTopic>,
+        viewer: ViewerMessages,
+        extra: Vec<CustomTopic>,
     ) -> Result<Self, McapError> {
         let mut writer = Self {
             file: ChunkedFile::begin(out, setup, &extra, 0)?,
             extra,
             step_time: setup.step_time,
             viewer,
-            cycle: Cycle::default(),
+            cycle: CycleMessage::default(),
             latest: None,
             registers: RegisterImages::default(),
             programs: BTreeMap::new(),
             texts: BTreeMap::new(),
-            allowance: TextAllowance::default(),
+            allowance: TextRateLimiter::default(),
             places: BTreeMap::new(),
             totals: Totals::default(),
         };
@@ -88,7 +88,7 @@ impl<W: Write> RecordWriter<W> {
 
     /// Ends this file and goes on in `out`, which is the part that `setup` says. What was going on is told again: the
     /// arm, the latest programs, the line of every thread. The old output comes back complete.
-    pub(crate) fn go_on_in(mut self, out: W, setup: &Setup) -> Result<(Self, W), McapError> {
+    pub(crate) fn rotate_to(mut self, out: W, setup: &Setup) -> Result<(Self, W), McapError> {
         let next = ChunkedFile::begin(out, setup, &self.extra, self.file.chunks())?;
         let before = std::mem::replace(&mut self.file, next);
         let time = self.time();
@@ -120,7 +120,7 @@ impl<W: Write> RecordWriter<W> {
     pub(crate) fn record(
         &mut self,
         record: &Record,
-        waiting: &mut Waiting,
+        waiting: &mut PendingAnnotations,
     ) -> Result<(), McapError> {
         match record {
             Record::Cycle(state) => {
@@ -153,7 +153,7 @@ impl<W: Write> RecordWriter<W> {
     }
 
     /// Writes all notes that wait.
-    pub(crate) fn notes(&mut self, waiting: &mut Waiting) -> Result<(), McapError> {
+    pub(crate) fn notes(&mut self, waiting: &mut PendingAnnotations) -> Result<(), McapError> {
         self.notes_until(f64::INFINITY, waiting)
     }
 
@@ -189,7 +189,7 @@ impl<W: Write> RecordWriter<W> {
     fn state(&mut self, state: &RobotState) -> Result<(), McapError> {
         self.step_time = state.step_time;
         self.missing(state)?;
-        self.cycle.set(state);
+        self.cycle.set_from_state(state);
         self.file.protobuf(Topic::Cycle, state.time, &self.cycle)?;
         self.totals.cycles += 1;
         for change in io_changes::between(self.latest.as_ref(), state) {
@@ -231,7 +231,11 @@ impl<W: Write> RecordWriter<W> {
     ///
     /// The notes of one cycle are taken together: a thread that ran through many lines has one line message. Nodes of the
     /// pendant's task are each told.
-    fn notes_until(&mut self, time: f64, waiting: &mut Waiting) -> Result<(), McapError> {
+    fn notes_until(
+        &mut self,
+        time: f64,
+        waiting: &mut PendingAnnotations,
+    ) -> Result<(), McapError> {
         // Notes carry the time of a cycle; half a cycle keeps rounding from moving them.
         let limit = time + 0.5 * self.step_time;
         let mut places = BTreeMap::new();
@@ -240,7 +244,7 @@ impl<W: Write> RecordWriter<W> {
                 break;
             }
             match waiting.pop() {
-                Some(Note::ScriptLine {
+                Some(Annotation::ScriptLine {
                     time,
                     program,
                     thread,
@@ -274,16 +278,16 @@ impl<W: Write> RecordWriter<W> {
         &mut self,
         time: f64,
         thread: (ProgramId, ThreadNumber),
-        place: Place,
+        place: ThreadPosition,
     ) -> Result<(), McapError> {
         self.place(time, thread, &place)?;
         remember(&mut self.places, thread, place);
         Ok(())
     }
 
-    fn note(&mut self, note: Note) -> Result<(), McapError> {
+    fn note(&mut self, note: Annotation) -> Result<(), McapError> {
         match note {
-            Note::ProgramStarted {
+            Annotation::ProgramStarted {
                 time,
                 program,
                 name,
@@ -292,18 +296,18 @@ impl<W: Write> RecordWriter<W> {
                 remember(&mut self.programs, program, name.into());
                 let text = match self.allowance.takes(time, text.len()) {
                     true => text,
-                    false => cut(&text, SHORT_TEXT_BYTES).map_or(text, Into::into),
+                    false => truncate_marked(&text, SHORT_TEXT_BYTES).map_or(text, Into::into),
                 };
                 self.remember_text(program, text);
                 self.text(time, program)
             }
-            Note::ScriptLine {
+            Annotation::ScriptLine {
                 time,
                 program,
                 thread,
                 place,
             } => self.place(time, (program, thread), &place),
-            Note::Variable {
+            Annotation::Variable {
                 time,
                 program,
                 name,
@@ -319,18 +323,18 @@ impl<W: Write> RecordWriter<W> {
                 };
                 self.file.json(Topic::Variables, time, &message)
             }
-            Note::Log {
+            Annotation::Log {
                 time,
                 level,
                 source,
                 message,
             } => self.log(time, level, &source, &message),
-            Note::Io { time, name, value } => {
+            Annotation::Io { time, name, value } => {
                 let (cycle, name) = (self.latest.map_or(0, |state| state.cycle), name.into());
                 self.file
                     .json(Topic::Io, time, &IoMessage { cycle, name, value })
             }
-            Note::Extra {
+            Annotation::Extra {
                 time,
                 topic,
                 message,
@@ -365,7 +369,7 @@ impl<W: Write> RecordWriter<W> {
         &mut self,
         time: f64,
         (program, thread): (ProgramId, ThreadNumber),
-        place: &Place,
+        place: &ThreadPosition,
     ) -> Result<(), McapError> {
         let (node, label) = place.node.clone().unzip();
         let message = ScriptMessage {
@@ -406,22 +410,22 @@ struct ProgramMessage<'a> {
 
 /// How much of the texts of programs is recorded whole: a burst, then a rate. In simulated time, so that it is the same in
 /// every run under the virtual clock; whoever sends large programs one after the other does not fill the disk with them.
-struct TextAllowance {
-    left: f64,
+struct TextRateLimiter {
+    tokens: f64,
     /// Time of the latest text, s.
     since: f64,
 }
 
-impl Default for TextAllowance {
+impl Default for TextRateLimiter {
     fn default() -> Self {
         Self {
-            left: Self::BURST_BYTES,
+            tokens: Self::BURST_BYTES,
             since: 0.0,
         }
     }
 }
 
-impl TextAllowance {
+impl TextRateLimiter {
     const BURST_BYTES: f64 = 64.0 * 1024.0 * 1024.0;
     const BYTES_PER_SEC: f64 = 256.0 * 1024.0;
 
@@ -429,13 +433,13 @@ impl TextAllowance {
     fn takes(&mut self, time: f64, bytes: usize) -> bool {
         let passed = (time - self.since).max(0.0);
         self.since = self.since.max(time);
-        self.left = (self.left + passed * Self::BYTES_PER_SEC).min(Self::BURST_BYTES);
+        self.tokens = (self.tokens + passed * Self::BYTES_PER_SEC).min(Self::BURST_BYTES);
         if bytes <= SHORT_TEXT_BYTES {
             return true;
         }
-        let is_taken = bytes as f64 <= self.left;
+        let is_taken = bytes as f64 <= self.tokens;
         if is_taken {
-            self.left -= bytes as f64;
+            self.tokens -= bytes as f64;
         }
         is_taken
     }

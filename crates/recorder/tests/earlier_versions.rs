@@ -10,12 +10,12 @@ use mcap::records::{MessageHeader, Metadata};
 use motion_api::Record;
 use prost::Message as _;
 use prost_types::FileDescriptorSet;
-use recorder::{Cycle, Entry, Recording, Topic, difference, difference_but};
+use recorder::{CycleMessage, Recording, RecordingEntry, Topic, difference, difference_but};
 use support::*;
 
 /// A recording as a version wrote it whose cycles had the fields up to number 31 only.
 fn early(setup: &[(&str, &str)]) -> Vec<u8> {
-    let mut schema = FileDescriptorSet::decode(&*Cycle::descriptor_set()).unwrap();
+    let mut schema = FileDescriptorSet::decode(&*CycleMessage::descriptor_set()).unwrap();
     let message = &mut schema.file[0].message_type[0];
     message.field.retain(|field| field.number() < 32);
     let mut mcap = mcap::Writer::new(Cursor::new(Vec::new())).unwrap();
@@ -52,7 +52,7 @@ fn early(setup: &[(&str, &str)]) -> Vec<u8> {
         br#"{"id": 1, "cycle": 1, "name": "pause", "arguments": {}, "program": "a.script", "line": 3}"#,
     );
     for number in 1..=10 {
-        let known = Cycle {
+        let known = CycleMessage {
             elbow_position: Vec::new(),
             raw_wrench: Vec::new(),
             ..early_cycle(number)
@@ -64,9 +64,9 @@ fn early(setup: &[(&str, &str)]) -> Vec<u8> {
 }
 
 /// A cycle without anything beyond number 31.
-fn early_cycle(number: u64) -> Cycle {
-    let all = Cycle::from(&state(number));
-    Cycle {
+fn early_cycle(number: u64) -> CycleMessage {
+    let all = CycleMessage::from(&state(number));
+    CycleMessage {
         cycle: all.cycle,
         time: all.time,
         target_q: all.target_q,
@@ -86,7 +86,7 @@ fn early_cycle(number: u64) -> Cycle {
         safety_mode: all.safety_mode,
         analog_in: all.analog_in,
         analog_out: all.analog_out,
-        ..Cycle::default()
+        ..CycleMessage::default()
     }
 }
 
@@ -110,13 +110,13 @@ fn a_recording_of_an_earlier_version_is_read_with_what_it_has() {
     let mut count = 0;
     for entry in recording.entries(&Topic::ALL).unwrap() {
         match entry.unwrap().1 {
-            Entry::Cycle(cycle) => {
+            RecordingEntry::Cycle(cycle) => {
                 count += 1;
                 let state = cycle.to_state().unwrap();
                 assert_eq!(state.target_q, support::state(count).target_q);
                 assert_eq!(state.tcp_offset.to_array(), [0.0; 6]);
                 // Today's version of the same cycle differs only in what was not recorded then.
-                let today = Cycle::from(&support::state(count));
+                let today = CycleMessage::from(&support::state(count));
                 assert!(difference(&cycle, &today).is_some());
                 let found = difference_but(&cycle, &today, missing);
                 let allowed = ["speed_scaling", "command_id", "digital_in", "digital_out"];
@@ -124,13 +124,20 @@ fn a_recording_of_an_earlier_version_is_read_with_what_it_has() {
                 let others: Vec<_> = others.filter(|f| !allowed.contains(&f.name)).collect();
                 assert!(others.is_empty(), "{others:?}");
             }
-            Entry::Command(command) => assert_eq!((command.line, command.program_id), (3, 0)),
-            Entry::Script(script) => assert_eq!(script.program, "a.script"),
+            RecordingEntry::Command(command) => {
+                assert_eq!((command.line, command.program_id), (3, 0))
+            }
+            RecordingEntry::Script(script) => assert_eq!(script.program, "a.script"),
             other => panic!("{other:?}"),
         }
     }
     assert_eq!(count, 10);
-    assert_eq!(recorder::Summary::of(&recording, None).unwrap().cycles, 10);
+    assert_eq!(
+        recorder::Summary::summarize(&recording, None)
+            .unwrap()
+            .cycles,
+        10
+    );
 }
 
 #[test]

@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use motion_api::{ProgramId, Record, ThreadNumber};
 use recorder::lengths::{MESSAGE_BYTES, NAME_BYTES, PROGRAM_TEXT_BYTES, VALUE_BYTES};
-use recorder::{Entry, IoValue, LogLevel, Recording, Summary, Topic};
+use recorder::{IoValue, LogLevel, Recording, RecordingEntry, Summary, Topic};
 use support::*;
 
 /// What may wait in all.
@@ -48,7 +48,7 @@ fn noise(bytes: usize) -> String {
     std::iter::repeat_with(letter).take(bytes).collect()
 }
 
-fn entries(file: Vec<u8>, topic: Topic) -> Vec<Entry> {
+fn entries(file: Vec<u8>, topic: Topic) -> Vec<RecordingEntry> {
     let recording = Recording::from_bytes(file, "test").unwrap();
     let entries = recording.entries(&[topic]).unwrap();
     entries.map(|entry| entry.unwrap().1).collect()
@@ -85,7 +85,7 @@ fn a_disk_that_stands_still_does_not_fill_the_memory_and_what_is_dropped_is_coun
     recorder.finish().unwrap();
     assert_eq!(meter.bytes_waiting(), 0);
     let recording = Recording::from_bytes(disk.out.bytes(), "test").unwrap();
-    let summary = Summary::of(&recording, None).unwrap();
+    let summary = Summary::summarize(&recording, None).unwrap();
     assert_eq!(
         (summary.cycles, summary.missing, summary.notes_missing),
         (200, 0, dropped)
@@ -156,21 +156,21 @@ fn texts_that_are_too_long_are_cut_with_a_mark() {
     let mut texts: Vec<(String, usize)> = Vec::new();
     for entry in all {
         match entry {
-            Entry::Script(script) => {
+            RecordingEntry::Script(script) => {
                 texts.push((script.program, NAME_BYTES));
                 texts.push((script.text.unwrap(), PROGRAM_TEXT_BYTES));
             }
-            Entry::Log(log) => {
+            RecordingEntry::Log(log) => {
                 texts.push((log.source, NAME_BYTES));
                 texts.push((log.message, MESSAGE_BYTES));
             }
-            Entry::Variable(variable) => {
+            RecordingEntry::Variable(variable) => {
                 assert!(variable.program.ends_with("bytes in all]"));
                 texts.push((variable.name, NAME_BYTES));
                 texts.push((variable.type_name, NAME_BYTES));
                 texts.push((variable.value, VALUE_BYTES));
             }
-            Entry::Io(io) => texts.push((io.name, NAME_BYTES)),
+            RecordingEntry::Io(io) => texts.push((io.name, NAME_BYTES)),
             other => panic!("{other:?}"),
         }
     }
@@ -203,7 +203,7 @@ fn a_large_program_is_recorded_whole_and_a_flood_of_them_does_not_fill_the_disk(
     let lengths: Vec<usize> = entries(out.bytes(), Topic::Script)
         .into_iter()
         .map(|entry| match entry {
-            Entry::Script(script) => script.text.unwrap().len(),
+            RecordingEntry::Script(script) => script.text.unwrap().len(),
             other => panic!("{other:?}"),
         })
         .collect();

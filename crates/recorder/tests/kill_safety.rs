@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use motion_api::Record;
 use proptest::prelude::*;
-use recorder::{Ending, RecordError, Recorder, RecorderConfig, Recording, Table, Topic};
+use recorder::{FileEnd, RecordError, Recorder, RecorderConfig, Recording, Topic, TopicTable};
 use support::*;
 
 const CYCLES: u64 = 1000;
@@ -20,16 +20,16 @@ fn whole() -> &'static [u8] {
 }
 
 /// Cycles read from the bytes, and how they end; the numbers are checked to be 1, 2, 3 ...
-fn read(bytes: &[u8]) -> Option<(u64, Ending)> {
+fn read(bytes: &[u8]) -> Option<(u64, FileEnd)> {
     let recording = Recording::from_bytes(bytes, "test").ok()?;
     let mut entries = recording.entries(&[Topic::Cycle]).ok()?;
     let mut count = 0;
     for entry in &mut entries {
-        let (_, recorder::Entry::Cycle(cycle)) = entry.unwrap() else {
+        let (_, recorder::RecordingEntry::Cycle(cycle)) = entry.unwrap() else {
             panic!("only cycles were asked for");
         };
         count += 1;
-        assert_eq!(*cycle, recorder::Cycle::from(&state(count)));
+        assert_eq!(*cycle, recorder::CycleMessage::from(&state(count)));
     }
     Some((count, entries.ending()?.clone()))
 }
@@ -48,7 +48,7 @@ proptest! {
                 // Bytes are spread evenly over the cycles but for the beginning and the index at the end.
                 let expected = share * CYCLES as f64;
                 prop_assert!(count as f64 >= expected - 150.0, "{count} of {expected} cycles");
-                prop_assert!(count == CYCLES || ending == Ending::Cut, "{ending:?}");
+                prop_assert!(count == CYCLES || ending == FileEnd::Cut, "{ending:?}");
             }
         }
     }
@@ -68,9 +68,9 @@ proptest! {
         let mut file = whole()[..keep].to_vec();
         file.extend_from_slice(&bytes);
         if let Ok(recording) = Recording::from_bytes(file, "test") {
-            let _ = recorder::Summary::of(&recording, None);
+            let _ = recorder::Summary::summarize(&recording, None);
             for topic in Topic::ALL {
-                if let Ok(table) = Table::new(&recording, topic.name()) {
+                if let Ok(table) = TopicTable::new(&recording, topic.name()) {
                     table.rows().unwrap().for_each(drop);
                 }
             }
@@ -81,7 +81,7 @@ proptest! {
 
 #[test]
 fn the_whole_file_ends_properly() {
-    assert_eq!(read(whole()), Some((CYCLES, Ending::Complete)));
+    assert_eq!(read(whole()), Some((CYCLES, FileEnd::Complete)));
 }
 
 #[test]

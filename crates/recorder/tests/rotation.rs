@@ -6,7 +6,9 @@ use crate::support;
 use std::path::PathBuf;
 
 use motion_api::{ProgramId, Record, RingCapacities, RobotState, ThreadNumber, motion_channel};
-use recorder::{Entry, PartEnd, Recorder, RecorderConfig, Recording, Rotation, Topic};
+use recorder::{
+    Recorder, RecorderConfig, Recording, RecordingEntry, Rotation, RotationTrigger, Topic,
+};
 use support::*;
 
 /// Records so many cycles of one program into a folder of its own; the files by part.
@@ -47,7 +49,7 @@ fn cycles(path: &PathBuf) -> Vec<u64> {
 
 #[test]
 fn the_parts_together_hold_every_cycle_once() {
-    for end in [PartEnd::Secs(2.0), PartEnd::Bytes(500_000)] {
+    for end in [RotationTrigger::Secs(2.0), RotationTrigger::Bytes(500_000)] {
         let rotation = Rotation {
             end: Some(end),
             ..Rotation::default()
@@ -64,7 +66,7 @@ fn the_parts_together_hold_every_cycle_once() {
 #[test]
 fn every_part_tells_the_program_and_the_line_again() {
     let rotation = Rotation {
-        end: Some(PartEnd::Secs(1.0)),
+        end: Some(RotationTrigger::Secs(1.0)),
         ..Rotation::default()
     };
     let (_folder, files) = in_parts(rotation, 4000);
@@ -72,7 +74,7 @@ fn every_part_tells_the_program_and_the_line_again() {
         let recording = Recording::open(file).unwrap();
         let mut told = Vec::new();
         for entry in recording.entries(&[Topic::Script]).unwrap() {
-            if let Entry::Script(script) = entry.unwrap().1 {
+            if let RecordingEntry::Script(script) = entry.unwrap().1 {
                 told.push((script.text.is_some(), script.line));
             }
         }
@@ -86,7 +88,7 @@ fn the_oldest_files_make_room_and_the_newest_stay() {
     let earlier = earlier_folder.path().join("2026-01-01T00-00-00-1.mcap");
     std::fs::write(&earlier, vec![0; 100_000]).unwrap();
     let rotation = Rotation {
-        end: Some(PartEnd::Bytes(400_000)),
+        end: Some(RotationTrigger::Bytes(400_000)),
         budget: Some(1_000_000),
         earlier: vec![earlier.clone()],
     };

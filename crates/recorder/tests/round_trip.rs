@@ -7,7 +7,7 @@ use motion_api::{Record, RobotState};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
-use recorder::{Cycle, Ending, Entry, IoValue, LogLevel, Recording, Setup, Topic};
+use recorder::{CycleMessage, FileEnd, IoValue, LogLevel, Recording, RecordingEntry, Setup, Topic};
 use support::*;
 
 fn states(recording: &Recording) -> Vec<RobotState> {
@@ -111,17 +111,17 @@ fn commands_notes_and_io_changes_stand_between_the_cycles_they_belong_to() {
         .map(|entry| {
             let (time, entry) = entry.unwrap();
             let what = match entry {
-                Entry::Cycle(cycle) => format!("cycle {}", cycle.cycle),
-                Entry::Command(c) => {
+                RecordingEntry::Cycle(cycle) => format!("cycle {}", cycle.cycle),
+                RecordingEntry::Command(c) => {
                     assert_eq!(c.to_command().unwrap().kind, movej(0.25));
                     format!("{} {} {}:{}", c.id, c.name, c.program, c.line)
                 }
-                Entry::Script(s) => format!("{} {:?} {:?}", s.program, s.text, s.line),
-                Entry::Log(l) => format!("{:?} {} {}", l.level, l.source, l.message),
-                Entry::Variable(v) => {
+                RecordingEntry::Script(s) => format!("{} {:?} {:?}", s.program, s.text, s.line),
+                RecordingEntry::Log(l) => format!("{:?} {} {}", l.level, l.source, l.message),
+                RecordingEntry::Variable(v) => {
                     format!("{}.{} {} {}", v.program, v.name, v.type_name, v.value)
                 }
-                Entry::Io(io) => format!("{} {} {:?}", io.cycle, io.name, io.value),
+                RecordingEntry::Io(io) => format!("{} {} {:?}", io.cycle, io.name, io.value),
             };
             format!("{time:.3} {what}")
         })
@@ -146,7 +146,7 @@ fn commands_notes_and_io_changes_stand_between_the_cycles_they_belong_to() {
             "0.012 3 standard_digital_out[3] Level(false)",
         ]
     );
-    assert_eq!(entries.ending(), Some(&Ending::Complete));
+    assert_eq!(entries.ending(), Some(&FileEnd::Complete));
 }
 
 #[test]
@@ -183,27 +183,27 @@ fn missing_cycles_are_counted_and_said() {
     let recording = Recording::from_bytes(bytes, "test").unwrap();
     let logs = recording.entries(&[Topic::Log]).unwrap();
     let logs: Vec<_> = logs.map(|entry| entry.unwrap().1).collect();
-    let [Entry::Log(log)] = logs.as_slice() else {
+    let [RecordingEntry::Log(log)] = logs.as_slice() else {
         panic!("one message expected, found {logs:?}");
     };
     assert_eq!(
         log.message,
         "2 cycles are missing before cycle 5: the recording did not keep up"
     );
-    let summary = recorder::Summary::of(&recording, None).unwrap();
+    let summary = recorder::Summary::summarize(&recording, None).unwrap();
     assert_eq!((summary.cycles, summary.missing), (4, 2));
 }
 
 #[test]
 fn a_cycle_of_another_shape_is_refused_by_name() {
-    let mut cycle = Cycle::from(&state(4));
+    let mut cycle = CycleMessage::from(&state(4));
     cycle.actual_q.pop();
     let error = cycle.to_state().unwrap_err();
     assert_eq!(
         error.to_string(),
         "cycle 4: actual_q has 5 elements, it needs 6"
     );
-    let mut cycle = Cycle::from(&state(4));
+    let mut cycle = CycleMessage::from(&state(4));
     cycle.mode = "moveq".to_owned();
     let error = cycle.to_state().unwrap_err();
     assert!(

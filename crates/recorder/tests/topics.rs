@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 
 use kinematics::{JointPositions, Pose, RpyPose};
 use motion_api::{Record, RobotState};
-use recorder::{CHUNK_BYTES, LogLevel, ObstacleShape, Recording, Table, Topic};
+use recorder::{CHUNK_BYTES, LogLevel, ObstacleShape, Recording, Topic, TopicTable};
 use support::*;
 
 const CYCLES: u64 = 250;
@@ -45,7 +45,7 @@ fn file() -> &'static [u8] {
 
 /// Rows of a topic, each a map from column to cell.
 fn rows(recording: &Recording, topic: Topic) -> Vec<HashMap<String, String>> {
-    let table = Table::new(recording, topic.name()).unwrap();
+    let table = TopicTable::new(recording, topic.name()).unwrap();
     let columns = table.columns().to_vec();
     let rows = table.rows().unwrap().map(|row| {
         let cells = columns.iter().cloned().zip(row.unwrap());
@@ -89,7 +89,7 @@ fn the_schema_of_a_cycle_names_every_field_of_the_state() {
     assert_eq!(row["mode"], "movej");
     assert_eq!((&*row["robot_mode"], &*row["safety_mode"]), ("7", "1"));
     // Everything in the struct is in the schema, under the same name.
-    for (field, _) in recorder::Cycle::default().fields() {
+    for (field, _) in recorder::CycleMessage::default().fields() {
         assert!(
             row.contains_key(field) || row.contains_key(&format!("{field}_0")),
             "{field}"
@@ -168,7 +168,7 @@ fn an_arm_that_moves_or_is_pushed_is_drawn_ten_times_a_second() {
 
 #[test]
 fn the_scene_shows_obstacles_the_way_of_the_tcp_and_the_force_on_it() {
-    let obstacle = |name: &str, shape| recorder::Obstacle {
+    let obstacle = |name: &str, shape| recorder::SceneObstacle {
         name: name.to_owned(),
         shape,
         pose: kinematics::RpyPose::from_array([0.5, 0.1, 0.2, 0.0, 0.0, 0.0]),
@@ -337,7 +337,7 @@ fn chunks_are_small_compressed_and_short() {
 #[test]
 fn a_topic_that_is_not_there_is_an_error_that_names_those_there_are() {
     let recording = Recording::from_bytes(file(), "test").unwrap();
-    let Err(error) = Table::new(&recording, "/cycles") else {
+    let Err(error) = TopicTable::new(&recording, "/cycles") else {
         panic!("there is no /cycles")
     };
     assert_eq!(
@@ -350,7 +350,7 @@ fn a_topic_that_is_not_there_is_an_error_that_names_those_there_are() {
 #[test]
 fn an_empty_topic_is_an_empty_table() {
     let recording = Recording::from_bytes(record([Record::Cycle(state(1))]), "test").unwrap();
-    let table = Table::new(&recording, "log").unwrap();
+    let table = TopicTable::new(&recording, "log").unwrap();
     assert_eq!(table.columns(), ["log_time"]);
     assert_eq!(table.rows().unwrap().count(), 0);
 }
@@ -369,7 +369,7 @@ fn joints_at_a_limit_are_counted_once_a_visit() {
     };
     let bytes = record([at(1, 0.5), at(2, 1.0), at(3, -1.0), at(4, 0.2), at(5, 1.0)]);
     let recording = Recording::from_bytes(bytes, "test").unwrap();
-    let summary = recorder::Summary::of(&recording, Some(&limits)).unwrap();
+    let summary = recorder::Summary::summarize(&recording, Some(&limits)).unwrap();
     let places: Vec<_> = summary.limits.iter().map(|l| (l.joint, l.time)).collect();
     assert_eq!(places, [(2, 0.008), (2, 0.02)]);
 }

@@ -12,7 +12,7 @@ use wire::primary::Message;
 use wire::primary::state::{Configuration, State};
 
 use crate::address::RobotAddress;
-use crate::primary::{Primary, PrimaryError};
+use crate::primary::{PrimaryClient, PrimaryError};
 
 /// States come ten times a second, and each has the configuration.
 const PATIENCE: Duration = Duration::from_secs(5);
@@ -62,7 +62,7 @@ fn known_types() -> String {
 
 /// How far an arm is from its sheet.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Distance {
+pub struct KinematicDeviation {
     /// Largest distance of the flange from where the nominal arm has it, m.
     pub position: f64,
     /// Mean of these distances, m.
@@ -73,11 +73,11 @@ pub struct Distance {
 
 /// What was read of an arm.
 #[derive(Debug)]
-pub struct Reading {
+pub struct CalibrationReading {
     /// Its kinematics.
     pub calibration: Calibration,
     /// How far it is from its sheet.
-    pub distance: Distance,
+    pub distance: KinematicDeviation,
     /// Its tool: TCP in the flange frame, where the robot says so.
     pub tcp: Option<RpyPose>,
     /// How far the TCP that the robot reports is from where these numbers have it, m, where it says so: more than a
@@ -91,8 +91,11 @@ pub struct Reading {
 ///
 /// # Errors
 /// [`CalibrateError`]
-pub async fn read(address: &RobotAddress, path: &Path) -> Result<Reading, CalibrateError> {
-    let mut robot = Primary::connect(address).await?;
+pub async fn read(
+    address: &RobotAddress,
+    path: &Path,
+) -> Result<CalibrationReading, CalibrateError> {
+    let mut robot = PrimaryClient::connect(address).await?;
     let configured = timeout(PATIENCE, configured(&mut robot)).await;
     let (state, configuration) = configured.map_err(|_| CalibrateError::NoConfiguration {
         address: address.clone(),
@@ -104,7 +107,7 @@ pub async fn read(address: &RobotAddress, path: &Path) -> Result<Reading, Calibr
     Ok(reading)
 }
 
-async fn configured(robot: &mut Primary) -> Result<(State, Configuration), PrimaryError> {
+async fn configured(robot: &mut PrimaryClient) -> Result<(State, Configuration), PrimaryError> {
     loop {
         if let Message::State(mut state) = robot.next().await?
             && let Some(configuration) = state.configuration.take()
@@ -137,7 +140,7 @@ fn arm_of(
     configuration: &Configuration,
     address: &RobotAddress,
     path: &Path,
-) -> Result<Reading, CalibrateError> {
+) -> Result<CalibrationReading, CalibrateError> {
     let mut found = None;
     for name in RobotModel::names() {
         let model = RobotModel::built_in(name)?;
@@ -161,7 +164,7 @@ fn arm_of(
     let calibration = Calibration::new(name, table, [0.0; 6], path)?;
     let measured = nominal.clone().calibrated(&calibration)?;
     let distance = distance(&nominal, &measured);
-    Ok(Reading {
+    Ok(CalibrationReading {
         calibration,
         distance,
         tcp: None,
@@ -170,8 +173,8 @@ fn arm_of(
     })
 }
 
-fn distance(nominal: &RobotModel, measured: &RobotModel) -> Distance {
-    let mut found = Distance::default();
+fn distance(nominal: &RobotModel, measured: &RobotModel) -> KinematicDeviation {
+    let mut found = KinematicDeviation::default();
     let places = COMPARED_AT.len().pow(6);
     for place in 0..places {
         let mut rest = place;
@@ -195,7 +198,7 @@ fn distance(nominal: &RobotModel, measured: &RobotModel) -> Distance {
 mod tests {
     use super::*;
 
-    fn of(table: DhTable, robot_type: u32) -> Result<Reading, CalibrateError> {
+    fn of(table: DhTable, robot_type: u32) -> Result<CalibrationReading, CalibrateError> {
         let configuration = Configuration {
             dh_a: table.a,
             dh_d: table.d,
@@ -267,8 +270,9 @@ mod tests {
         let (table, robot_type) = nominal("cs66");
         let mut broken = table;
         broken.d[0] = f64::NAN;
-        let said =
-            |result: Result<Reading, CalibrateError>| result.expect_err("refused").to_string();
+        let said = |result: Result<CalibrationReading, CalibrateError>| {
+            result.expect_err("refused").to_string()
+        };
         assert!(said(of(broken, robot_type)).contains("d[0] = NaN"));
         let mut far = table;
         far.a[2] = -1.0;

@@ -7,9 +7,9 @@ mod align;
 mod track;
 
 pub use align::{Alignment, align};
-pub use track::{Track, TrackError};
+pub use track::{RunTrace, RunTraceError};
 
-use track::Place;
+use track::TraceCursor;
 
 /// One quantity over the time that both runs have.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -72,7 +72,7 @@ impl Comparison {
 
 /// The differences of one sample, in the first run's time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Difference {
+pub struct SampleDifference {
     /// When, s.
     pub time: f64,
     /// Second minus first, rad.
@@ -89,16 +89,16 @@ pub struct Difference {
 
 /// Every sample of the first run for which the second has one, shifted.
 pub fn differences<'t>(
-    first: &'t Track,
-    second: &'t Track,
+    first: &'t RunTrace,
+    second: &'t RunTrace,
     alignment: Alignment,
-) -> impl Iterator<Item = Difference> + 't {
-    let mut place = Place::default();
+) -> impl Iterator<Item = SampleDifference> + 't {
+    let mut place = TraceCursor::default();
     first.samples().filter_map(move |sample| {
         let other = second.at(sample.time + alignment.shift, &mut place)?;
         let joints = core::array::from_fn(|i| other.q[i] - sample.q[i]);
         let rotation = sample.rotation.angle_to(&other.rotation);
-        Some(Difference {
+        Some(SampleDifference {
             time: sample.time,
             joints,
             tcp_position: (other.position - sample.position).norm(),
@@ -110,7 +110,7 @@ pub fn differences<'t>(
 }
 
 /// Compares two runs.
-pub fn compare(first: &Track, second: &Track, alignment: Alignment) -> Comparison {
+pub fn compare(first: &RunTrace, second: &RunTrace, alignment: Alignment) -> Comparison {
     let mut joints = [Deviation::default(); 6];
     let [mut position, mut rotation, mut speed, mut force] = [Deviation::default(); 4];
     let mut overlap: Option<(f64, f64)> = None;

@@ -5,7 +5,7 @@
 
 use std::time::Duration;
 
-use wire::primary::{Exception, Level, Message, RobotException, State};
+use wire::primary::{Exception, ExceptionLevel, Message, RobotException, State};
 
 /// A program that nobody has seen running for so long, and nobody complained about, has ended.
 pub const SHORT_PROGRAM: Duration = Duration::from_millis(700);
@@ -14,7 +14,7 @@ const LAST_WORDS: Duration = Duration::from_millis(250);
 
 /// What came of the program.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Outcome {
+pub enum MonitorOutcome {
     /// It ran to its end.
     Ended,
     /// It did not compile, or failed; the news told why.
@@ -23,7 +23,7 @@ pub enum Outcome {
 
 /// Something to tell.
 #[derive(Clone, Debug, PartialEq)]
-pub enum News {
+pub enum ProgramEvent {
     /// The program runs.
     Began,
     /// It is paused.
@@ -33,12 +33,12 @@ pub enum News {
     /// An exception of the program or the robot.
     Exception(RobotException),
     /// It is over.
-    Over(Outcome),
+    Over(MonitorOutcome),
 }
 
 /// Follows one program from its sending to its end.
 #[derive(Clone, Debug, Default)]
-pub struct Follower {
+pub struct ProgramMonitor {
     was_running: bool,
     was_paused: bool,
     has_failed: bool,
@@ -49,14 +49,14 @@ pub struct Follower {
     is_over: bool,
 }
 
-impl Follower {
+impl ProgramMonitor {
     /// The program has just been sent. Moments count from here.
     pub fn new() -> Self {
         Self::default()
     }
 
     /// Takes a message that came so long after the sending.
-    pub fn take(&mut self, message: &Message, moment: Duration) -> Vec<News> {
+    pub fn handle_message(&mut self, message: &Message, moment: Duration) -> Vec<ProgramEvent> {
         let mut news = Vec::new();
         match message {
             Message::State(_) if self.is_replaced => {}
@@ -67,11 +67,11 @@ impl Follower {
                     self.is_replaced = true;
                     self.over_since.get_or_insert(moment);
                 }
-                news.push(News::Exception(exception.clone()));
+                news.push(ProgramEvent::Exception(exception.clone()));
             }
             Message::Unknown(_) => {}
         }
-        self.look(moment, &mut news);
+        self.check_finished(moment, &mut news);
         news
     }
 
@@ -80,19 +80,19 @@ impl Follower {
         self.is_over
     }
 
-    fn take_state(&mut self, state: &State, moment: Duration, news: &mut Vec<News>) {
+    fn take_state(&mut self, state: &State, moment: Duration, news: &mut Vec<ProgramEvent>) {
         let Some(mode) = &state.mode else { return };
         if mode.is_task_running {
             self.over_since = None;
             if !self.was_running {
                 self.was_running = true;
-                news.push(News::Began);
+                news.push(ProgramEvent::Began);
             }
             if mode.is_task_paused != self.was_paused {
                 self.was_paused = mode.is_task_paused;
                 news.push(match mode.is_task_paused {
-                    true => News::Paused,
-                    false => News::Resumed,
+                    true => ProgramEvent::Paused,
+                    false => ProgramEvent::Resumed,
                 });
             }
         } else if self.was_running || self.has_failed || moment >= SHORT_PROGRAM {
@@ -100,15 +100,15 @@ impl Follower {
         }
     }
 
-    fn look(&mut self, moment: Duration, news: &mut Vec<News>) {
+    fn check_finished(&mut self, moment: Duration, news: &mut Vec<ProgramEvent>) {
         let is_over = self
             .over_since
             .is_some_and(|since| moment.saturating_sub(since) >= LAST_WORDS);
         if is_over && !self.is_over {
             self.is_over = true;
-            news.push(News::Over(match self.has_failed {
-                true => Outcome::Failed,
-                false => Outcome::Ended,
+            news.push(ProgramEvent::Over(match self.has_failed {
+                true => MonitorOutcome::Failed,
+                false => MonitorOutcome::Ended,
             }));
         }
     }
@@ -125,7 +125,9 @@ fn is_replacement(exception: &RobotException) -> bool {
 fn ends_programs(exception: &RobotException) -> bool {
     match &exception.exception {
         Exception::Script { text, .. } => !text.starts_with("[SEC]"),
-        Exception::Robot { level, .. } => matches!(level, Level::Error | Level::Fatal),
+        Exception::Robot { level, .. } => {
+            matches!(level, ExceptionLevel::Error | ExceptionLevel::Fatal)
+        }
     }
 }
 

@@ -35,7 +35,7 @@ pub const LEAVE: &str = "end_interpreter()";
 
 /// A word that is carried out at once (manual 2.3 to 2.6).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Word {
+pub enum InterpreterRequest {
     /// Skip what waits.
     Skip,
     /// Stop a movej or movel.
@@ -50,7 +50,7 @@ pub enum Word {
     Unexecuted,
 }
 
-impl Word {
+impl InterpreterRequest {
     /// All of them.
     pub const ALL: [Self; 6] = [
         Self::Skip,
@@ -132,11 +132,12 @@ impl Reply {
     }
 
     /// Whether it answers this word. The manual prints the word of a neighbour for `statelastcleared`.
-    fn answers(&self, asked: Word) -> Option<u64> {
+    fn answers(&self, asked: InterpreterRequest) -> Option<u64> {
         let Self::State { number, word } = self else {
             return None;
         };
-        let is_copied = asked == Word::LastCleared && word == Word::LastInterpreted.text();
+        let is_copied = asked == InterpreterRequest::LastCleared
+            && word == InterpreterRequest::LastInterpreted.text();
         (word.is_empty() || word == asked.text() || is_copied).then_some(*number)
     }
 }
@@ -188,7 +189,7 @@ pub enum InterpreterError {
 
 /// A connection to port 30020. Dropping it ends it; what was acknowledged is done all the same.
 #[derive(Debug)]
-pub struct Interpreter {
+pub struct InterpreterClient {
     address: RobotAddress,
     stream: TcpStream,
     received: Vec<u8>,
@@ -196,7 +197,7 @@ pub struct Interpreter {
     searched: usize,
 }
 
-impl Interpreter {
+impl InterpreterClient {
     /// Connects.
     ///
     /// # Errors
@@ -283,7 +284,7 @@ impl Interpreter {
     /// The robot does not answer within `patience`, or not with a number.
     pub async fn ask(
         &mut self,
-        word: Word,
+        word: InterpreterRequest,
         patience: Duration,
         beside: &mut Vec<Reply>,
     ) -> Result<u64, InterpreterError> {
@@ -356,15 +357,18 @@ mod tests {
         ] {
             assert_eq!(Reply::parse(line), wanted);
         }
-        assert!(Word::ALL.map(|word| Word::parse(word.text())) == Word::ALL.map(Some));
-        assert_eq!(Word::parse("abort()"), None);
+        assert!(
+            InterpreterRequest::ALL.map(|word| InterpreterRequest::parse(word.text()))
+                == InterpreterRequest::ALL.map(Some)
+        );
+        assert_eq!(InterpreterRequest::parse("abort()"), None);
         let answers = |line: &str, word| Reply::parse(line).answers(word);
         let last = "state: 4: statelastinterpreted";
-        assert_eq!(answers(last, Word::LastInterpreted), Some(4));
-        assert_eq!(answers(last, Word::LastCleared), Some(4));
-        assert_eq!(answers(last, Word::Unexecuted), None);
-        assert_eq!(answers("state: 4", Word::Unexecuted), Some(4));
-        assert_eq!(answers("ack: 4: x", Word::Unexecuted), None);
+        assert_eq!(answers(last, InterpreterRequest::LastInterpreted), Some(4));
+        assert_eq!(answers(last, InterpreterRequest::LastCleared), Some(4));
+        assert_eq!(answers(last, InterpreterRequest::Unexecuted), None);
+        assert_eq!(answers("state: 4", InterpreterRequest::Unexecuted), Some(4));
+        assert_eq!(answers("ack: 4: x", InterpreterRequest::Unexecuted), None);
         for line in [
             "",
             "ack",

@@ -21,7 +21,7 @@ pub mod primary;
 pub mod rtsi;
 
 pub use address::{ConnectError, RobotAddress};
-pub use follow::{Follower, News, Outcome};
-pub use interpreter::{Interpreter, InterpreterError, Reply, Word};
-pub use primary::{Primary, PrimaryError};
-pub use rtsi::{Arrival, Rtsi, RtsiError};
+pub use follow::{MonitorOutcome, ProgramEvent, ProgramMonitor};
+pub use interpreter::{InterpreterClient, InterpreterError, InterpreterRequest, Reply};
+pub use primary::{PrimaryClient, PrimaryError};
+pub use rtsi::{RtsiClient, RtsiError, RtsiMessage};

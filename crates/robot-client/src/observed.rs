@@ -13,16 +13,16 @@ use motion_api::{
     SafetyMode,
 };
 use wire::primary::state::State;
-use wire::rtsi::{Kind, Value};
+use wire::rtsi::{RtsiType, RtsiValue};
 
 pub use messages::{outputs_message, outputs_schema, state_message, state_schema};
-pub use variables::{EVERY, IN_A_CYCLE};
-use variables::{Place, place_of};
+pub use variables::{IN_A_CYCLE, KNOWN_VARIABLES};
+use variables::{VariableTarget, place_of};
 
 /// Takes the values of a recipe where they belong.
 #[derive(Debug)]
-pub struct Observer {
-    places: Vec<Place>,
+pub struct RtsiStateMapper {
+    places: Vec<VariableTarget>,
     registers: Registers,
     /// As they were told of last.
     told: RegisterImages,
@@ -30,16 +30,16 @@ pub struct Observer {
 
 /// What is new with a packet.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Beside {
+pub struct PacketExtras {
     /// Time since the controller started, s.
     pub timestamp: Option<f64>,
     /// The registers, if one has another value than before.
     pub registers: Option<RegisterImages>,
 }
 
-impl Observer {
+impl RtsiStateMapper {
     /// For packets with these variables, in this order.
-    pub fn of(offered: &[(String, Kind)]) -> Self {
+    pub fn for_recipe(offered: &[(String, RtsiType)]) -> Self {
         Self {
             places: offered.iter().map(|(name, _)| place_of(name)).collect(),
             registers: Registers::default(),
@@ -48,20 +48,22 @@ impl Observer {
     }
 
     /// Takes values over into a state and the registers. One whose type is not that of the protocol is not known.
-    pub fn observe(&mut self, state: &mut RobotState, values: &[Value]) -> Beside {
+    pub fn apply_packet(&mut self, state: &mut RobotState, values: &[RtsiValue]) -> PacketExtras {
         let mut timestamp = None;
         for (place, value) in self.places.iter().zip(values) {
             match (place, *value) {
-                (Place::State(take) | Place::StateToo(take), value) => take(state, value),
-                (Place::Timestamp, Value::F64(time)) => timestamp = Some(time),
-                (Place::Register(register), value) => register.set(&self.registers, value),
-                (Place::Timestamp | Place::Message, _) => {}
+                (VariableTarget::State(take) | VariableTarget::StateToo(take), value) => {
+                    take(state, value)
+                }
+                (VariableTarget::Timestamp, RtsiValue::F64(time)) => timestamp = Some(time),
+                (VariableTarget::Register(register), value) => register.set(&self.registers, value),
+                (VariableTarget::Timestamp | VariableTarget::Message, _) => {}
             }
         }
         let images = self.registers.images();
         let registers = (images != self.told).then_some(images);
         self.told = images;
-        Beside {
+        PacketExtras {
             timestamp,
             registers,
         }
@@ -71,7 +73,7 @@ impl Observer {
     fn is_told_apart(&self, index: usize) -> bool {
         matches!(
             self.places.get(index),
-            Some(Place::Message | Place::StateToo(_) | Place::Timestamp)
+            Some(VariableTarget::Message | VariableTarget::StateToo(_) | VariableTarget::Timestamp)
         )
     }
 }
@@ -139,7 +141,7 @@ mod tests {
     use super::*;
     use wire::primary::state::{AdditionalInfo, Cartesian, Masterboard};
 
-    fn offered(names: &[(&str, Kind)]) -> Vec<(String, Kind)> {
+    fn offered(names: &[(&str, RtsiType)]) -> Vec<(String, RtsiType)> {
         let owned = names.iter().map(|(name, kind)| ((*name).to_owned(), *kind));
         owned.collect()
     }
@@ -147,30 +149,30 @@ mod tests {
     #[test]
     fn every_variable_goes_to_one_place_and_none_is_left_out() {
         let offered = offered(&[
-            ("timestamp", Kind::F64),
-            ("actual_joint_positions", Kind::Vector6),
-            ("output_int_register7", Kind::I32),
-            ("input_bit_registers32_to_63", Kind::U32),
-            ("output_bit_register64", Kind::Bool),
-            ("actual_current", Kind::Vector6),
-            ("joint_mode", Kind::Vector6I32),
-            ("tool_output_voltage", Kind::F64),
-            ("a_variable_of_tomorrow", Kind::U8),
+            ("timestamp", RtsiType::F64),
+            ("actual_joint_positions", RtsiType::Vector6),
+            ("output_int_register7", RtsiType::I32),
+            ("input_bit_registers32_to_63", RtsiType::U32),
+            ("output_bit_register64", RtsiType::Bool),
+            ("actual_current", RtsiType::Vector6),
+            ("joint_mode", RtsiType::Vector6I32),
+            ("tool_output_voltage", RtsiType::F64),
+            ("a_variable_of_tomorrow", RtsiType::U8),
         ]);
         let values = [
-            Value::F64(12.5),
-            Value::Vector6([1.0, 2.0, 3.0, 4.0, 5.0, 6.0]),
-            Value::I32(-3),
-            Value::U32(2),
-            Value::Bool(true),
-            Value::Vector6([0.5; 6]),
-            Value::Vector6I32([253; 6]),
-            Value::F64(24.0),
-            Value::U8(9),
+            RtsiValue::F64(12.5),
+            RtsiValue::Vector6([1.0, 2.0, 3.0, 4.0, 5.0, 6.0]),
+            RtsiValue::I32(-3),
+            RtsiValue::U32(2),
+            RtsiValue::Bool(true),
+            RtsiValue::Vector6([0.5; 6]),
+            RtsiValue::Vector6I32([253; 6]),
+            RtsiValue::F64(24.0),
+            RtsiValue::U8(9),
         ];
-        let mut observer = Observer::of(&offered);
+        let mut observer = RtsiStateMapper::for_recipe(&offered);
         let mut state = unknown_state(0.004);
-        let beside = observer.observe(&mut state, &values);
+        let beside = observer.apply_packet(&mut state, &values);
         assert_eq!(beside.timestamp, Some(12.5));
         let registers = beside.registers.unwrap();
         assert_eq!(registers.output.integer(7), -3);
@@ -184,7 +186,7 @@ mod tests {
             r#"{"timestamp":12.5,"actual_current":[0.5,0.5,0.5,0.5,0.5,0.5],"joint_mode":[253,253,253,253,253,253],"tool_output_voltage":24.0,"a_variable_of_tomorrow":9}"#
         );
         // The same again is nothing new.
-        assert_eq!(observer.observe(&mut state, &values).registers, None);
+        assert_eq!(observer.apply_packet(&mut state, &values).registers, None);
         let schema: serde_json::Value =
             serde_json::from_str(&outputs_schema(&observer, &offered)).unwrap();
         let properties = schema["properties"].as_object().unwrap();
@@ -195,12 +197,12 @@ mod tests {
 
     #[test]
     fn a_variable_of_another_type_is_not_known() {
-        for name in EVERY.iter() {
-            let offered = [(name.clone(), Kind::U16)];
-            let mut observer = Observer::of(&offered);
+        for name in KNOWN_VARIABLES.iter() {
+            let offered = [(name.clone(), RtsiType::U16)];
+            let mut observer = RtsiStateMapper::for_recipe(&offered);
             let mut state = unknown_state(0.004);
-            let beside = observer.observe(&mut state, &[Value::U16(7)]);
-            assert_eq!(beside, Beside::default(), "{name}");
+            let beside = observer.apply_packet(&mut state, &[RtsiValue::U16(7)]);
+            assert_eq!(beside, PacketExtras::default(), "{name}");
             assert_eq!(
                 format!("{state:?}"),
                 format!("{:?}", unknown_state(0.004)),
@@ -211,14 +213,17 @@ mod tests {
 
     #[test]
     fn what_fits_into_a_cycle_is_asked_for_before_everything_else() {
-        assert_eq!(EVERY[..IN_A_CYCLE.len()], *IN_A_CYCLE);
-        let mut names = EVERY.clone();
+        assert_eq!(KNOWN_VARIABLES[..IN_A_CYCLE.len()], *IN_A_CYCLE);
+        let mut names = KNOWN_VARIABLES.clone();
         names.sort();
         names.dedup();
-        assert_eq!(names.len(), EVERY.len(), "a name stands twice");
+        assert_eq!(names.len(), KNOWN_VARIABLES.len(), "a name stands twice");
         for name in IN_A_CYCLE {
             assert!(
-                !matches!(place_of(name), Place::Message | Place::Register(_)),
+                !matches!(
+                    place_of(name),
+                    VariableTarget::Message | VariableTarget::Register(_)
+                ),
                 "{name}"
             );
         }

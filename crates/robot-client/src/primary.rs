@@ -63,7 +63,7 @@ pub enum PrimaryError {
 
 /// A connection to port 30001. Dropping it ends it; programs go on.
 #[derive(Debug)]
-pub struct Primary {
+pub struct PrimaryClient {
     address: RobotAddress,
     stream: TcpStream,
     received: Vec<u8>,
@@ -71,7 +71,7 @@ pub struct Primary {
     heard: Instant,
 }
 
-impl Primary {
+impl PrimaryClient {
     /// Connects.
     ///
     /// # Errors

@@ -8,8 +8,8 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::time::{Instant, timeout, timeout_at};
 use wire::rtsi::{
-    Kind, NotRtsi, PROTOCOL_VERSION, TextLevel, Value, append_outputs_request, append_packet,
-    controller_text, letter, packet, recipe_reply, version,
+    InvalidPacketLength, PROTOCOL_VERSION, RtsiType, RtsiValue, TextLevel, append_outputs_request,
+    append_packet, controller_text, packet, packet_type, recipe_reply, version,
 };
 
 use crate::address::{ConnectError, RobotAddress};
@@ -58,7 +58,7 @@ pub enum RtsiError {
         /// Which.
         address: RobotAddress,
         /// Why.
-        source: NotRtsi,
+        source: InvalidPacketLength,
     },
     /// It refuses.
     #[error("the robot at {address} refuses {what}")]
@@ -80,27 +80,27 @@ pub enum RtsiError {
 
 /// What arrives once data flows.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Arrival {
-    /// Values in the order of [`Rtsi::offered`].
-    Data(Vec<Value>),
+pub enum RtsiMessage {
+    /// Values in the order of [`RtsiClient::offered`].
+    Data(Vec<RtsiValue>),
     /// The controller says something.
     Text(TextLevel, String),
 }
 
 /// A connection with one recipe of outputs. Dropping it ends it.
 #[derive(Debug)]
-pub struct Rtsi {
+pub struct RtsiClient {
     address: RobotAddress,
     stream: TcpStream,
     received: Vec<u8>,
     /// When it was heard, or asked, last: whoever waits may begin anew as often as it likes.
     heard: Instant,
     recipe: u8,
-    offered: Vec<(String, Kind)>,
+    offered: Vec<(String, RtsiType)>,
     version: [u32; 4],
 }
 
-impl Rtsi {
+impl RtsiClient {
     /// Connects, asks which of `wanted` the controller offers, and lets it send these. A controller that does not know a
     /// name says so for that name.
     ///
@@ -137,7 +137,7 @@ impl Rtsi {
     }
 
     /// Names and types of the values that come.
-    pub fn offered(&self) -> &[(String, Kind)] {
+    pub fn offered(&self) -> &[(String, RtsiType)] {
         &self.offered
     }
 
@@ -150,21 +150,21 @@ impl Rtsi {
     ///
     /// # Errors
     /// The stream has ended.
-    pub async fn next(&mut self) -> Result<Arrival, RtsiError> {
+    pub async fn next(&mut self) -> Result<RtsiMessage, RtsiError> {
         loop {
             let (kind, payload) = self.packet(SILENCE_MAX, "data").await?;
             match kind {
                 // Of another recipe than ours: the vendor's client leaves it out as well.
-                letter::DATA if payload.first() != Some(&self.recipe) => {}
-                letter::DATA => {
+                packet_type::DATA if payload.first() != Some(&self.recipe) => {}
+                packet_type::DATA => {
                     if let Some(values) = self.values(&payload) {
-                        return Ok(Arrival::Data(values));
+                        return Ok(RtsiMessage::Data(values));
                     }
                     return Err(self.garbled("data"));
                 }
-                letter::TEXT => {
+                packet_type::TEXT => {
                     if let Some((level, text)) = controller_text(&payload) {
-                        return Ok(Arrival::Text(level, text));
+                        return Ok(RtsiMessage::Text(level, text));
                     }
                 }
                 _ => {}
@@ -172,34 +172,34 @@ impl Rtsi {
         }
     }
 
-    fn values(&self, payload: &[u8]) -> Option<Vec<Value>> {
+    fn values(&self, payload: &[u8]) -> Option<Vec<RtsiValue>> {
         let (_, mut rest) = payload.split_first()?;
         let values = self
             .offered
             .iter()
-            .map(|(_, kind)| Value::read(*kind, &mut rest));
+            .map(|(_, kind)| RtsiValue::read(*kind, &mut rest));
         let values = values.collect::<Option<Vec<_>>>()?;
         rest.is_empty().then_some(values)
     }
 
     async fn greet(&mut self) -> Result<(), RtsiError> {
         let mut request = Vec::new();
-        append_packet(&mut request, letter::PROTOCOL, |out| {
+        append_packet(&mut request, packet_type::PROTOCOL, |out| {
             out.extend(PROTOCOL_VERSION.to_be_bytes());
         });
         self.send(&request).await?;
         if self
-            .answer(letter::PROTOCOL, "the protocol's version")
+            .answer(packet_type::PROTOCOL, "the protocol's version")
             .await?
             != [1]
         {
             return Err(self.refused("version 1 of the protocol"));
         }
         request.clear();
-        append_packet(&mut request, letter::VERSION, |_| {});
+        append_packet(&mut request, packet_type::VERSION, |_| {});
         self.send(&request).await?;
         let what = "its own version";
-        let answer = self.answer(letter::VERSION, what).await?;
+        let answer = self.answer(packet_type::VERSION, what).await?;
         self.version = version(&answer).ok_or_else(|| self.garbled(what))?;
         Ok(())
     }
@@ -214,7 +214,7 @@ impl Rtsi {
         append_outputs_request(&mut request, frequency, names);
         self.send(&request).await?;
         let what = "the list of variables";
-        let answer = self.answer(letter::OUTPUTS, what).await?;
+        let answer = self.answer(packet_type::OUTPUTS, what).await?;
         let reply = recipe_reply(&answer).ok_or_else(|| self.garbled(what))?;
         if reply.kinds.len() != names.len() {
             return Err(self.garbled(what));
@@ -232,9 +232,13 @@ impl Rtsi {
 
     async fn start(&mut self) -> Result<(), RtsiError> {
         let mut request = Vec::new();
-        append_packet(&mut request, letter::START, |_| {});
+        append_packet(&mut request, packet_type::START, |_| {});
         self.send(&request).await?;
-        match self.answer(letter::START, "the start").await?.as_slice() {
+        match self
+            .answer(packet_type::START, "the start")
+            .await?
+            .as_slice()
+        {
             [1] => Ok(()),
             _ => Err(self.refused("to start")),
         }

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use elite_lang::{KnownNames, SourceFile, compile, render_human};
 use thiserror::Error;
 
-use crate::files::Files;
+use crate::files::FileScope;
 
 /// Longest test file, bytes.
 const FILE_BYTES_MAX: u64 = 8 << 20;
@@ -104,14 +104,14 @@ pub fn is_test_file(path: &Path) -> bool {
 /// # Errors
 /// [`DiscoverError`]
 pub fn discover(paths: &[PathBuf]) -> Result<Vec<TestCase>, DiscoverError> {
-    discover_in(paths, &Files::default())
+    discover_in(paths, &FileScope::default())
 }
 
 /// The same among certain files.
 ///
 /// # Errors
 /// [`DiscoverError`]
-pub fn discover_in(paths: &[PathBuf], among: &Files) -> Result<Vec<TestCase>, DiscoverError> {
+pub fn discover_in(paths: &[PathBuf], among: &FileScope) -> Result<Vec<TestCase>, DiscoverError> {
     let mut seen = BTreeSet::new();
     let mut cases = Vec::new();
     for root in paths {
@@ -139,7 +139,7 @@ pub fn discover_in(paths: &[PathBuf], among: &Files) -> Result<Vec<TestCase>, Di
     Ok(cases)
 }
 
-fn files_below(root: &Path, among: &Files) -> Result<Vec<PathBuf>, DiscoverError> {
+fn files_below(root: &Path, among: &FileScope) -> Result<Vec<PathBuf>, DiscoverError> {
     let mut found = Vec::new();
     let mut open = vec![(root.to_owned(), 0)];
     let mut entries = 0;
@@ -171,7 +171,7 @@ fn files_below(root: &Path, among: &Files) -> Result<Vec<PathBuf>, DiscoverError
     Ok(found)
 }
 
-fn cases_of(path: PathBuf, root: &Path, among: &Files) -> Result<Vec<TestCase>, DiscoverError> {
+fn cases_of(path: PathBuf, root: &Path, among: &FileScope) -> Result<Vec<TestCase>, DiscoverError> {
     let text = match among.text(&path, FILE_BYTES_MAX) {
         Ok(text) => text,
         Err(Ok(bytes)) => return Err(DiscoverError::TooLong { path, bytes }),

@@ -2,14 +2,14 @@
 
 use elite_lang::{ExceptionKind, NativeCall, Raised, Value};
 
-use crate::bench::{Verdict, Watched};
-use crate::golden;
+use crate::golden_path;
 use crate::near::near;
-use crate::object::{Site, failed, number, text, tidy, wrong};
+use crate::test_context::{Invariant, InvariantCheck};
+use crate::test_object::{CallContext, failed, number, text, tidy, wrong};
 
-type R<T = Value> = Result<T, Raised>;
+type NativeResult<T = Value> = Result<T, Raised>;
 
-pub(crate) fn is_near(_: &Site, call: &mut NativeCall<'_>) -> R {
+pub(crate) fn is_near(_: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
     let tolerance = number(call, 2, "tolerance", (0.0, f64::MAX), Some(1e-6))?;
     let arg = |index| call.arg(index).cloned().unwrap_or_default();
     let (a, b) = (arg(0), arg(1));
@@ -23,7 +23,7 @@ pub(crate) fn is_near(_: &Site, call: &mut NativeCall<'_>) -> R {
     }
 }
 
-pub(crate) fn raises(_: &Site, call: &mut NativeCall<'_>) -> R {
+pub(crate) fn raises(_: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
     let wanted = match call.arg(0) {
         // The class itself is as good as its name.
         Some(class) if class.is_callable() => {
@@ -58,40 +58,40 @@ pub(crate) fn raises(_: &Site, call: &mut NativeCall<'_>) -> R {
     }
 }
 
-pub(crate) fn path_near(site: &Site, call: &mut NativeCall<'_>) -> R {
+pub(crate) fn path_near(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
     let file = site.bench.folder.join(text(call, 0, "golden_csv")?);
     let tolerance = number(call, 1, "tolerance", (0.0, f64::MAX), Some(1e-3))?;
     let places = site.bench.trace.places();
     let file = (&site.bench.files, &*tidy(&file));
-    let checked = golden::check(&places, file, tolerance, site.bench.goldens);
+    let checked = golden_path::check(&places, file, tolerance, site.bench.goldens);
     match checked {
         Ok(()) => Ok(Value::Bool(true)),
         Err(error) => Err(failed(call, error.to_string())),
     }
 }
 
-pub(crate) fn never(site: &Site, call: &mut NativeCall<'_>) -> R {
+pub(crate) fn never(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
     watch(site, call, false)
 }
 
-pub(crate) fn always(site: &Site, call: &mut NativeCall<'_>) -> R {
+pub(crate) fn always(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
     watch(site, call, true)
 }
 
-fn watch(site: &Site, call: &mut NativeCall<'_>, always: bool) -> R {
-    let watched = Watched {
+fn watch(site: &CallContext, call: &mut NativeCall<'_>, always: bool) -> NativeResult {
+    let watched = Invariant {
         text: text(call, 0, "condition")?,
         always,
         line: call.line(),
     };
     match site.bench.watch(watched) {
-        Verdict::Kept => Ok(Value::None),
-        Verdict::Broken(sentence) => Err(failed(call, sentence)),
-        Verdict::NoCondition(sentence) => Err(wrong(call, sentence)),
+        InvariantCheck::Kept => Ok(Value::None),
+        InvariantCheck::Broken(sentence) => Err(failed(call, sentence)),
+        InvariantCheck::NoCondition(sentence) => Err(wrong(call, sentence)),
     }
 }
 
-pub(crate) fn peak(site: &Site, call: &mut NativeCall<'_>) -> R {
+pub(crate) fn peak(site: &CallContext, call: &mut NativeCall<'_>) -> NativeResult {
     let name = text(call, 0, "name")?;
     let value = site.bench.trace.peaks().get(&name);
     value

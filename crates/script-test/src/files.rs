@@ -3,23 +3,23 @@
 use std::io;
 use std::path::Path;
 
-use elite_runtime::{Folders, Place};
+use elite_runtime::{SandboxRoots, SandboxedPath};
 
 /// Which files tests, and programs that they start, may consist of.
 #[derive(Clone, Debug, Default)]
-pub struct Files(Option<Folders>);
+pub struct FileScope(Option<SandboxRoots>);
 
-impl Files {
+impl FileScope {
     /// Those beneath these folders; no link leads out of them.
-    pub const fn beneath(folders: Folders) -> Self {
+    pub const fn beneath(folders: SandboxRoots) -> Self {
         Self(Some(folders))
     }
 
     /// Where a file or a folder is.
-    pub(crate) fn find(&self, path: &Path) -> io::Result<Place> {
+    pub(crate) fn find(&self, path: &Path) -> io::Result<SandboxedPath> {
         match &self.0 {
             Some(folders) => folders.find(path),
-            None => Ok(Place::free(path.to_owned())),
+            None => Ok(SandboxedPath::free(path.to_owned())),
         }
     }
 
@@ -54,12 +54,12 @@ impl Files {
     }
 
     /// A folder, which is made; hold what comes back for as long as its path is used.
-    pub(crate) fn make_folder(&self, path: &Path) -> io::Result<Place> {
+    pub(crate) fn make_folder(&self, path: &Path) -> io::Result<SandboxedPath> {
         match &self.0 {
             Some(folders) => folders.make_folder(path),
             None => {
                 std::fs::create_dir_all(path)?;
-                Ok(Place::free(path.to_owned()))
+                Ok(SandboxedPath::free(path.to_owned()))
             }
         }
     }

@@ -8,19 +8,19 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, mpsc};
 use std::time::Duration;
 
-use controller::RobotConfig;
-use elite_runtime::LineCountsOfTexts;
+use controller::ControllerConfig;
+use elite_runtime::LineCountsByText;
 use motion_api::Seconds;
 use supervision::{ThreadRole, ThreadSupervisor, catch};
 
 use crate::discover::TestCase;
-use crate::files::Files;
-use crate::golden::Goldens;
-use crate::single::{self, Plan, Status, TestResult};
+use crate::files::FileScope;
+use crate::golden_path::GoldenMode;
+use crate::runner::{self, Status, TestPlan, TestResult};
 
 /// How tests are run.
 #[derive(Clone, Debug)]
-pub struct Options {
+pub struct TestRunOptions {
     /// How many at once.
     pub jobs: NonZeroUsize,
     /// Of their order.
@@ -30,13 +30,13 @@ pub struct Options {
     /// Time of the machine without simulated time passing, after which a test is given up.
     pub wall_timeout: Duration,
     /// Compare with what was kept, or keep anew.
-    pub goldens: Goldens,
+    pub goldens: GoldenMode,
     /// Count executed lines of the programs under test.
     pub counts_lines: bool,
     /// Folder for the recordings of failed tests.
     pub record_failed: Option<PathBuf>,
     /// What tests may consist of.
-    pub files: Files,
+    pub files: FileScope,
     /// Set by whoever does not wait for the results any more: no further test is begun, those that run are given up.
     pub stop: Arc<AtomicBool>,
 }
@@ -48,10 +48,10 @@ pub struct Options {
 /// The operating system gave no thread or no folder.
 pub fn run(
     cases: &[TestCase],
-    options: &Options,
-    settings: &dyn Fn(&TestCase) -> Result<RobotConfig, String>,
+    options: &TestRunOptions,
+    settings: &dyn Fn(&TestCase) -> Result<ControllerConfig, String>,
     tell: &mut dyn FnMut(TestResult),
-) -> io::Result<LineCountsOfTexts> {
+) -> io::Result<LineCountsByText> {
     if let Some(folder) = &options.record_failed {
         options.files.make_folder(folder)?;
     }
@@ -59,7 +59,7 @@ pub fn run(
     let mut planned = Vec::new();
     let mut taken = BTreeMap::new();
     for case in cases {
-        let plan = settings(case).map(|config| Plan {
+        let plan = settings(case).map(|config| TestPlan {
             config,
             files: options.files.clone(),
             goldens: options.goldens,
@@ -118,8 +118,8 @@ pub fn run(
 }
 
 /// A fault of ours is the error of the test, and not the end of the others.
-fn one(case: &TestCase, plan: &Plan) -> TestResult {
-    catch(|| single::run(case, plan)).unwrap_or_else(|panicked| {
+fn one(case: &TestCase, plan: &TestPlan) -> TestResult {
+    catch(|| runner::run(case, plan)).unwrap_or_else(|panicked| {
         let what = format!("a fault of the controller: {}", panicked.message);
         not_run(case, what)
     })

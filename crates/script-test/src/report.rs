@@ -7,7 +7,7 @@ pub mod json;
 pub mod junit;
 pub mod lcov;
 
-use crate::single::TestResult;
+use crate::runner::TestResult;
 
 /// The command that runs a test alone with its seed.
 pub fn repeat_command(result: &TestResult) -> String {

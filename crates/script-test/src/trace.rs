@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use controller::Peaks;
-use controller::doing::{Doing, Follower};
+use controller::program_position::{PositionTracker, ProgramPosition};
 use elite_lang::TaskNode;
 use elite_runtime::message::Observer;
 use motion_api::{CycleFrame, ProgramId, RobotState, ThreadNumber};
@@ -13,7 +13,7 @@ const CYCLES_MAX: usize = 100_000;
 
 /// A place on the way of the TCP.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Place {
+pub(crate) struct PathSample {
     /// Simulated time, s.
     pub time: f64,
     /// Pose of the TCP in the base frame: m and rad (roll, pitch, yaw).
@@ -22,18 +22,18 @@ pub(crate) struct Place {
 
 /// Keeps the cycles of a test.
 #[derive(Default)]
-pub(crate) struct Trace(Mutex<Kept>);
+pub(crate) struct CycleTrace(Mutex<TraceData>);
 
 #[derive(Default)]
-struct Kept {
+struct TraceData {
     states: Vec<RobotState>,
     /// What the program did, from which of the states on.
-    doings: Vec<(usize, Doing)>,
+    doings: Vec<(usize, ProgramPosition)>,
     missed: usize,
     peaks: Peaks,
 }
 
-impl Trace {
+impl CycleTrace {
     /// The peaks of the test so far.
     pub(crate) fn peaks(&self) -> Peaks {
         self.kept().peaks
@@ -47,7 +47,7 @@ impl Trace {
     }
 
     /// What the program did in the cycle with this number.
-    pub(crate) fn doing(&self, cycle: usize) -> Doing {
+    pub(crate) fn doing(&self, cycle: usize) -> ProgramPosition {
         let kept = self.kept();
         let after = kept.doings.partition_point(|(from, _)| *from <= cycle);
         let before = after
@@ -57,9 +57,9 @@ impl Trace {
     }
 
     /// Where the TCP has been.
-    pub(crate) fn places(&self) -> Vec<Place> {
+    pub(crate) fn places(&self) -> Vec<PathSample> {
         let kept = self.kept();
-        let place = |state: &RobotState| Place {
+        let place = |state: &RobotState| PathSample {
             time: state.time,
             pose: state.actual_tcp_pose.to_array(),
         };
@@ -67,11 +67,11 @@ impl Trace {
     }
 
     /// Whole at every moment, so a poisoned lock is as good as any.
-    fn kept(&self) -> MutexGuard<'_, Kept> {
+    fn kept(&self) -> MutexGuard<'_, TraceData> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn take(&self, state: &RobotState, doing: &Doing) {
+    fn take(&self, state: &RobotState, doing: &ProgramPosition) {
         let mut kept = self.kept();
         kept.peaks.take(state);
         let from = kept.states.len();
@@ -87,12 +87,12 @@ impl Trace {
 
 /// Shows every cycle to a trace, with what the program beside the test does in it.
 #[derive(Default)]
-pub(crate) struct Watcher {
-    pub trace: Arc<Trace>,
-    pub follower: Arc<Follower>,
+pub(crate) struct TraceObserver {
+    pub trace: Arc<CycleTrace>,
+    pub follower: Arc<PositionTracker>,
 }
 
-impl Observer for Watcher {
+impl Observer for TraceObserver {
     fn program_started(&self, _: ProgramId, name: &str, _: &str) {
         self.follower.program_started(name);
     }

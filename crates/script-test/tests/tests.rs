@@ -13,38 +13,38 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use controller::options::{PlantChoice, RecordTarget};
-use controller::{Manner, Nobody, Prepared, RobotConfig};
-use elite_runtime::{LineCountsOfTexts, ProgramText, TaskEnd};
+use controller::{ControllerConfig, NullObserver, PreparedController, StartOptions};
+use elite_runtime::{LineCountsByText, ProgramText, TaskEnd};
 use motion_api::Seconds;
 use recorder::Recording;
-use script_test::{Files, Goldens, Options, Status, TestResult, discover, run};
+use script_test::{FileScope, GoldenMode, Status, TestResult, TestRunOptions, discover, run};
 
-fn options() -> Options {
-    Options {
+fn options() -> TestRunOptions {
+    TestRunOptions {
         jobs: NonZeroUsize::new(2).unwrap(),
         seed: 0,
         timeout: Seconds::new(60.0).unwrap(),
         wall_timeout: Duration::from_secs(30),
-        goldens: Goldens::Compare,
+        goldens: GoldenMode::Compare,
         counts_lines: false,
         record_failed: None,
-        files: Files::default(),
+        files: FileScope::default(),
         stop: Arc::default(),
     }
 }
 
-fn ideal() -> RobotConfig {
-    RobotConfig {
+fn ideal() -> ControllerConfig {
+    ControllerConfig {
         plant: PlantChoice::Ideal,
-        ..RobotConfig::default()
+        ..ControllerConfig::default()
     }
 }
 
 /// Results by name, and the executed lines.
 fn run_folder(
     folder: &Path,
-    options: &Options,
-) -> (BTreeMap<String, TestResult>, LineCountsOfTexts) {
+    options: &TestRunOptions,
+) -> (BTreeMap<String, TestResult>, LineCountsByText) {
     let cases = discover(&[folder.to_owned()]).unwrap();
     let mut results = BTreeMap::new();
     let counts = run(&cases, options, &|_| Ok(ideal()), &mut |result| {
@@ -455,7 +455,7 @@ def test_fine():
     test.advance(1)
 "#;
     std::fs::write(folder.path().join("ends_test.script"), text).unwrap();
-    let options = Options {
+    let options = TestRunOptions {
         timeout: Seconds::new(5.0).unwrap(),
         wall_timeout: Duration::from_millis(500),
         ..options()
@@ -500,8 +500,8 @@ fn project() -> (tempfile::TempDir, PathBuf) {
 fn executed_lines_are_counted_ways_kept_and_failures_recorded() {
     let (_folder, path) = project();
     let recordings = path.join("recordings");
-    let options = Options {
-        goldens: Goldens::Update,
+    let options = TestRunOptions {
+        goldens: GoldenMode::Update,
         counts_lines: true,
         record_failed: Some(recordings.clone()),
         ..options()
@@ -536,7 +536,7 @@ fn the_same_seed_is_the_same_run_whatever_runs_beside_it() {
     let (_folder, path) = project();
     let record = |name: &str, jobs: usize, seed: u64| {
         let folder = path.join(name);
-        let options = Options {
+        let options = TestRunOptions {
             jobs: NonZeroUsize::new(jobs).unwrap(),
             seed,
             record_failed: Some(folder.clone()),
@@ -560,12 +560,12 @@ fn the_same_seed_is_the_same_run_whatever_runs_beside_it() {
 fn a_program_in_a_test_is_the_run_that_it_is_by_itself() {
     let (_folder, path) = project();
     let alone = path.join("alone.mcap");
-    let config = RobotConfig {
+    let config = ControllerConfig {
         record: RecordTarget::File(alone.clone()),
         ..ideal()
     };
-    let prepared = Prepared::new(&config, Manner::alone()).unwrap();
-    let controller = prepared.start(Arc::new(Nobody)).unwrap();
+    let prepared = PreparedController::new(&config, StartOptions::alone()).unwrap();
+    let controller = prepared.start(Arc::new(NullObserver)).unwrap();
     let program = ProgramText {
         name: "moves.script".to_owned(),
         text: std::fs::read_to_string(path.join("programs/moves.script")).unwrap(),
@@ -574,7 +574,7 @@ fn a_program_in_a_test_is_the_run_that_it_is_by_itself() {
     assert_eq!(end.unwrap(), Some(TaskEnd::Finished));
     assert!(controller.shut_down());
     let failed = path.join("failed");
-    let options = Options {
+    let options = TestRunOptions {
         record_failed: Some(failed.clone()),
         ..options()
     };

@@ -18,9 +18,9 @@ use std::process::{Command, Stdio};
 
 use kinematics::{Pose, RobotModel, RpyPose};
 use nalgebra::Vector3;
-use recorder::{Cycle, Entry, Recording, Topic};
+use recorder::{CycleMessage, Recording, RecordingEntry, Topic};
 use serde_json::Value;
-use server::plot::{Curve, Figure, Panel};
+use server::plot::{Curve, Figure, PlotPanel};
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
@@ -204,7 +204,7 @@ fn report(name: &str, recording: &Recording) -> Result<Vec<Span>> {
     }
     let mut goals = goals.into_iter().peekable();
     for entry in recording.entries(&[Topic::Cycle])? {
-        let (_, Entry::Cycle(cycle)) = entry? else {
+        let (_, RecordingEntry::Cycle(cycle)) = entry? else {
             continue;
         };
         while let Some((_, axes)) = goals.next_if(|(at, _)| *at <= cycle.cycle) {
@@ -272,7 +272,7 @@ impl Goal {
             .collect()
     }
 
-    fn sample(&self, cycle: &Cycle) -> [f64; 4] {
+    fn sample(&self, cycle: &CycleMessage) -> [f64; 4] {
         let vector = |v: &[f64]| Vector3::new(v[0], v[1], v[2]);
         let pose: [f64; 6] = core::array::from_fn(|k| cycle.actual_tcp_pose[k]);
         let base_from_tcp = Pose::from_rpy(&RpyPose::from_array(pose));
@@ -345,7 +345,7 @@ fn draw(panels: Vec<(String, Vec<Span>)>, picture: &Path) -> Result<()> {
     let figure =
         Figure::new("Force mode with one setting: force over its target from the first touch");
     let figure = panels.into_iter().fold(figure, |figure, (title, spans)| {
-        let panel = Panel::over_time(title, "of the target").level("target", 1.0);
+        let panel = PlotPanel::over_time(title, "of the target").level("target", 1.0);
         figure.panel(spans.iter().fold(panel, |panel, span| {
             let touch = span.touch().unwrap_or(0.0);
             let points = span

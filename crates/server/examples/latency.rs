@@ -20,11 +20,11 @@ use std::time::{Duration, Instant};
 use clap::Parser;
 use elite_runtime::TaskState;
 use elite_runtime::message::Message;
-use server::announce::Console;
-use server::backend::{Backend, Lifetime, forward_messages};
-use server::cli::{Cli, Command};
+use server::backend::{Lifetime, PortBackend, forward_messages};
+use server::cli::{Cli, CliCommand};
 use server::config::ServeConfig;
-use server::host::Host;
+use server::controller_host::ControllerHost;
+use server::event_broadcast::PrintTarget;
 use server::ports::listen::PortMeter;
 use server::ports::{interpreter, primary};
 use tokio::net::TcpListener;
@@ -48,7 +48,7 @@ const SITUATIONS: [(&str, &str); 6] = [
 ];
 
 struct Bench {
-    host: Host,
+    host: ControllerHost,
     primary: TcpStream,
     interpreter_port: u16,
     messages: broadcast::Receiver<Message>,
@@ -92,16 +92,16 @@ fn report(situation: &str, order: &str, mut times: Vec<Duration>) {
 impl Bench {
     fn start() -> Self {
         let words = "eliteserver serve --plant ideal --record off --clock realtime";
-        let Command::Serve(args) = Cli::parse_from(words.split(' ')).into_command() else {
+        let CliCommand::Serve(args) = Cli::parse_from(words.split(' ')).into_command() else {
             unreachable!("the words say serve");
         };
         let config = ServeConfig::load(*args).unwrap();
-        let host = Host::start(
+        let host = ControllerHost::start(
             &config.robot,
             None,
-            Console::Log,
+            PrintTarget::Log,
             false,
-            editor::dap::Hub::default(),
+            editor::dap::DebugHub::default(),
         )
         .unwrap();
         let runtime = tokio::runtime::Builder::new_multi_thread()
@@ -109,8 +109,8 @@ impl Bench {
             .enable_all()
             .build()
             .unwrap();
-        let hub = primary::Hub::default();
-        let backend = Backend::new(&host, &config, hub.clone(), Lifetime::default());
+        let hub = primary::StateHub::default();
+        let backend = PortBackend::new(&host, &config, hub.clone(), Lifetime::default());
         let backend = Arc::new(backend);
         let token = CancellationToken::new();
         let (first, second) = runtime.block_on(async {

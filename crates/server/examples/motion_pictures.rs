@@ -16,7 +16,7 @@ use motion::{ControlLoop, CycleConfig, CycleTiming, MotionLimits, PlantKind};
 use motion_api::{
     CommandKind, Event, Origin, Outcome, RingCapacities, RobotState, ScriptEndpoint, motion_channel,
 };
-use server::plot::{Circle, Curve, CurveStyle, Figure, Marks, Panel};
+use server::plot::{Circle, Curve, CurveStyle, Figure, Marks, PlotPanel};
 
 fn main() {
     let folder = std::env::args().nth(1).map_or_else(
@@ -98,14 +98,19 @@ impl Stage {
         self.states.iter().map(|s| (s.time, value(s))).collect()
     }
 
-    fn joints(&self, title: &str, unit: &str, value: impl Fn(&RobotState, usize) -> f64) -> Panel {
-        (0..6).fold(Panel::over_time(title, unit), |panel, joint| {
+    fn joints(
+        &self,
+        title: &str,
+        unit: &str,
+        value: impl Fn(&RobotState, usize) -> f64,
+    ) -> PlotPanel {
+        (0..6).fold(PlotPanel::over_time(title, unit), |panel, joint| {
             let points = self.over_time(|s| value(s, joint));
             panel.curve(Curve::new(format!("J{}", joint + 1), points))
         })
     }
 
-    fn tcp_speed(&self) -> Panel {
+    fn tcp_speed(&self) -> PlotPanel {
         let speed = |s: &RobotState| {
             s.target_tcp_speed[..3]
                 .iter()
@@ -113,14 +118,14 @@ impl Stage {
                 .sum::<f64>()
                 .sqrt()
         };
-        Panel::over_time("TCP speed", "m/s").curve(Curve::new("TCP", self.over_time(speed)))
+        PlotPanel::over_time("TCP speed", "m/s").curve(Curve::new("TCP", self.over_time(speed)))
     }
 
     /// Joint jerks, rad/s³: differences of the accelerations of two cycles.
-    fn jerk(&self) -> Panel {
+    fn jerk(&self) -> PlotPanel {
         let step = self.cycle.step_time();
         (0..6).fold(
-            Panel::over_time("Joint jerks", "rad/s³"),
+            PlotPanel::over_time("Joint jerks", "rad/s³"),
             |panel, joint| {
                 let points = self.states.windows(2).map(|pair| {
                     let change = pair[1].target_qdd[joint] - pair[0].target_qdd[joint];
@@ -178,7 +183,7 @@ fn movej() -> Figure {
         radius: 0.0,
     }]);
     let limits = [-1.0, 1.0];
-    let with_levels = |panel: Panel, most: f64| {
+    let with_levels = |panel: PlotPanel, most: f64| {
         limits.iter().fold(panel, |panel, sign| {
             panel.level(if *sign > 0.0 { "asked" } else { "" }, sign * most)
         })
@@ -230,7 +235,7 @@ fn blend() -> Figure {
     ]);
     let corners = [one, two, three];
     let zones = corners.iter().zip(radii).fold(
-        Panel::plane("The TCP from above", "x in mm", "y in mm")
+        PlotPanel::plane("The TCP from above", "x in mm", "y in mm")
             .curve(Curve::new("TCP", stage.way_from_above())),
         |panel, (corner, radius)| {
             panel.circle(Circle {
@@ -311,7 +316,7 @@ fn singularity() -> Figure {
         .joints("Joint accelerations", "rad/s²", |s, j| s.target_qdd[j])
         .level("limit", stage.limits.acceleration[0])
         .level("", -stage.limits.acceleration[0]);
-    let path = Panel::plane("The TCP from above", "x in mm", "y in mm")
+    let path = PlotPanel::plane("The TCP from above", "x in mm", "y in mm")
         .curve(Curve::new("TCP", stage.way_from_above()))
         .curve(stage.tenths())
         .circle(Circle {

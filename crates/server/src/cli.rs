@@ -12,8 +12,8 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use controller::options::{
-    ByteSize, ClockChoice, Home, ModelChoice, PayloadChoice, Permission, PlantChoice, RecordTarget,
-    RotateAt, StepMillis, Tcp,
+    ByteSize, ClockChoice, HomeJoints, ModelChoice, PayloadChoice, Permission, PlantChoice,
+    RecordTarget, RotationLimit, StepMillis, Tcp,
 };
 use elite_runtime::Preset;
 
@@ -23,7 +23,7 @@ use crate::options::{ControlChoice, LogFormat, PortSetting, TrustedHost};
 pub use test::{TestArgs, TestFormat};
 
 pub use robot::{
-    CalibrateArgs, CompareArgs, CompareFormat, RecordArgs, RobotArgs, SendArgs, ShellArgs,
+    CalibrateArgs, CompareArgs, CompareFormat, RecordArgs, RemoteRobotArgs, SendArgs, ShellArgs,
 };
 
 /// An open controller for Elite Robots CS arms, with a simulated arm.
@@ -33,22 +33,22 @@ pub use robot::{
 #[command(name = "eliteserver", version, args_conflicts_with_subcommands = true)]
 pub struct Cli {
     #[command(subcommand)]
-    command: Option<Command>,
+    command: Option<CliCommand>,
     #[command(flatten)]
     serve: ServeArgs,
 }
 
 impl Cli {
     /// The command; no command means `serve`.
-    pub fn into_command(self) -> Command {
+    pub fn into_command(self) -> CliCommand {
         self.command
-            .unwrap_or_else(|| Command::Serve(Box::new(self.serve)))
+            .unwrap_or_else(|| CliCommand::Serve(Box::new(self.serve)))
     }
 }
 
 /// The commands.
 #[derive(Debug, Subcommand)]
-pub enum Command {
+pub enum CliCommand {
     /// Start the controller: every service, one simulated arm. Ends with SIGINT or SIGTERM
     Serve(Box<ServeArgs>),
     /// Run one script to its end without opening ports. Exit status: 0 ended, 1 failed, 2 does not compile
@@ -161,7 +161,7 @@ impl std::str::FromStr for TextLanguage {
 
 /// Options of `serve` and `run`.
 #[derive(Args, Clone, Debug, Default)]
-pub struct SharedArgs {
+pub struct ControllerArgs {
     /// A TOML file whose keys are the names of these options; options given here come first
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
@@ -192,7 +192,7 @@ pub struct SharedArgs {
     pub record: Option<RecordTarget>,
     /// Begin a new file of the recording at this size or after this time: 500MB, 8h [default: one file]
     #[arg(long, value_name = "SIZE|TIME")]
-    pub record_rotate: Option<RotateAt>,
+    pub record_rotate: Option<RotationLimit>,
     /// Keep this much of finished recordings, remove the oldest: files of this run, and with a new file in ./recordings
     /// those of earlier runs [default: all]
     #[arg(long, value_name = "SIZE")]
@@ -205,7 +205,7 @@ pub struct SharedArgs {
     pub payload: Option<PayloadChoice>,
     /// Joint positions at start, rad [default: 0,-1.5708,1.5708,-1.5708,-1.5708,0]
     #[arg(long, value_name = "q1,…,q6", allow_hyphen_values = true)]
-    pub home: Option<Home>,
+    pub home: Option<HomeJoints>,
     /// Seed of random() and of every simulated noise [default: 0]
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
@@ -229,7 +229,7 @@ pub struct SharedArgs {
 pub struct ServeArgs {
     #[command(flatten)]
     #[allow(missing_docs)]
-    pub shared: SharedArgs,
+    pub shared: ControllerArgs,
     /// Address that every port listens on [default: 127.0.0.1]
     #[arg(long, value_name = "ADDR")]
     pub bind: Option<IpAddr>,
@@ -330,7 +330,7 @@ pub struct RunArgs {
     pub set: Vec<Preset>,
     #[command(flatten)]
     #[allow(missing_docs)]
-    pub shared: SharedArgs,
+    pub shared: ControllerArgs,
 }
 
 /// A global of `--set`.
@@ -513,13 +513,13 @@ mod tests {
     use super::*;
     use clap::CommandFactory;
 
-    fn parse(line: &str) -> Result<Command, clap::Error> {
+    fn parse(line: &str) -> Result<CliCommand, clap::Error> {
         Cli::try_parse_from(line.split_whitespace()).map(Cli::into_command)
     }
 
     fn serve_args(line: &str) -> ServeArgs {
         match parse(line).unwrap() {
-            Command::Serve(args) => *args,
+            CliCommand::Serve(args) => *args,
             other => panic!("{line}: {other:?}"),
         }
     }
@@ -569,7 +569,7 @@ mod tests {
             "eliteserver run x.script --home -0.3,-1.57,1.57,-1.57,-1.57,0",
             "eliteserver run --home=-0.3,-1.57,1.57,-1.57,-1.57,0 x.script",
         ] {
-            let Command::Run(args) = parse(line).unwrap() else {
+            let CliCommand::Run(args) = parse(line).unwrap() else {
                 panic!("{line}")
             };
             assert_eq!(args.shared.home.unwrap().0.0, expected, "{line}");
@@ -582,7 +582,7 @@ mod tests {
 
     #[test]
     fn a_script_can_come_from_stdin() {
-        let Command::Run(args) = parse("eliteserver run -").unwrap() else {
+        let CliCommand::Run(args) = parse("eliteserver run -").unwrap() else {
             panic!()
         };
         assert_eq!(args.file, PathBuf::from("-"));

@@ -9,17 +9,17 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::time::Duration;
 
-use elite_runtime::{Folders, Preset};
+use elite_runtime::{Preset, SandboxRoots};
 use kinematics::{Calibration, CalibrationError};
 use thiserror::Error;
 
-use controller::RobotConfig;
+use controller::ControllerConfig;
 use controller::cell::line_of;
 use controller::options::{
     ClockChoice, ModelChoice, Permission, PlantChoice, RecordTarget, StepMillis,
 };
 
-use crate::cli::{RunArgs, ServeArgs, SharedArgs, TextLanguage};
+use crate::cli::{ControllerArgs, RunArgs, ServeArgs, TextLanguage};
 use crate::options::{ControlChoice, LogFormat, PortSetting, TrustedHost};
 use io_bus::ControlMode;
 
@@ -191,7 +191,7 @@ pub struct LogConfig {
 }
 
 impl LogConfig {
-    fn taken(args: &mut SharedArgs) -> Self {
+    fn taken(args: &mut ControllerArgs) -> Self {
         Self {
             dir: args.log_dir.take(),
             format: args.log.log_format.take().unwrap_or_default(),
@@ -204,7 +204,7 @@ impl LogConfig {
 #[derive(Clone, Debug, PartialEq)]
 pub struct ServeConfig {
     /// The robot.
-    pub robot: RobotConfig,
+    pub robot: ControllerConfig,
     /// Where logs go.
     pub log: LogConfig,
     /// Address that every port listens on.
@@ -229,7 +229,7 @@ pub struct ServeConfig {
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunConfig {
     /// The robot.
-    pub robot: RobotConfig,
+    pub robot: ControllerConfig,
     /// Where logs go.
     pub log: LogConfig,
     /// The script, `-` for stdin.
@@ -282,7 +282,7 @@ impl ServeConfig {
         each_on_its_own(&ports)?;
         let recordings = RecordTarget::NewFileIn("recordings".into());
         Ok(Self {
-            robot: RobotConfig {
+            robot: ControllerConfig {
                 phase: args
                     .cycle_phase_us
                     .map(|us| Duration::from_micros(us.into())),
@@ -312,7 +312,7 @@ impl RunConfig {
     ///
     /// # Errors
     /// [`ConfigError`]
-    pub fn load_within(args: RunArgs, within: Option<&Folders>) -> Result<Self, ConfigError> {
+    pub fn load_within(args: RunArgs, within: Option<&SandboxRoots>) -> Result<Self, ConfigError> {
         let args_of_serve = ServeArgs {
             shared: args.shared,
             ..ServeArgs::default()
@@ -335,12 +335,12 @@ impl RunConfig {
 pub fn robot_for_tests(
     file: Option<&Path>,
     seed: Option<u64>,
-    within: Option<&Folders>,
-) -> Result<RobotConfig, ConfigError> {
+    within: Option<&SandboxRoots>,
+) -> Result<ControllerConfig, ConfigError> {
     let only_the_file = ServeArgs {
-        shared: SharedArgs {
+        shared: ControllerArgs {
             config: file.map(Path::to_owned),
-            ..SharedArgs::default()
+            ..ControllerArgs::default()
         },
         ..ServeArgs::default()
     };
@@ -362,11 +362,11 @@ pub fn robot_for_tests(
 }
 
 fn robot(
-    args: SharedArgs,
+    args: ControllerArgs,
     clock: ClockChoice,
     record: RecordTarget,
-    within: Option<&Folders>,
-) -> Result<RobotConfig, ConfigError> {
+    within: Option<&SandboxRoots>,
+) -> Result<ControllerConfig, ConfigError> {
     let calibration = args.calibration.as_deref().map(|path| {
         let Some(folders) = within else {
             return Calibration::load(path);
@@ -384,7 +384,7 @@ fn robot(
         (Some(calibration), asked) => model_of(calibration, asked.as_ref())?,
         (None, asked) => asked.unwrap_or(ModelChoice::BuiltIn("cs66")),
     };
-    Ok(RobotConfig {
+    Ok(ControllerConfig {
         model,
         calibration,
         cell: args.cell,
@@ -497,7 +497,7 @@ const KEYS: [&str; 36] = [
 ];
 
 /// Fills what was not typed from the configuration file, if one is named.
-fn with_file(mut args: ServeArgs, within: Option<&Folders>) -> Result<ServeArgs, ConfigError> {
+fn with_file(mut args: ServeArgs, within: Option<&SandboxRoots>) -> Result<ServeArgs, ConfigError> {
     let Some(path) = args.shared.config.take() else {
         return Ok(args);
     };
@@ -531,7 +531,7 @@ fn fill(args: &mut ServeArgs, path: &Path, text: &str) -> Result<(), ConfigError
                 key,
             });
         }
-        let entry = Entry {
+        let entry = FileEntry {
             path,
             key: written,
             value,
@@ -588,13 +588,13 @@ fn fill(args: &mut ServeArgs, path: &Path, text: &str) -> Result<(), ConfigError
 }
 
 /// One `key = value` of the file.
-struct Entry<'a> {
+struct FileEntry<'a> {
     path: &'a Path,
     key: &'a str,
     value: &'a toml::Value,
 }
 
-impl Entry<'_> {
+impl FileEntry<'_> {
     /// Reads the value even where an option was typed: a mistake in the file is reported either way.
     fn one<T: FromStr<Err: ToString>>(&self, slot: &mut Option<T>) -> Result<(), ConfigError> {
         let value = self.parse(self.value)?;

@@ -9,17 +9,16 @@
     warn(clippy::disallowed_methods, clippy::print_stdout, clippy::print_stderr)
 )]
 
-pub mod announce;
 pub mod backend;
 pub mod cli;
 pub mod commands;
 pub mod config;
+pub mod controller_host;
 pub mod describe;
-pub mod feed;
-pub mod host;
+pub mod event_broadcast;
 mod language;
 pub mod log_dir;
-mod log_limit;
+mod log_rate_limit;
 pub mod logging;
 pub mod options;
 pub mod plot;
@@ -27,6 +26,7 @@ pub mod ports;
 pub mod program;
 pub mod ready_file;
 pub mod replay;
+pub mod sample_feed;
 pub mod sent_file;
 mod shutdown;
 pub mod wait;

@@ -16,7 +16,7 @@ use motion_api::SnapshotCell;
 use supervision::{ThreadSupervisor, injection};
 
 use crate::ports::ClientId;
-use crate::ports::shown::Escaped;
+use crate::ports::escape::EscapedText;
 
 /// A file of this size is put aside.
 pub const FILE_BYTES_MAX: u64 = 4 * 1024 * 1024;
@@ -30,17 +30,17 @@ const TEXT_BYTES_MAX: usize = 1000;
 /// Where lines go; clones write into the same files. Does nothing without a folder.
 #[derive(Clone, Default)]
 pub struct InterpreterLog {
-    to_disk: Option<Arc<ToDisk>>,
+    to_disk: Option<Arc<DiskWriter>>,
 }
 
-struct ToDisk {
-    lines: SyncSender<(Which, String)>,
+struct DiskWriter {
+    lines: SyncSender<(LogFile, String)>,
     lost: Arc<AtomicU64>,
     snapshot: Arc<SnapshotCell>,
 }
 
 #[derive(Clone, Copy)]
-enum Which {
+enum LogFile {
     Received,
     Executed,
 }
@@ -65,7 +65,7 @@ impl InterpreterLog {
         faults.start_service("interpreter-log", move || {
             write_lines(&to_write, &mut files.0, &mut files.1, &counted);
         })?;
-        let to_disk = ToDisk {
+        let to_disk = DiskWriter {
             lines,
             lost,
             snapshot,
@@ -77,19 +77,21 @@ impl InterpreterLog {
 
     /// A statement came in.
     pub fn received(&self, client: ClientId, text: &str) {
-        self.send(Which::Received, || format!("{client}: {}", one_line(text)));
+        self.send(LogFile::Received, || {
+            format!("{client}: {}", one_line(text))
+        });
     }
 
     /// A statement is not executed.
     pub fn discarded(&self, client: ClientId, reason: &str, text: &str) {
-        self.send(Which::Received, || {
+        self.send(LogFile::Received, || {
             format!("{client}: discard: {reason}: {}", one_line(text))
         });
     }
 
     /// The task executes, clears, enters or leaves.
     pub fn executing(&self, event: &InterpreterEvent<'_>) {
-        self.send(Which::Executed, || match event {
+        self.send(LogFile::Executed, || match event {
             InterpreterEvent::Entered => "interpreter mode entered".to_owned(),
             InterpreterEvent::Executing { id, text } => format!("{id}: {}", one_line(text)),
             InterpreterEvent::Cleared { id } => format!("cleared up to {id}"),
@@ -97,7 +99,7 @@ impl InterpreterLog {
         });
     }
 
-    fn send(&self, which: Which, line: impl FnOnce() -> String) {
+    fn send(&self, which: LogFile, line: impl FnOnce() -> String) {
         let Some(to_disk) = &self.to_disk else {
             return;
         };
@@ -113,12 +115,12 @@ fn one_line(text: &str) -> String {
     let end = text.floor_char_boundary(TEXT_BYTES_MAX);
     let cut = if end < text.len() { "..." } else { "" };
     let text = text[..end].trim().replace(['\n', '\r'], " ");
-    format!("{}{cut}", Escaped(&text))
+    format!("{}{cut}", EscapedText(&text))
 }
 
 /// Writes until every sender is gone. What waits is written at one go; then the files are up to date for readers.
 fn write_lines(
-    lines: &Receiver<(Which, String)>,
+    lines: &Receiver<(LogFile, String)>,
     received: &mut RotatingFile,
     executed: &mut RotatingFile,
     lost: &AtomicU64,
@@ -128,8 +130,8 @@ fn write_lines(
         let mut result = Ok(());
         for (which, line) in std::iter::once(first).chain(lines.try_iter()) {
             let file = match which {
-                Which::Received => &mut *received,
-                Which::Executed => &mut *executed,
+                LogFile::Received => &mut *received,
+                LogFile::Executed => &mut *executed,
             };
             result = result.and(file.write(line.as_bytes()));
         }

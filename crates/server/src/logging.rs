@@ -14,9 +14,9 @@ use tracing_subscriber::EnvFilter;
 use tracing_subscriber::fmt::writer::BoxMakeWriter;
 use tracing_subscriber::layer::SubscriberExt as _;
 
-use crate::log_limit::LogLimit;
+use crate::log_rate_limit::LogLimit;
 use crate::options::LogFormat;
-use queue::{Events, LogQueue, harmless, harmless_object};
+use queue::{EventWriter, LogQueue, harmless, harmless_object};
 
 /// The way to stderr of this process.
 static STDERR: OnceLock<LogQueue> = OnceLock::new();
@@ -96,7 +96,7 @@ pub fn init(format: LogFormat) -> Result<(), LoggingError> {
     IS_JSON.store(format == LogFormat::Json, Ordering::Relaxed);
     let ansi = format == LogFormat::Text && stderr().is_terminal();
     let queue = queue().map_err(LoggingError::Thread)?;
-    let events = move || Events {
+    let events = move || EventWriter {
         queue: queue.clone(),
         coloured: ansi,
         format,

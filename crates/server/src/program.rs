@@ -9,7 +9,7 @@ use std::time::Duration;
 use clap::Parser;
 use supervision::{Fault, ThreadRole, catch};
 
-use crate::cli::{Cli, Command, LogArgs};
+use crate::cli::{Cli, CliCommand, LogArgs};
 use crate::config::{RunConfig, ServeConfig};
 use crate::options::LogFormat;
 use crate::shutdown::FAULT_EXIT;
@@ -54,91 +54,91 @@ fn answer(text: &[u8]) -> Result<u8, String> {
 }
 
 /// The exit status, or a sentence that says why there is none better than 2.
-fn execute(command: Command) -> Result<u8, String> {
+fn execute(command: CliCommand) -> Result<u8, String> {
     let plain = |log: &LogArgs| {
         language::choose(log.language);
         start_log(log.log_format.unwrap_or_default())
     };
     match command {
-        Command::Serve(args) => {
+        CliCommand::Serve(args) => {
             let config = ServeConfig::load(*args).map_err(|e| e.to_string())?;
             language::choose(config.log.language);
             start_log(config.log.format)?;
             commands::serve::serve(&config).map_err(|e| e.to_string())
         }
-        Command::Run(args) => {
+        CliCommand::Run(args) => {
             let config = RunConfig::load(*args).map_err(|e| e.to_string())?;
             language::choose(config.log.language);
             start_log(config.log.format)?;
             commands::run::run(&config).map_err(|e| e.to_string())
         }
-        Command::Check(args) => {
+        CliCommand::Check(args) => {
             plain(&args.log)?;
             Ok(commands::check::check(&args))
         }
-        Command::Test(args) => {
+        CliCommand::Test(args) => {
             plain(&args.log)?;
             Ok(commands::test::test(&args))
         }
-        Command::Debug(args) => {
+        CliCommand::Debug(args) => {
             plain(&args.log)?;
             commands::debug::debug(&args).map_err(|error| format!("the debugger ends: {error}"))
         }
-        Command::Replay(args) => {
+        CliCommand::Replay(args) => {
             plain(&args.log)?;
             Ok(replay::run(&args))
         }
-        Command::Builtins(args) => {
+        CliCommand::Builtins(args) => {
             plain(&args.log)?;
             answer(commands::builtins::list(args.format).as_bytes())
         }
-        Command::Send(args) => {
+        CliCommand::Send(args) => {
             plain(&args.robot.log)?;
             Ok(commands::send::send(&args))
         }
-        Command::Shell(args) => {
+        CliCommand::Shell(args) => {
             plain(&args.robot.log)?;
             Ok(commands::shell::shell(&args))
         }
-        Command::Calibrate(args) => {
+        CliCommand::Calibrate(args) => {
             plain(&args.robot.log)?;
             Ok(commands::calibrate::calibrate(&args))
         }
-        Command::Record(args) => {
+        CliCommand::Record(args) => {
             plain(&args.robot.log)?;
             Ok(commands::record::record(&args))
         }
-        Command::Compare(args) => {
+        CliCommand::Compare(args) => {
             plain(&args.log)?;
             Ok(commands::compare::compare(&args))
         }
-        Command::Lsp(args) => {
+        CliCommand::Lsp(args) => {
             plain(&args.log)?;
             commands::lsp::lsp(&args)
         }
-        Command::Mcp(args) => {
+        CliCommand::Mcp(args) => {
             plain(&args.log)?;
             commands::mcp::mcp(&args)
         }
-        Command::Fleet(args) => {
+        CliCommand::Fleet(args) => {
             plain(&args.log)?;
             commands::fleet::fleet(&args).map_err(|error| error.to_string())
         }
-        Command::Doctor(args) => {
+        CliCommand::Doctor(args) => {
             let config = ServeConfig::load(args.serve).map_err(|e| e.to_string())?;
             language::choose(config.log.language);
             start_log(config.log.format)?;
             let (report, status) = commands::doctor::doctor(&config, args.format);
             answer(report.as_bytes()).map(|told| told.max(status))
         }
-        Command::Completions(args) => answer(&commands::shipped::completions(args.shell)),
-        Command::Man(args) => {
+        CliCommand::Completions(args) => answer(&commands::shell_files::completions(args.shell)),
+        CliCommand::Man(args) => {
             let folder = args.folder.display();
-            let written = commands::shipped::manual(&args.folder);
+            let written = commands::shell_files::manual(&args.folder);
             written.map_err(|error| format!("cannot write the pages into {folder}: {error}"))?;
             Ok(0)
         }
-        Command::Wait(args) => {
+        CliCommand::Wait(args) => {
             plain(&args.log)?;
             Ok(wait::command(&args))
         }

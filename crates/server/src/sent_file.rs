@@ -7,7 +7,7 @@
 use elite_runtime::{Preset, ProgramText};
 use serde::{Deserialize, Serialize};
 
-use crate::ports::text::StringTracker;
+use crate::ports::script_text::StringTracker;
 
 /// How the comment begins.
 const MARK: &str = "# eliteserver send ";

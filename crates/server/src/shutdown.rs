@@ -8,7 +8,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Duration;
 
 use platform::signals::{self, exit_at_once};
-use recorder::Closer;
+use recorder::CloseHandle;
 use supervision::{ThreadRole, ThreadSupervisor};
 use tokio_util::sync::CancellationToken;
 
@@ -29,18 +29,18 @@ const LAST_LINES: Duration = Duration::from_millis(100);
 /// How the process ends. Clones share it.
 #[derive(Clone)]
 pub struct Shutdown {
-    shared: Arc<Shared>,
+    shared: Arc<ShutdownShared>,
 }
 
-struct Shared {
+struct ShutdownShared {
     token: CancellationToken,
-    begun: Begun,
-    closer: Mutex<Option<Closer>>,
+    begun: ShutdownLatch,
+    closer: Mutex<Option<CloseHandle>>,
 }
 
 /// The first call counts; the deadline's thread waits for it.
 #[derive(Default)]
-struct Begun {
+struct ShutdownLatch {
     status: OnceLock<u8>,
     told: Mutex<bool>,
     changed: Condvar,
@@ -62,9 +62,9 @@ impl Shutdown {
     /// The operating system gives no threads or no signals.
     pub fn start_within(status: u8, orderly: Duration) -> io::Result<Self> {
         let shutdown = Self {
-            shared: Arc::new(Shared {
+            shared: Arc::new(ShutdownShared {
                 token: CancellationToken::new(),
-                begun: Begun::default(),
+                begun: ShutdownLatch::default(),
                 closer: Mutex::default(),
             }),
         };
@@ -107,11 +107,11 @@ impl Shutdown {
     }
 
     /// The recording that is to be closed even when nothing else can be.
-    pub fn close_in_any_case(&self, closer: Option<Closer>) {
+    pub fn close_in_any_case(&self, closer: Option<CloseHandle>) {
         *self.closer() = closer;
     }
 
-    fn closer(&self) -> MutexGuard<'_, Option<Closer>> {
+    fn closer(&self) -> MutexGuard<'_, Option<CloseHandle>> {
         let closer = self.shared.closer.lock();
         closer.unwrap_or_else(PoisonError::into_inner)
     }
@@ -135,7 +135,7 @@ impl Shutdown {
     }
 }
 
-impl Begun {
+impl ShutdownLatch {
     fn wait(&self) -> u8 {
         let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
         while !*told {

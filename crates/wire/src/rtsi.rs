@@ -10,7 +10,7 @@ pub const HEADER_BYTES: usize = 3;
 pub const PROTOCOL_VERSION: u16 = 1;
 
 /// The letter of a packet.
-pub mod letter {
+pub mod packet_type {
     /// Request a protocol version.
     pub const PROTOCOL: u8 = b'V';
     /// Ask for the controller's version.
@@ -69,8 +69,8 @@ pub struct TextMessage {
 /// Reads a client's text message: text and source, a length before each, then the level. Bytes that are no UTF-8 are
 /// replaced. `None` when lengths and bytes do not fit together.
 pub fn text_message(payload: &[u8]) -> Option<TextMessage> {
-    let (text, rest) = counted(payload)?;
-    let (source, rest) = counted(rest)?;
+    let (text, rest) = read_length_prefixed(payload)?;
+    let (source, rest) = read_length_prefixed(rest)?;
     let [level] = *rest else { return None };
     Some(TextMessage {
         text,
@@ -79,7 +79,7 @@ pub fn text_message(payload: &[u8]) -> Option<TextMessage> {
     })
 }
 
-fn counted(bytes: &[u8]) -> Option<(String, &[u8])> {
+fn read_length_prefixed(bytes: &[u8]) -> Option<(String, &[u8])> {
     let (count, rest) = bytes.split_first()?;
     let (text, rest) = rest.split_at_checked(usize::from(*count))?;
     Some((String::from_utf8_lossy(text).into_owned(), rest))
@@ -87,7 +87,7 @@ fn counted(bytes: &[u8]) -> Option<(String, &[u8])> {
 
 /// The type of a variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum RtsiType {
     /// 1 byte.
     Bool,
     /// 1 byte.
@@ -108,7 +108,7 @@ pub enum Kind {
     Vector6I32,
 }
 
-impl Kind {
+impl RtsiType {
     /// The name on the wire.
     pub const fn name(self) -> &'static str {
         match self {
@@ -157,7 +157,7 @@ impl Kind {
 
 /// A value of a variable.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Value {
+pub enum RtsiValue {
     /// BOOL
     Bool(bool),
     /// UINT8
@@ -178,19 +178,19 @@ pub enum Value {
     Vector6I32([i32; 6]),
 }
 
-impl Value {
+impl RtsiValue {
     /// Its type.
-    pub const fn kind(&self) -> Kind {
+    pub const fn kind(&self) -> RtsiType {
         match self {
-            Self::Bool(_) => Kind::Bool,
-            Self::U8(_) => Kind::U8,
-            Self::U16(_) => Kind::U16,
-            Self::U32(_) => Kind::U32,
-            Self::I32(_) => Kind::I32,
-            Self::F64(_) => Kind::F64,
-            Self::Vector3(_) => Kind::Vector3,
-            Self::Vector6(_) => Kind::Vector6,
-            Self::Vector6I32(_) => Kind::Vector6I32,
+            Self::Bool(_) => RtsiType::Bool,
+            Self::U8(_) => RtsiType::U8,
+            Self::U16(_) => RtsiType::U16,
+            Self::U32(_) => RtsiType::U32,
+            Self::I32(_) => RtsiType::I32,
+            Self::F64(_) => RtsiType::F64,
+            Self::Vector3(_) => RtsiType::Vector3,
+            Self::Vector6(_) => RtsiType::Vector6,
+            Self::Vector6I32(_) => RtsiType::Vector6I32,
         }
     }
 
@@ -210,7 +210,7 @@ impl Value {
     }
 
     /// Takes a value of this type from the front of `bytes`; `None` when they are too few.
-    pub fn read(kind: Kind, bytes: &mut &[u8]) -> Option<Self> {
+    pub fn read(kind: RtsiType, bytes: &mut &[u8]) -> Option<Self> {
         let (field, rest) = bytes.split_at_checked(kind.bytes())?;
         *bytes = rest;
         let f64s = |index: usize| {
@@ -218,15 +218,15 @@ impl Value {
             f64::from_be_bytes(words[index])
         };
         Some(match kind {
-            Kind::Bool => Self::Bool(field[0] != 0),
-            Kind::U8 => Self::U8(field[0]),
-            Kind::U16 => Self::U16(u16::from_be_bytes(*field.first_chunk()?)),
-            Kind::U32 => Self::U32(u32::from_be_bytes(*field.first_chunk()?)),
-            Kind::I32 => Self::I32(i32::from_be_bytes(*field.first_chunk()?)),
-            Kind::F64 => Self::F64(f64s(0)),
-            Kind::Vector3 => Self::Vector3(core::array::from_fn(f64s)),
-            Kind::Vector6 => Self::Vector6(core::array::from_fn(f64s)),
-            Kind::Vector6I32 => {
+            RtsiType::Bool => Self::Bool(field[0] != 0),
+            RtsiType::U8 => Self::U8(field[0]),
+            RtsiType::U16 => Self::U16(u16::from_be_bytes(*field.first_chunk()?)),
+            RtsiType::U32 => Self::U32(u32::from_be_bytes(*field.first_chunk()?)),
+            RtsiType::I32 => Self::I32(i32::from_be_bytes(*field.first_chunk()?)),
+            RtsiType::F64 => Self::F64(f64s(0)),
+            RtsiType::Vector3 => Self::Vector3(core::array::from_fn(f64s)),
+            RtsiType::Vector6 => Self::Vector6(core::array::from_fn(f64s)),
+            RtsiType::Vector6I32 => {
                 let (words, _) = field.as_chunks::<4>();
                 Self::Vector6I32(core::array::from_fn(|index| {
                     i32::from_be_bytes(words[index])
@@ -239,7 +239,7 @@ impl Value {
 /// The stream cannot be RTSI: a packet says that it is shorter than its own head.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("a packet of {0} bytes; the shortest has {HEADER_BYTES}")]
-pub struct NotRtsi(pub u16);
+pub struct InvalidPacketLength(pub u16);
 
 /// A packet in the bytes received.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -255,15 +255,15 @@ pub struct Packet<'a> {
 /// The first whole packet of `received`; `None` until it is complete.
 ///
 /// # Errors
-/// [`NotRtsi`]
-pub fn packet(received: &[u8]) -> Result<Option<Packet<'_>>, NotRtsi> {
+/// [`InvalidPacketLength`]
+pub fn packet(received: &[u8]) -> Result<Option<Packet<'_>>, InvalidPacketLength> {
     let Some(&[high, low, letter]) = received.first_chunk::<HEADER_BYTES>() else {
         return Ok(None);
     };
     let length = u16::from_be_bytes([high, low]);
     let bytes = usize::from(length);
     if bytes < HEADER_BYTES {
-        return Err(NotRtsi(length));
+        return Err(InvalidPacketLength(length));
     }
     Ok(received.get(HEADER_BYTES..bytes).map(|payload| Packet {
         letter,
@@ -287,7 +287,7 @@ pub fn append_packet(out: &mut Vec<u8>, letter: u8, fill: impl FnOnce(&mut Vec<u
 /// Appends a text message in the form that protocol version 1 clients read.
 pub fn append_text(out: &mut Vec<u8>, level: TextLevel, text: &str) {
     let text = &text[..text.floor_char_boundary(1024)];
-    append_packet(out, letter::TEXT, |out| {
+    append_packet(out, packet_type::TEXT, |out| {
         out.push(level as u8);
         out.extend(text.as_bytes());
     });
@@ -306,13 +306,13 @@ pub struct RecipeReply {
     /// Number of the recipe, which its data packages begin with.
     pub id: u8,
     /// Types in the order of the names; what is no type, as `NOT_FOUND`, is the error.
-    pub kinds: Vec<Result<Kind, String>>,
+    pub kinds: Vec<Result<RtsiType, String>>,
 }
 
 /// Reads the answer to a recipe; `None` when there is no number in it.
 pub fn recipe_reply(payload: &[u8]) -> Option<RecipeReply> {
     let (id, list) = payload.split_first()?;
-    let kinds = names(list).map(|name| Kind::by_name(name).ok_or_else(|| name.to_owned()));
+    let kinds = names(list).map(|name| RtsiType::by_name(name).ok_or_else(|| name.to_owned()));
     Some(RecipeReply {
         id: *id,
         kinds: kinds.collect(),
@@ -321,7 +321,7 @@ pub fn recipe_reply(payload: &[u8]) -> Option<RecipeReply> {
 
 /// Appends a request for outputs at a frequency, Hz.
 pub fn append_outputs_request(out: &mut Vec<u8>, frequency: f64, names: &[&str]) {
-    append_packet(out, letter::OUTPUTS, |out| {
+    append_packet(out, packet_type::OUTPUTS, |out| {
         out.extend(frequency.to_be_bytes());
         out.extend(names.join(",").as_bytes());
     });
@@ -349,7 +349,7 @@ mod tests {
     #[test]
     fn packets_have_the_bytes_of_the_page() {
         let mut out = Vec::new();
-        append_packet(&mut out, letter::PROTOCOL, |out| out.push(1));
+        append_packet(&mut out, packet_type::PROTOCOL, |out| out.push(1));
         assert_eq!(out, [0, 4, b'V', 1]);
         out.clear();
         append_text(&mut out, TextLevel::Warning, "no");
@@ -371,7 +371,7 @@ mod tests {
         assert_eq!(packet(&[0, 5, b'V', 0]), Ok(None));
         assert_eq!(packet(&[0, 5, b'V', 0, 1, 9]), whole(b'V', &[0, 1], 5));
         assert_eq!(packet(&[0, 3, b'S']), whole(b'S', &[], 3));
-        assert_eq!(packet(&[0, 2, b'S']), Err(NotRtsi(2)));
+        assert_eq!(packet(&[0, 2, b'S']), Err(InvalidPacketLength(2)));
     }
 
     #[test]
@@ -411,7 +411,11 @@ mod tests {
         assert_eq!(out[..11], head);
         assert_eq!(out[11..], *b"timestamp,robot_mode");
         let reply = recipe_reply(b"\x02DOUBLE,INT32,NOT_FOUND").expect("an answer");
-        let kinds = vec![Ok(Kind::F64), Ok(Kind::I32), Err("NOT_FOUND".to_owned())];
+        let kinds = vec![
+            Ok(RtsiType::F64),
+            Ok(RtsiType::I32),
+            Err("NOT_FOUND".to_owned()),
+        ];
         assert_eq!(reply, RecipeReply { id: 2, kinds });
         assert_eq!(recipe_reply(b""), None);
         let bytes = [0, 0, 0, 2, 0, 0, 0, 15, 0, 0, 0, 0, 0, 0, 0, 1];
@@ -429,17 +433,17 @@ mod tests {
         assert_eq!(names(b"a,\xff").collect::<Vec<_>>(), ["a", "?"]);
     }
 
-    fn value() -> impl Strategy<Value = Value> {
+    fn value() -> impl Strategy<Value = RtsiValue> {
         prop_oneof![
-            any::<bool>().prop_map(Value::Bool),
-            any::<u8>().prop_map(Value::U8),
-            any::<u16>().prop_map(Value::U16),
-            any::<u32>().prop_map(Value::U32),
-            any::<i32>().prop_map(Value::I32),
-            any::<f64>().prop_map(Value::F64),
-            any::<[f64; 3]>().prop_map(Value::Vector3),
-            any::<[f64; 6]>().prop_map(Value::Vector6),
-            any::<[i32; 6]>().prop_map(Value::Vector6I32),
+            any::<bool>().prop_map(RtsiValue::Bool),
+            any::<u8>().prop_map(RtsiValue::U8),
+            any::<u16>().prop_map(RtsiValue::U16),
+            any::<u32>().prop_map(RtsiValue::U32),
+            any::<i32>().prop_map(RtsiValue::I32),
+            any::<f64>().prop_map(RtsiValue::F64),
+            any::<[f64; 3]>().prop_map(RtsiValue::Vector3),
+            any::<[f64; 6]>().prop_map(RtsiValue::Vector6),
+            any::<[i32; 6]>().prop_map(RtsiValue::Vector6I32),
         ]
     }
 
@@ -451,9 +455,9 @@ mod tests {
             value.write(&mut bytes);
             prop_assert_eq!(bytes.len(), value.kind().bytes());
             let mut rest = bytes.as_slice();
-            prop_assert_eq!(Value::read(value.kind(), &mut rest), Some(value));
+            prop_assert_eq!(RtsiValue::read(value.kind(), &mut rest), Some(value));
             prop_assert!(rest.is_empty());
-            prop_assert_eq!(Value::read(value.kind(), &mut &bytes[1..]), None);
+            prop_assert_eq!(RtsiValue::read(value.kind(), &mut &bytes[1..]), None);
         }
     }
 }

@@ -5,23 +5,23 @@ use core::fmt;
 use motion::InputPair;
 use motion::contact::RIGID_STIFFNESS;
 
-use super::point::{Direction, Point};
-use super::schema::{Conveyor, ModbusSignal, PointValue, Shape, Size, Tables};
+use super::point::{IoDirection, IoPointName};
+use super::schema::{Conveyor, InputValue, ModbusSignal, ShapeName, Size, Tables};
 
 /// One mistake; the file's name is added by the caller.
-pub(super) struct Wrong {
+pub(super) struct InvalidValue {
     pub(super) table: String,
     pub(super) key: &'static str,
     pub(super) given: String,
     pub(super) allowed: String,
 }
 
-type Checked = Result<(), Wrong>;
+type ValidationResult = Result<(), InvalidValue>;
 
 /// A table under check.
-struct Table(String);
+struct TableCheck(String);
 
-impl Table {
+impl TableCheck {
     fn named(kind: &str, name: &str) -> Self {
         Self(format!("{kind} \"{name}\""))
     }
@@ -35,8 +35,8 @@ impl Table {
         key: &'static str,
         given: impl fmt::Display,
         allowed: impl Into<String>,
-    ) -> Wrong {
-        Wrong {
+    ) -> InvalidValue {
+        InvalidValue {
             table: self.0.clone(),
             key,
             given: given.to_string(),
@@ -44,23 +44,23 @@ impl Table {
         }
     }
 
-    fn finite(&self, key: &'static str, values: &[f64]) -> Checked {
+    fn finite(&self, key: &'static str, values: &[f64]) -> ValidationResult {
         self.all(key, values, "finite numbers are needed", |x| x.is_finite())
     }
 
-    fn not_negative(&self, key: &'static str, values: &[f64]) -> Checked {
+    fn not_negative(&self, key: &'static str, values: &[f64]) -> ValidationResult {
         self.all(key, values, "numbers of at least 0 are needed", |x| {
             x.is_finite() && x >= 0.0
         })
     }
 
-    fn at_most(&self, key: &'static str, values: &[f64], most: f64) -> Checked {
+    fn at_most(&self, key: &'static str, values: &[f64], most: f64) -> ValidationResult {
         self.all(key, values, &format!("allowed are 0 to {most}"), |x| {
             (0.0..=most).contains(&x)
         })
     }
 
-    fn positive(&self, key: &'static str, values: &[f64]) -> Checked {
+    fn positive(&self, key: &'static str, values: &[f64]) -> ValidationResult {
         self.all(key, values, "numbers above 0 are needed", |x| {
             x.is_finite() && x > 0.0
         })
@@ -72,14 +72,14 @@ impl Table {
         values: &[f64],
         allowed: &str,
         good: impl Fn(f64) -> bool,
-    ) -> Checked {
+    ) -> ValidationResult {
         match values.iter().find(|x| !good(**x)) {
             Some(bad) => Err(self.wrong(key, bad, allowed)),
             None => Ok(()),
         }
     }
 
-    fn axis(&self, key: &'static str, axis: &[f64; 3]) -> Checked {
+    fn axis(&self, key: &'static str, axis: &[f64; 3]) -> ValidationResult {
         self.finite(key, axis)?;
         if axis.iter().all(|x| *x == 0.0) {
             return Err(self.wrong(key, "[0, 0, 0]", "a direction is needed"));
@@ -87,27 +87,32 @@ impl Table {
         Ok(())
     }
 
-    fn shape(&self, shape: Shape, size: &Size) -> Checked {
+    fn shape(&self, shape: ShapeName, size: &Size) -> ValidationResult {
         let numbers = size.numbers();
         if numbers.len() != shape.numbers_of_size() {
             let allowed = match shape {
-                Shape::Box => "a box needs x, y, z",
-                Shape::Cylinder => "a cylinder needs radius, length",
-                Shape::Sphere => "a sphere needs its radius",
-                Shape::Plane => "a plane has no size",
+                ShapeName::Box => "a box needs x, y, z",
+                ShapeName::Cylinder => "a cylinder needs radius, length",
+                ShapeName::Sphere => "a sphere needs its radius",
+                ShapeName::Plane => "a plane has no size",
             };
             return Err(self.wrong("size", format_args!("{numbers:?}"), allowed));
         }
         self.positive("size", numbers)
     }
 
-    fn direction(&self, key: &'static str, point: Point, direction: Direction) -> Checked {
+    fn direction(
+        &self,
+        key: &'static str,
+        point: IoPointName,
+        direction: IoDirection,
+    ) -> ValidationResult {
         if point.direction == direction {
             return Ok(());
         }
         let allowed = match direction {
-            Direction::In => "an input is needed",
-            Direction::Out => "an output is needed",
+            IoDirection::In => "an input is needed",
+            IoDirection::Out => "an output is needed",
         };
         Err(self.wrong(key, point, allowed))
     }
@@ -132,14 +137,14 @@ const ROTOR_MAX: f64 = 100.0;
 /// Longest delay of a wire, s: its delay line holds a number a cycle.
 const WIRE_DELAY_MAX: f64 = 600.0;
 
-pub(super) fn values(cell: &Tables) -> Checked {
+pub(super) fn values(cell: &Tables) -> ValidationResult {
     if cell.obstacle.len() > OBSTACLES_MAX {
-        let table = Table("the cell".to_owned());
+        let table = TableCheck("the cell".to_owned());
         let allowed = format!("at most {OBSTACLES_MAX} of them are simulated");
         return Err(table.wrong("[[obstacle]]", cell.obstacle.len(), allowed));
     }
     for (index, obstacle) in cell.obstacle.iter().enumerate() {
-        let table = Table::named("obstacle", &obstacle.name);
+        let table = TableCheck::named("obstacle", &obstacle.name);
         if cell.obstacle[..index]
             .iter()
             .any(|other| other.name == obstacle.name)
@@ -163,15 +168,15 @@ pub(super) fn values(cell: &Tables) -> Checked {
         table.at_most("friction", obstacle.friction.as_slice(), FRICTION_MAX)?;
     }
     if let Some(tool) = &cell.tool {
-        let table = Table("tool".to_owned());
-        if tool.shape == Shape::Plane {
+        let table = TableCheck("tool".to_owned());
+        if tool.shape == ShapeName::Plane {
             return Err(table.wrong("shape", "\"plane\"", "allowed are box, cylinder and sphere"));
         }
         table.shape(tool.shape, &tool.size)?;
         table.finite("pose", &tool.pose)?;
     }
     for (index, plane) in cell.safety_plane.iter().enumerate() {
-        let table = Table::named("safety_plane", &plane.name);
+        let table = TableCheck::named("safety_plane", &plane.name);
         if cell.safety_plane[..index]
             .iter()
             .any(|other| other.name == plane.name)
@@ -188,23 +193,23 @@ pub(super) fn values(cell: &Tables) -> Checked {
             return Err(table.wrong("ci_pair", pair, "allowed are 0 to 3"));
         }
     }
-    let sensor = Table("sensor".to_owned());
+    let sensor = TableCheck("sensor".to_owned());
     sensor.at_most("force_noise", &[cell.sensor.force_noise], NOISE_MAX)?;
     sensor.at_most("torque_noise", &[cell.sensor.torque_noise], NOISE_MAX)?;
     payload(cell)?;
-    let arm = Table("arm".to_owned());
+    let arm = TableCheck("arm".to_owned());
     arm.at_most("coulomb", &cell.arm.coulomb, FRICTION_TORQUE_MAX)?;
     arm.at_most("viscous", &cell.arm.viscous, FRICTION_TORQUE_MAX)?;
     arm.at_most("rotor_inertia", &cell.arm.rotor_inertia, ROTOR_MAX)?;
     for (index, load) in cell.wrench.iter().enumerate() {
-        let table = Table::numbered("wrench", index);
+        let table = TableCheck::numbered("wrench", index);
         table.not_negative("at", &[load.at])?;
         table.positive("duration", &[load.duration])?;
         let allowed = format!("numbers of at most {LOAD_MAX} N or Nm are needed");
         table.all("wrench", &load.wrench, &allowed, |x| x.abs() <= LOAD_MAX)?;
     }
     for (index, belt) in cell.conveyor.iter().enumerate() {
-        let table = Table::numbered("conveyor", index);
+        let table = TableCheck::numbered("conveyor", index);
         conveyor(&table, belt)?;
         if cell.conveyor[..index]
             .iter()
@@ -214,9 +219,9 @@ pub(super) fn values(cell: &Tables) -> Checked {
         }
     }
     for (index, wire) in cell.wire.iter().enumerate() {
-        let table = Table::numbered("wire", index);
-        table.direction("from", wire.from, Direction::Out)?;
-        table.direction("to", wire.to, Direction::In)?;
+        let table = TableCheck::numbered("wire", index);
+        table.direction("from", wire.from, IoDirection::Out)?;
+        table.direction("to", wire.to, IoDirection::In)?;
         if wire.from.group.is_digital() != wire.to.group.is_digital() {
             return Err(table.wrong(
                 "to",
@@ -237,26 +242,26 @@ pub(super) fn values(cell: &Tables) -> Checked {
         }
     }
     for (index, input) in cell.input.iter().enumerate() {
-        let table = Table::numbered("input", index);
+        let table = TableCheck::numbered("input", index);
         table.not_negative("at", &[input.at])?;
-        table.direction("set", input.set, Direction::In)?;
+        table.direction("set", input.set, IoDirection::In)?;
         match (input.set.group.is_digital(), input.value) {
-            (true, PointValue::Level(_)) => {}
-            (false, PointValue::Number(number)) => table.finite("value", &[number])?,
-            (true, PointValue::Number(number)) => {
+            (true, InputValue::Level(_)) => {}
+            (false, InputValue::Number(number)) => table.finite("value", &[number])?,
+            (true, InputValue::Number(number)) => {
                 return Err(table.wrong(
                     "value",
                     number,
                     format!("{} takes true or false", input.set),
                 ));
             }
-            (false, PointValue::Level(level)) => {
+            (false, InputValue::Level(level)) => {
                 return Err(table.wrong("value", level, format!("{} takes a number", input.set)));
             }
         }
     }
     for (index, input) in cell.safety_input.iter().enumerate() {
-        let table = Table::numbered("safety_input", index);
+        let table = TableCheck::numbered("safety_input", index);
         if input.pair >= InputPair::COUNT {
             return Err(table.wrong("pair", input.pair, "allowed are 0 to 3"));
         }
@@ -273,7 +278,7 @@ pub(super) fn values(cell: &Tables) -> Checked {
     }
     for (index, serial) in cell.serial.iter().enumerate() {
         if serial.device.is_empty() {
-            let table = Table::numbered("serial", index);
+            let table = TableCheck::numbered("serial", index);
             return Err(table.wrong(
                 "device",
                 "\"\"",
@@ -282,16 +287,16 @@ pub(super) fn values(cell: &Tables) -> Checked {
         }
     }
     for (index, signal) in cell.modbus.iter().enumerate() {
-        modbus(&Table::numbered("modbus", index), signal)?;
+        modbus(&TableCheck::numbered("modbus", index), signal)?;
     }
     Ok(())
 }
 
-fn payload(cell: &Tables) -> Checked {
+fn payload(cell: &Tables) -> ValidationResult {
     let Some(payload) = &cell.payload else {
         return Ok(());
     };
-    let table = Table("payload".to_owned());
+    let table = TableCheck("payload".to_owned());
     table.at_most("mass", &[payload.mass], MASS_MAX)?;
     let allowed = format!("allowed are -{COG_MAX} to {COG_MAX}");
     table.all("cog", &payload.cog, &allowed, |x| x.abs() <= COG_MAX)?;
@@ -305,7 +310,7 @@ fn payload(cell: &Tables) -> Checked {
     }
 }
 
-fn conveyor(table: &Table, belt: &Conveyor) -> Checked {
+fn conveyor(table: &TableCheck, belt: &Conveyor) -> ValidationResult {
     if belt.encoder > 1 {
         return Err(table.wrong("encoder", belt.encoder, "allowed are 0 and 1"));
     }
@@ -329,7 +334,7 @@ fn conveyor(table: &Table, belt: &Conveyor) -> Checked {
 }
 
 /// Ranges of manual 6.1.1.
-fn modbus(table: &Table, signal: &ModbusSignal) -> Checked {
+fn modbus(table: &TableCheck, signal: &ModbusSignal) -> ValidationResult {
     if signal.signal_type > 3 {
         return Err(table.wrong("signal_type", signal.signal_type, "allowed are 0 to 3"));
     }

@@ -9,7 +9,7 @@ use serde::Deserialize;
 
 /// Whether the robot reads or writes it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Direction {
+pub enum IoDirection {
     /// The robot reads it.
     In,
     /// The robot writes it.
@@ -18,7 +18,7 @@ pub enum Direction {
 
 /// Which group of points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Group {
+pub enum IoGroup {
     /// 16 of the control box.
     StandardDigital,
     /// 8 of the control box.
@@ -40,22 +40,22 @@ pub enum Group {
 /// One input or output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
 #[serde(try_from = "String")]
-pub struct Point {
+pub struct IoPointName {
     /// Which group.
-    pub group: Group,
+    pub group: IoGroup,
     /// Read or written by the robot.
-    pub direction: Direction,
+    pub direction: IoDirection,
     /// Number in the group, from 0.
     pub index: u8,
 }
 
-impl Point {
+impl IoPointName {
     /// Every input and output there is.
     pub fn all() -> impl Iterator<Item = Self> {
-        let points = |group: Group| (0..group.points()).map(move |index| (group, index));
-        let directions = [Direction::In, Direction::Out];
+        let points = |group: IoGroup| (0..group.points()).map(move |index| (group, index));
+        let directions = [IoDirection::In, IoDirection::Out];
         directions.into_iter().flat_map(move |direction| {
-            Group::ALL
+            IoGroup::ALL
                 .into_iter()
                 .flat_map(points)
                 .map(move |(group, index)| Self {
@@ -70,19 +70,19 @@ impl Point {
     pub const fn io_point(self) -> IoPoint {
         let index = self.index;
         match self.group {
-            Group::StandardDigital => IoPoint::Digital(DigitalBank::Standard.bit(index)),
-            Group::ConfigurableDigital => IoPoint::Digital(DigitalBank::Configurable.bit(index)),
-            Group::ToolDigital => IoPoint::Digital(DigitalBank::Tool.bit(index)),
-            Group::StandardAnalog => IoPoint::Analog(index),
-            Group::ToolAnalog => IoPoint::Analog(TOOL_ANALOG),
-            Group::BooleanRegister => IoPoint::BooleanRegister(index),
-            Group::IntegerRegister => IoPoint::IntegerRegister(index),
-            Group::FloatRegister => IoPoint::FloatRegister(index),
+            IoGroup::StandardDigital => IoPoint::Digital(DigitalBank::Standard.bit(index)),
+            IoGroup::ConfigurableDigital => IoPoint::Digital(DigitalBank::Configurable.bit(index)),
+            IoGroup::ToolDigital => IoPoint::Digital(DigitalBank::Tool.bit(index)),
+            IoGroup::StandardAnalog => IoPoint::Analog(index),
+            IoGroup::ToolAnalog => IoPoint::Analog(TOOL_ANALOG),
+            IoGroup::BooleanRegister => IoPoint::BooleanRegister(index),
+            IoGroup::IntegerRegister => IoPoint::IntegerRegister(index),
+            IoGroup::FloatRegister => IoPoint::FloatRegister(index),
         }
     }
 }
 
-impl Group {
+impl IoGroup {
     const ALL: [Self; 8] = [
         Self::StandardDigital,
         Self::ConfigurableDigital,
@@ -119,39 +119,39 @@ impl Group {
     }
 
     /// The name without its number.
-    const fn name(self, direction: Direction) -> &'static str {
+    const fn name(self, direction: IoDirection) -> &'static str {
         match (self, direction) {
-            (Self::StandardDigital, Direction::In) => "standard_digital_in",
-            (Self::StandardDigital, Direction::Out) => "standard_digital_out",
-            (Self::ConfigurableDigital, Direction::In) => "configurable_digital_in",
-            (Self::ConfigurableDigital, Direction::Out) => "configurable_digital_out",
-            (Self::ToolDigital, Direction::In) => "tool_digital_in",
-            (Self::ToolDigital, Direction::Out) => "tool_digital_out",
-            (Self::StandardAnalog, Direction::In) => "standard_analog_in",
-            (Self::StandardAnalog, Direction::Out) => "standard_analog_out",
-            (Self::ToolAnalog, Direction::In) => "tool_analog_in",
-            (Self::ToolAnalog, Direction::Out) => "tool_analog_out",
-            (Self::BooleanRegister, Direction::In) => "input_boolean_register",
-            (Self::BooleanRegister, Direction::Out) => "output_boolean_register",
-            (Self::IntegerRegister, Direction::In) => "input_integer_register",
-            (Self::IntegerRegister, Direction::Out) => "output_integer_register",
-            (Self::FloatRegister, Direction::In) => "input_float_register",
-            (Self::FloatRegister, Direction::Out) => "output_float_register",
+            (Self::StandardDigital, IoDirection::In) => "standard_digital_in",
+            (Self::StandardDigital, IoDirection::Out) => "standard_digital_out",
+            (Self::ConfigurableDigital, IoDirection::In) => "configurable_digital_in",
+            (Self::ConfigurableDigital, IoDirection::Out) => "configurable_digital_out",
+            (Self::ToolDigital, IoDirection::In) => "tool_digital_in",
+            (Self::ToolDigital, IoDirection::Out) => "tool_digital_out",
+            (Self::StandardAnalog, IoDirection::In) => "standard_analog_in",
+            (Self::StandardAnalog, IoDirection::Out) => "standard_analog_out",
+            (Self::ToolAnalog, IoDirection::In) => "tool_analog_in",
+            (Self::ToolAnalog, IoDirection::Out) => "tool_analog_out",
+            (Self::BooleanRegister, IoDirection::In) => "input_boolean_register",
+            (Self::BooleanRegister, IoDirection::Out) => "output_boolean_register",
+            (Self::IntegerRegister, IoDirection::In) => "input_integer_register",
+            (Self::IntegerRegister, IoDirection::Out) => "output_integer_register",
+            (Self::FloatRegister, IoDirection::In) => "input_float_register",
+            (Self::FloatRegister, IoDirection::Out) => "output_float_register",
         }
     }
 }
 
-impl fmt::Display for Point {
+impl fmt::Display for IoPointName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.group.name(self.direction))?;
         match self.group {
-            Group::ToolAnalog => Ok(()),
+            IoGroup::ToolAnalog => Ok(()),
             _ => write!(f, "[{}]", self.index),
         }
     }
 }
 
-impl FromStr for Point {
+impl FromStr for IoPointName {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
@@ -159,9 +159,9 @@ impl FromStr for Point {
             Some((name, rest)) => (name, Some(rest)),
             None => (text, None),
         };
-        let found = Group::ALL
+        let found = IoGroup::ALL
             .into_iter()
-            .flat_map(|group| [(group, Direction::In), (group, Direction::Out)])
+            .flat_map(|group| [(group, IoDirection::In), (group, IoDirection::Out)])
             .find(|(group, direction)| group.name(*direction) == name);
         let Some((group, direction)) = found else {
             return Err(format!(
@@ -169,7 +169,7 @@ impl FromStr for Point {
                  tool_digital_in[0], standard_analog_out[1], tool_analog_in, input_float_register[0]"
             ));
         };
-        if group == Group::ToolAnalog && index.is_none() {
+        if group == IoGroup::ToolAnalog && index.is_none() {
             return Ok(Self {
                 group,
                 direction,
@@ -180,12 +180,12 @@ impl FromStr for Point {
             .and_then(|rest| rest.strip_suffix(']'))
             .and_then(|digits| digits.parse().ok());
         match number {
-            Some(index) if group != Group::ToolAnalog && index < group.points() => Ok(Self {
+            Some(index) if group != IoGroup::ToolAnalog && index < group.points() => Ok(Self {
                 group,
                 direction,
                 index,
             }),
-            _ if group == Group::ToolAnalog => {
+            _ if group == IoGroup::ToolAnalog => {
                 Err(format!("`{text}` has no number: it is `{name}`"))
             }
             _ => Err(format!(
@@ -196,7 +196,7 @@ impl FromStr for Point {
     }
 }
 
-impl TryFrom<String> for Point {
+impl TryFrom<String> for IoPointName {
     type Error = String;
 
     fn try_from(text: String) -> Result<Self, String> {
@@ -210,10 +210,10 @@ mod tests {
 
     #[test]
     fn every_name_is_read_back() {
-        for group in Group::ALL {
-            for direction in [Direction::In, Direction::Out] {
+        for group in IoGroup::ALL {
+            for direction in [IoDirection::In, IoDirection::Out] {
                 for index in 0..group.points() {
-                    let point = Point {
+                    let point = IoPointName {
                         group,
                         direction,
                         index,
@@ -237,7 +237,7 @@ mod tests {
             ("digital_in[0]", "is no input or output"),
             ("", "is no input or output"),
         ] {
-            let error = text.parse::<Point>().unwrap_err();
+            let error = text.parse::<IoPointName>().unwrap_err();
             assert!(error.contains(words) && error.contains(text), "{error}");
         }
     }

@@ -2,10 +2,10 @@
 
 use serde::Deserialize;
 
-use super::point::Point;
+use super::point::IoPointName;
 
 /// Six numbers: a pose, a wrench, or one value a joint.
-pub type Six = [f64; 6];
+pub type SixNumbers = [f64; 6];
 
 /// The whole file.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
@@ -22,7 +22,7 @@ pub struct Tables {
     /// Noise of the force sensor.
     pub sensor: Sensor,
     /// What really hangs on the flange.
-    pub payload: Option<Payload>,
+    pub payload: Option<PayloadTable>,
     /// What the drives have to overcome.
     pub arm: Arm,
     /// Loads from outside.
@@ -32,7 +32,7 @@ pub struct Tables {
     /// Outputs connected to inputs.
     pub wire: Vec<Wire>,
     /// Inputs that change by themselves.
-    pub input: Vec<Input>,
+    pub input: Vec<ScheduledInput>,
     /// Inputs that mean something to the safety system.
     pub safety_input: Vec<SafetyInput>,
     /// Devices on the serial ports.
@@ -44,7 +44,7 @@ pub struct Tables {
 /// The shape of an obstacle or tool.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Shape {
+pub enum ShapeName {
     /// `size` is x, y, z.
     Box,
     /// `size` is radius, length.
@@ -55,7 +55,7 @@ pub enum Shape {
     Plane,
 }
 
-impl Shape {
+impl ShapeName {
     /// How many numbers `size` has.
     pub const fn numbers_of_size(self) -> usize {
         match self {
@@ -81,7 +81,7 @@ pub enum Size {
 }
 
 impl Size {
-    /// The numbers, in the order of [`Shape`].
+    /// The numbers, in the order of [`ShapeName`].
     pub fn numbers(&self) -> &[f64] {
         match self {
             Self::None => &[],
@@ -98,12 +98,12 @@ pub struct Obstacle {
     /// For messages.
     pub name: String,
     /// Its shape.
-    pub shape: Shape,
+    pub shape: ShapeName,
     /// Its size.
     #[serde(default)]
     pub size: Size,
     /// Where it stands.
-    pub pose: Six,
+    pub pose: SixNumbers,
     /// N/m; hard without it.
     pub stiffness: Option<f64>,
     /// N s/m.
@@ -117,12 +117,12 @@ pub struct Obstacle {
 #[serde(deny_unknown_fields)]
 pub struct Tool {
     /// Its shape.
-    pub shape: Shape,
+    pub shape: ShapeName,
     /// Its size.
     #[serde(default)]
     pub size: Size,
     /// Where it sits, from the flange.
-    pub pose: Six,
+    pub pose: SixNumbers,
 }
 
 /// When a safety plane counts.
@@ -177,15 +177,15 @@ macro_rules! limits {
         #[serde(deny_unknown_fields, default)]
         pub struct $table {
             /// rad/s.
-            pub joint_speed: Option<Six>,
+            pub joint_speed: Option<SixNumbers>,
             /// rad/s².
-            pub joint_acceleration: Option<Six>,
+            pub joint_acceleration: Option<SixNumbers>,
             /// rad/s³.
-            pub joint_jerk: Option<Six>,
+            pub joint_jerk: Option<SixNumbers>,
             /// rad.
-            pub joint_position_min: Option<Six>,
+            pub joint_position_min: Option<SixNumbers>,
             /// rad.
-            pub joint_position_max: Option<Six>,
+            pub joint_position_max: Option<SixNumbers>,
             /// m/s.
             pub tcp_speed: Option<f64>,
             /// m/s.
@@ -225,7 +225,7 @@ pub struct Sensor {
 /// `[payload]`: what really hangs on the flange, whatever the controller is told.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Payload {
+pub struct PayloadTable {
     /// kg.
     pub mass: f64,
     /// Centre of gravity in the flange frame, m.
@@ -233,7 +233,7 @@ pub struct Payload {
     pub cog: [f64; 3],
     /// Ixx, Iyy, Izz, Ixy, Ixz, Iyz about it, kg m².
     #[serde(default)]
-    pub inertia: Six,
+    pub inertia: SixNumbers,
 }
 
 /// `[arm]`: what the drives have to overcome; the controller does not know it.
@@ -241,11 +241,11 @@ pub struct Payload {
 #[serde(deny_unknown_fields, default)]
 pub struct Arm {
     /// Dry friction, Nm.
-    pub coulomb: Six,
+    pub coulomb: SixNumbers,
     /// Nm s/rad.
-    pub viscous: Six,
+    pub viscous: SixNumbers,
     /// Inertia of the rotors about the joint axes, kg m².
-    pub rotor_inertia: Six,
+    pub rotor_inertia: SixNumbers,
 }
 
 /// In which axes a load is given.
@@ -268,7 +268,7 @@ pub struct ExternalWrench {
     /// How long it acts, s.
     pub duration: f64,
     /// N and Nm.
-    pub wrench: Six,
+    pub wrench: SixNumbers,
     /// Its axes.
     #[serde(default)]
     pub frame: LoadFrame,
@@ -283,7 +283,7 @@ pub struct Conveyor {
     /// Of a belt.
     pub direction: Option<[f64; 3]>,
     /// Of a turntable: a pose, turning about its z.
-    pub center: Option<Six>,
+    pub center: Option<SixNumbers>,
     /// m/s or rad/s.
     pub speed: f64,
     /// Of a belt.
@@ -300,9 +300,9 @@ pub struct Conveyor {
 #[serde(deny_unknown_fields)]
 pub struct Wire {
     /// An output.
-    pub from: Point,
+    pub from: IoPointName,
     /// An input.
-    pub to: Point,
+    pub to: IoPointName,
     /// s.
     #[serde(default)]
     pub delay: f64,
@@ -311,7 +311,7 @@ pub struct Wire {
 /// A level, or an analog or register value.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(untagged, expecting = "`value` is true, false or a number")]
-pub enum PointValue {
+pub enum InputValue {
     /// On or off.
     Level(bool),
     /// Everything else.
@@ -321,13 +321,13 @@ pub enum PointValue {
 /// `[[input]]`
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Input {
+pub struct ScheduledInput {
     /// When, s.
     pub at: f64,
     /// An input.
-    pub set: Point,
+    pub set: IoPointName,
     /// To what.
-    pub value: PointValue,
+    pub value: InputValue,
 }
 
 /// What a pair of configurable inputs asks the safety system for.

@@ -1,6 +1,6 @@
 //! The whole schema read, and the sentence for every mistake.
 
-use super::point::Group;
+use super::point::IoGroup;
 use super::schema::*;
 use super::*;
 use motion::contact::Shape as Shape3d;
@@ -122,7 +122,7 @@ fn every_table_and_key_is_read() {
     assert_eq!(cell.obstacle[1].stiffness, None);
     assert_eq!(
         cell.tool.as_ref().map(|tool| tool.shape),
-        Some(Shape::Cylinder)
+        Some(ShapeName::Cylinder)
     );
     assert_eq!(cell.safety_plane[0].mode, PlaneMode::Both);
     assert_eq!(cell.safety_plane[1].mode, PlaneMode::Normal);
@@ -132,8 +132,8 @@ fn every_table_and_key_is_read() {
     );
     assert_eq!(cell.wrench[0].frame, LoadFrame::Tool);
     assert_eq!(cell.conveyor[1].start_at, 0.0);
-    assert_eq!(cell.wire[0].to.group, Group::ConfigurableDigital);
-    assert_eq!(cell.input[1].value, PointValue::Number(4.5));
+    assert_eq!(cell.wire[0].to.group, IoGroup::ConfigurableDigital);
+    assert_eq!(cell.input[1].value, InputValue::Number(4.5));
     assert_eq!(cell.modbus[0].port, 5021);
 }
 

@@ -2,8 +2,8 @@
 
 mod child;
 mod shrink;
-mod watch;
+mod supervisor;
 
 pub use child::{Case, limited, run_cases};
 pub use shrink::smaller;
-pub use watch::{Found, Report, watched};
+pub use supervisor::{Defect, TargetReport, watched};

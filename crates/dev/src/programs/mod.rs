@@ -2,7 +2,7 @@
 //!
 //! A program has one variable of every kind of value, classes whose special methods call back into `act`, `act` that
 //! changes the variables, and statements that use them. Each statement is on its own, so that an exception does not
-//! hide the rest. Texts are functions of [`Material`].
+//! hide the rest. Texts are functions of [`Unstructured`].
 
 mod chain;
 mod expression;
@@ -11,7 +11,7 @@ mod vocabulary;
 
 pub use vocabulary::{IMPORTS, SAMPLES, vocabulary};
 
-use crate::material::Material;
+use crate::unstructured::Unstructured;
 
 /// What a program is mostly about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,7 +33,7 @@ pub(crate) struct Writer<'m, 'b> {
     uses_library: bool,
     /// The variables of this program.
     names: Vec<&'static str>,
-    material: &'m mut Material<'b>,
+    material: &'m mut Unstructured<'b>,
     text: String,
     indent: usize,
 }
@@ -43,7 +43,7 @@ const NATIVE_MODULE: &str = "itertools";
 
 /// The program these bytes stand for.
 pub fn program(theme: Theme, bytes: &[u8]) -> String {
-    let mut material = Material::new(bytes);
+    let mut material = Unstructured::new(bytes);
     let mut writer = Writer {
         theme,
         uses_library: theme != Theme::Stacks || material.one_in(6),

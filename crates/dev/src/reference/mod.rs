@@ -39,7 +39,7 @@ const GROUPS: &[(Category, &str, &str)] = &[
 ];
 
 /// A page that is made: its path below the top of the repository, and its text.
-pub struct Made {
+pub struct GeneratedPage {
     /// Such as `docs/reference/motion.md`.
     pub path: String,
     /// Markdown.
@@ -50,7 +50,7 @@ pub struct Made {
 ///
 /// # Errors
 /// An example file that cannot be read, or a function without an example.
-pub fn make(root: &Path) -> Result<Vec<Made>, ReferenceError> {
+pub fn make(root: &Path) -> Result<Vec<GeneratedPage>, ReferenceError> {
     let examples = Examples::read(&root.join("examples/reference"))?;
     if let Some(builtin) = all().find(|builtin| examples.of(builtin.name).is_none()) {
         return Err(ReferenceError::NoExample(builtin.name));
@@ -60,12 +60,12 @@ pub fn make(root: &Path) -> Result<Vec<Made>, ReferenceError> {
         (Language::English, "docs/reference"),
         (Language::Chinese, "docs/zh/reference"),
     ] {
-        made.push(Made {
+        made.push(GeneratedPage {
             path: format!("{folder}/index.md"),
             text: pages::index(language),
         });
         for (category, ..) in GROUPS {
-            made.push(Made {
+            made.push(GeneratedPage {
                 path: format!("{folder}/{}.md", category.name()),
                 text: pages::group(*category, language, &examples),
             });

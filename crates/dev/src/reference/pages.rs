@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use editor::analysis::words::Language;
 use elite_runtime::builtins::all;
 use elite_runtime::builtins::declare::{
-    Builtin, Category, Default, FROM_OUTPUT, Kind, Parameter, Range,
+    Builtin, Category, FROM_OUTPUT, Parameter, ParameterDefault, ParameterType, Range,
 };
 
 use super::GROUPS;
@@ -156,7 +156,7 @@ fn row(out: &mut String, parameter: &Parameter, language: Language) {
         let _ = write!(name, ", `{alias}`");
     }
     let default = match parameter.default {
-        Default::Required => String::new(),
+        ParameterDefault::Required => String::new(),
         _ => {
             let written = parameter.to_string();
             let value = written.split_once('=').map_or("", |(_, value)| value);
@@ -174,20 +174,20 @@ fn row(out: &mut String, parameter: &Parameter, language: Language) {
 }
 
 /// The range in words.
-fn allowed(kind: Kind, language: Language) -> String {
+fn allowed(kind: ParameterType, language: Language) -> String {
     let in_chinese = language == Language::Chinese;
     match kind {
-        Kind::Number(Range::Between(min, max)) if in_chinese => format!("{min} 至 {max}"),
-        Kind::Integer(min, max) if in_chinese && min != i64::MIN && max != i64::MAX => {
+        ParameterType::Number(Range::Between(min, max)) if in_chinese => format!("{min} 至 {max}"),
+        ParameterType::Integer(min, max) if in_chinese && min != i64::MIN && max != i64::MAX => {
             format!("{min} 至 {max}")
         }
-        Kind::Word(_) | Kind::OneOf(_) if in_chinese => kind
+        ParameterType::Word(_) | ParameterType::OneOf(_) if in_chinese => kind
             .range_text()
             .unwrap_or_default()
             .replace(", ", "、")
             .replace(" or ", " 或 "),
-        Kind::Boolean if in_chinese => "True 或 False".to_owned(),
-        Kind::Booleans(Some(_)) if in_chinese => "每项为 0 或 1".to_owned(),
+        ParameterType::Boolean if in_chinese => "True 或 False".to_owned(),
+        ParameterType::Booleans(Some(_)) if in_chinese => "每项为 0 或 1".to_owned(),
         _ => kind.range_text().unwrap_or_default(),
     }
 }

@@ -9,16 +9,18 @@ use std::time::Duration;
 
 use controller::options::PlantChoice;
 use elite_runtime::builtins::all;
-use elite_runtime::builtins::declare::{Builtin, Default as Omitted, Kind, Range};
+use elite_runtime::builtins::declare::{
+    Builtin, ParameterDefault as Omitted, ParameterType, Range,
+};
 use elite_runtime::message::Message;
 use elite_runtime::{ProgramText, TaskEnd};
-use server::announce::Console;
-use server::cli::{RunArgs, SharedArgs};
+use server::cli::{ControllerArgs, RunArgs};
 use server::config::RunConfig;
-use server::host::Host;
+use server::controller_host::ControllerHost;
+use server::event_broadcast::PrintTarget;
 
 use super::Target;
-use crate::material::Material;
+use crate::unstructured::Unstructured;
 
 pub(super) const TARGETS: &[Target] = &[Target {
     name: "builtins",
@@ -123,7 +125,7 @@ broken = []
 ";
 
 fn program(data: &[u8]) -> String {
-    let mut material = Material::new(data);
+    let mut material = Unstructured::new(data);
     let builtins: Vec<&Builtin> = all().filter(|builtin| builtin.run.is_some()).collect();
     let mut text = String::from(BEGIN);
     for _ in 0..40 {
@@ -142,7 +144,7 @@ fn program(data: &[u8]) -> String {
     text
 }
 
-fn call(builtin: &Builtin, material: &mut Material<'_>) -> String {
+fn call(builtin: &Builtin, material: &mut Unstructured<'_>) -> String {
     let mut given: Vec<String> = Vec::new();
     // Most calls have one argument that does not fit; some have none, some have many.
     let hostile = material.below(6);
@@ -175,42 +177,46 @@ fn is_keyword(argument: &str) -> bool {
 }
 
 /// An argument that the parameter accepts.
-fn fitting(kind: Kind, material: &mut Material<'_>) -> String {
+fn fitting(kind: ParameterType, material: &mut Unstructured<'_>) -> String {
     let small = f64::from(material.byte()) / 256.0;
     match kind {
-        Kind::Joints => format!("[{small}, -1.3, 1.4, -1.6, -1.5, {small}]"),
-        Kind::Pose => format!("[-0.4, -0.2, 0.3 + {small} / 5, 3.1, 0.1, {small}]"),
-        Kind::Numbers(count) => format!("[{small}] * {count}"),
-        Kind::NumberList | Kind::NumberOrList | Kind::List => format!("[1, 2, {small}]"),
-        Kind::Booleans(count) => format!(
+        ParameterType::Joints => format!("[{small}, -1.3, 1.4, -1.6, -1.5, {small}]"),
+        ParameterType::Pose => format!("[-0.4, -0.2, 0.3 + {small} / 5, 3.1, 0.1, {small}]"),
+        ParameterType::Numbers(count) => format!("[{small}] * {count}"),
+        ParameterType::NumberList | ParameterType::NumberOrList | ParameterType::List => {
+            format!("[1, 2, {small}]")
+        }
+        ParameterType::Booleans(count) => format!(
             "[{}] * {}",
             ["True", "False"][material.below(2)],
             count.unwrap_or(3)
         ),
-        Kind::ListOrText => "'1,2,3'".to_owned(),
-        Kind::Number(Range::Between(low, high)) => (low + (high - low) * small).to_string(),
-        Kind::Number(_) => (small + 0.001).to_string(),
-        Kind::Integer(low, high) => [
+        ParameterType::ListOrText => "'1,2,3'".to_owned(),
+        ParameterType::Number(Range::Between(low, high)) => {
+            (low + (high - low) * small).to_string()
+        }
+        ParameterType::Number(_) => (small + 0.001).to_string(),
+        ParameterType::Integer(low, high) => [
             low,
             high,
             low.saturating_add(1).min(high),
             0.clamp(low, high),
         ][material.below(4)]
         .to_string(),
-        Kind::OneOf(values) => values
+        ParameterType::OneOf(values) => values
             .get(material.below(values.len()))
             .copied()
             .unwrap_or(0)
             .to_string(),
-        Kind::Boolean => ["True", "False"][material.below(2)].to_owned(),
-        Kind::Word(words) => format!(
+        ParameterType::Boolean => ["True", "False"][material.below(2)].to_owned(),
+        ParameterType::Word(words) => format!(
             "{:?}",
             words
                 .get(material.below(words.len()))
                 .copied()
                 .unwrap_or_default()
         ),
-        Kind::Text | Kind::Printable => material
+        ParameterType::Text | ParameterType::Printable => material
             .pick(&[
                 "'127.0.0.1'",
                 "'name'",
@@ -219,13 +225,13 @@ fn fitting(kind: Kind, material: &mut Material<'_>) -> String {
                 "'<a href=\"\">'",
             ])
             .to_owned(),
-        Kind::Frame => material
+        ParameterType::Frame => material
             .pick(&["'base'", "'tool'", "[0, 0, 0, 0, 0, 0.5]"])
             .to_owned(),
-        Kind::Function => material.pick(&["turn", "odd", "lambda: None"]).to_owned(),
-        Kind::Arguments => "()".to_owned(),
-        Kind::ThreadHandle => ["0", "1", "99"][material.below(3)].to_owned(),
-        Kind::Checked(_) | Kind::Rest => material.pick(HOSTILE).to_owned(),
+        ParameterType::Function => material.pick(&["turn", "odd", "lambda: None"]).to_owned(),
+        ParameterType::Arguments => "()".to_owned(),
+        ParameterType::ThreadHandle => ["0", "1", "99"][material.below(3)].to_owned(),
+        ParameterType::Checked(_) | ParameterType::Rest => material.pick(HOSTILE).to_owned(),
     }
 }
 
@@ -234,9 +240,9 @@ fn fitting(kind: Kind, material: &mut Material<'_>) -> String {
     reason = "a judge tells what it finds by panicking"
 )]
 fn judge(data: &[u8]) {
-    let shared = SharedArgs {
+    let shared = ControllerArgs {
         plant: Some(PlantChoice::Ideal),
-        ..SharedArgs::default()
+        ..ControllerArgs::default()
     };
     let file = PathBuf::from("case.script");
     let config = RunConfig::load(RunArgs {
@@ -245,12 +251,12 @@ fn judge(data: &[u8]) {
         set: Vec::new(),
     })
     .expect("the defaults are right");
-    let host = Host::start(
+    let host = ControllerHost::start(
         &config.robot,
         None,
-        Console::Log,
+        PrintTarget::Log,
         false,
-        editor::dap::Hub::default(),
+        editor::dap::DebugHub::default(),
     )
     .expect("it starts");
     let controller = host.controller();

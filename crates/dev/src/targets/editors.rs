@@ -1,12 +1,12 @@
 //! The language server: bytes on its stream, and texts that are edited at random. The lines of the server for assistants.
 
-use editor::lsp::{Options, Session, serve};
+use editor::lsp::{LspSession, ServerOptions, serve};
 use serde_json::{Value, json};
-use server::commands::mcp::lines::{Said, read};
+use server::commands::mcp::lines::{IncomingLine, read};
 
 use super::{Target, as_they_are};
-use crate::material::Material;
 use crate::programs::{Theme, program};
+use crate::unstructured::Unstructured;
 
 pub(super) const TARGETS: &[Target] = &[
     Target {
@@ -14,7 +14,7 @@ pub(super) const TARGETS: &[Target] = &[
         about: "the stream of the language server: frames, JSON, methods",
         judge: |data| {
             let input = std::io::Cursor::new(data.to_vec());
-            _ = serve(input, &mut Vec::new(), &Options::default());
+            _ = serve(input, &mut Vec::new(), &ServerOptions::default());
         },
         shown: as_they_are,
         seeds: || vec![conversation()],
@@ -84,7 +84,7 @@ pub(super) const TARGETS: &[Target] = &[
 
 /// A line is a message, nothing, or answered with an error that a client can read.
 fn assistant_line(data: &[u8]) {
-    if let Said::Wrong(answer) = read(data) {
+    if let IncomingLine::Wrong(answer) = read(data) {
         let answer = serde_json::to_value(&*answer).unwrap_or_default();
         assert_eq!(answer["jsonrpc"], "2.0", "{answer}");
         assert!(answer["error"]["code"].is_i64(), "{answer}");
@@ -197,11 +197,11 @@ const WRITTEN: &[&str] = &[
 ];
 
 fn edits(data: &[u8]) {
-    let mut material = Material::new(data);
+    let mut material = Unstructured::new(data);
     let themes = [Theme::Containers, Theme::Chains, Theme::Growth];
     let theme = themes[material.below(themes.len())];
     let first = program(theme, &data[..data.len() / 2]);
-    let mut session = Session::new(&Options::default());
+    let mut session = LspSession::new(&ServerOptions::default());
     session.take(initialize());
     session.take(opened(&first));
     let mut lines: Vec<Vec<char>> = first
@@ -249,7 +249,7 @@ fn edits(data: &[u8]) {
         }
     }
     let text: Vec<String> = lines.iter().map(|line| line.iter().collect()).collect();
-    let mut fresh = Session::new(&Options::default());
+    let mut fresh = LspSession::new(&ServerOptions::default());
     fresh.take(initialize());
     fresh.take(opened(&text.join("\n")));
     for question in questions(material.below(8), material.below(20)) {

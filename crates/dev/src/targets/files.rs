@@ -8,8 +8,8 @@ use controller::recorded_run::RecordedRun;
 use elite_runtime::micro_line::{MicroLine, Space, Units};
 use elite_runtime::task_folder::TaskFolder;
 use kinematics::{Calibration, RobotModel};
-use recorder::{Recording, Summary, Table, Topic};
-use server::cli::{ServeArgs, SharedArgs};
+use recorder::{Recording, Summary, Topic, TopicTable};
+use server::cli::{ControllerArgs, ServeArgs};
 use server::config::ServeConfig;
 use server::replay::rerun::rerun;
 
@@ -105,9 +105,9 @@ pub(super) const TARGETS: &[Target] = &[
             if std::fs::write(&path, data).is_err() {
                 return;
             }
-            let shared = SharedArgs {
+            let shared = ControllerArgs {
                 config: Some(path),
-                ..SharedArgs::default()
+                ..ControllerArgs::default()
             };
             if let Err(error) = ServeConfig::load(ServeArgs {
                 shared,
@@ -285,7 +285,7 @@ fn read_all(data: &[u8]) {
             return;
         }
     };
-    _ = Summary::of(&recording, None);
+    _ = Summary::summarize(&recording, None);
     if let Ok(run) = RecordedRun::read(&recording) {
         _ = (
             run.lost(),
@@ -297,7 +297,7 @@ fn read_all(data: &[u8]) {
         entries.for_each(|entry| _ = entry);
     }
     for topic in Topic::ALL {
-        if let Ok(table) = Table::new(&recording, topic.name())
+        if let Ok(table) = TopicTable::new(&recording, topic.name())
             && let Ok(rows) = table.rows()
         {
             rows.for_each(|row| _ = row);

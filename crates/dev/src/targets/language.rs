@@ -2,7 +2,7 @@
 
 use super::{Target, as_they_are, files_of};
 use crate::programs::Theme;
-use crate::{language, library, programs};
+use crate::{language, library_programs, programs};
 
 pub(super) const TARGETS: &[Target] = &[
     Target {
@@ -36,7 +36,7 @@ pub(super) const TARGETS: &[Target] = &[
         name: "library",
         about: "data for re, json, struct, datetime, format, int, decode, exec and others",
         judge: |data| _ = language::judged(text(data)),
-        shown: |data| library::library_program(data).into_bytes(),
+        shown: |data| library_programs::library_program(data).into_bytes(),
         seeds: library_seeds,
         words: LIBRARY_WORDS,
         bytes_max: 200,

@@ -9,7 +9,7 @@ use std::process::{Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 
-use editor::dap::stream::{self, Incoming};
+use editor::dap::stream::{self, DapInput};
 use serde_json::{Value as Json, json};
 
 /// Holds the session; programs are in the folder, whatever folder the page names before them.
@@ -25,7 +25,7 @@ pub fn session(text: &str, folder: &Path, place: &str) {
     let (heard, from) = channel();
     let mut output = BufReader::new(child.stdout.take().unwrap());
     let reader = std::thread::spawn(move || {
-        while let Ok(Some(Incoming::Message(message))) = stream::read(&mut output) {
+        while let Ok(Some(DapInput::Message(message))) = stream::read(&mut output) {
             if heard.send(message).is_err() {
                 break;
             }

@@ -1,7 +1,7 @@
 //! Walks the tree of a piece of a program and notes its scopes, names and what they are bound to.
 //!
 //! Two steps: the walk notes what happens to names in which scope; then, when it is known what each scope binds, every
-//! place of a name gets its symbol. Names that no scope within the piece binds are left to `joined`.
+//! place of a name gets its symbol. Names that no scope within the piece binds are left to `incremental`.
 
 use std::collections::{HashMap, HashSet};
 
@@ -11,27 +11,27 @@ use elite_lang::syntax::{
     FunctionDef, Ident, ImportAlias, Parameters, Stmt, StmtKind, blocks,
 };
 
-use super::joined::Outward;
+use super::incremental::UnresolvedName;
 use super::scopes::{
     AttributeInfo, AttributeUse, ClassInfo, FunctionInfo, KeywordUse, Occurrence, ParameterInfo,
     Role, Scope, ScopeId, ScopeKind, Symbol, SymbolId, SymbolKind,
 };
-use super::shape::{docstring, shape_of};
-use super::types::Shape;
+use super::type_ref::{docstring, shape_of};
+use super::types::TypeRef;
 
 /// Longest text of a default or annotation that is shown, in bytes.
 const WRITTEN_MAX: usize = 60;
 
 /// Something that happens to a name.
-struct Event {
+struct NameEvent {
     name: Box<str>,
     occurrence: Occurrence,
-    binds: Option<(SymbolKind, Shape)>,
+    binds: Option<(SymbolKind, TypeRef)>,
 }
 
 /// The names in some statements of the top level. Numbers count from 0; scope 0 is the module, of which nothing else is known.
 #[derive(Default)]
-pub(super) struct PieceNames {
+pub(super) struct UnitNames {
     pub(super) scopes: Vec<Scope>,
     /// Those of scopes within the piece.
     pub(super) symbols: Vec<Symbol>,
@@ -42,7 +42,7 @@ pub(super) struct PieceNames {
     /// Every place of a name, in the order of the text.
     pub(super) places: Vec<(Occurrence, Option<SymbolId>)>,
     /// The places of names that no scope within the piece binds.
-    pub(super) outward: Vec<Outward>,
+    pub(super) outward: Vec<UnresolvedName>,
     pub(super) outward_names: Vec<Box<str>>,
     /// Names of the module that it binds.
     pub(super) bound: Vec<Box<str>>,
@@ -52,10 +52,10 @@ pub(super) struct PieceNames {
 const OPEN: u32 = u32::MAX;
 
 /// Notes the names of some statements of the top level.
-pub(super) fn of_piece(body: &[Stmt], text: &str) -> PieceNames {
-    let mut collector = Collector {
+pub(super) fn of_piece(body: &[Stmt], text: &str) -> UnitNames {
+    let mut collector = NameCollector {
         text,
-        names: PieceNames::default(),
+        names: UnitNames::default(),
         events: Vec::new(),
         scope: 0,
         bound: Vec::new(),
@@ -65,16 +65,16 @@ pub(super) fn of_piece(body: &[Stmt], text: &str) -> PieceNames {
     collector.finish()
 }
 
-struct Collector<'t> {
+struct NameCollector<'t> {
     text: &'t str,
-    names: PieceNames,
-    events: Vec<Event>,
+    names: UnitNames,
+    events: Vec<NameEvent>,
     scope: ScopeId,
     /// The names that each scope binds.
     bound: Vec<HashSet<Box<str>>>,
 }
 
-impl Collector<'_> {
+impl NameCollector<'_> {
     fn open(
         &mut self,
         kind: ScopeKind,
@@ -138,11 +138,11 @@ impl Collector<'_> {
         }
     }
 
-    fn event(&mut self, name: &str, span: Span, role: Role, binds: Option<(SymbolKind, Shape)>) {
+    fn event(&mut self, name: &str, span: Span, role: Role, binds: Option<(SymbolKind, TypeRef)>) {
         if span.end <= span.start {
             return;
         }
-        self.events.push(Event {
+        self.events.push(NameEvent {
             name: name.into(),
             occurrence: Occurrence {
                 span: self.without_parentheses(name, span),
@@ -153,16 +153,16 @@ impl Collector<'_> {
         });
     }
 
-    fn bind(&mut self, ident: &Ident, kind: SymbolKind, value: Shape) {
+    fn bind(&mut self, ident: &Ident, kind: SymbolKind, value: TypeRef) {
         self.bind_at(&ident.name, ident.span, kind, value);
     }
 
-    fn bind_at(&mut self, name: &str, span: Span, kind: SymbolKind, value: Shape) {
+    fn bind_at(&mut self, name: &str, span: Span, kind: SymbolKind, value: TypeRef) {
         self.bound[self.scope].insert(name.into());
         self.event(name, span, Role::Bind, Some((kind, value)));
     }
 
-    fn shape(&self, expr: &Expr) -> Shape {
+    fn shape(&self, expr: &Expr) -> TypeRef {
         shape_of(expr, self.scope)
     }
 
@@ -188,10 +188,10 @@ impl Collector<'_> {
             StmtKind::AugAssign { target, value, .. } => {
                 self.expr(value);
                 if let ExprKind::Name(name) = &target.kind {
-                    let shape = Shape::Unknown;
+                    let shape = TypeRef::Unknown;
                     self.bind_at(name, target.span, SymbolKind::Variable, shape);
                 } else {
-                    self.target(target, None, &Shape::Unknown);
+                    self.target(target, None, &TypeRef::Unknown);
                 }
             }
             StmtKind::AnnAssign {
@@ -201,7 +201,7 @@ impl Collector<'_> {
             } => {
                 self.expr(annotation);
                 value.iter().for_each(|value| self.expr(value));
-                let declared = Shape::Call(Box::new(self.shape(annotation)));
+                let declared = TypeRef::Call(Box::new(self.shape(annotation)));
                 self.target(target, None, &declared);
             }
             StmtKind::Delete(targets) => {
@@ -254,7 +254,7 @@ impl Collector<'_> {
             StmtKind::ImportFrom { module, names, .. } => {
                 for alias in names {
                     let bound = alias.alias.as_ref().unwrap_or(&alias.name);
-                    let shape = Shape::Member(module.name.clone(), alias.name.name.clone());
+                    let shape = TypeRef::Member(module.name.clone(), alias.name.name.clone());
                     self.bind(bound, SymbolKind::Import, shape);
                 }
             }
@@ -267,7 +267,7 @@ impl Collector<'_> {
     fn import(&mut self, alias: &ImportAlias) {
         let whole = &alias.name.name;
         match &alias.alias {
-            Some(bound) => self.bind(bound, SymbolKind::Import, Shape::Module(whole.clone())),
+            Some(bound) => self.bind(bound, SymbolKind::Import, TypeRef::Module(whole.clone())),
             None => {
                 // `import os.path` binds `os`.
                 let first = whole.split('.').next().unwrap_or(whole);
@@ -275,7 +275,12 @@ impl Collector<'_> {
                     start: alias.name.span.start,
                     end: alias.name.span.start + first.len() as u32,
                 };
-                self.bind_at(first, span, SymbolKind::Import, Shape::Module(first.into()));
+                self.bind_at(
+                    first,
+                    span,
+                    SymbolKind::Import,
+                    TypeRef::Module(first.into()),
+                );
             }
         }
     }
@@ -288,7 +293,7 @@ impl Collector<'_> {
                 target, iterable, ..
             } => {
                 self.expr(iterable);
-                let item = Shape::Item(Box::new(self.shape(iterable)));
+                let item = TypeRef::Item(Box::new(self.shape(iterable)));
                 self.target(target, None, &item);
             }
             StmtKind::With { items, .. } => {
@@ -305,7 +310,7 @@ impl Collector<'_> {
                     handler.exception.iter().for_each(|e| self.expr(e));
                     if let Some(name) = &handler.name {
                         let class = handler.exception.as_ref().map(|e| self.shape(e));
-                        let shape = Shape::Call(Box::new(class.unwrap_or(Shape::Unknown)));
+                        let shape = TypeRef::Call(Box::new(class.unwrap_or(TypeRef::Unknown)));
                         self.bind(name, SymbolKind::Variable, shape);
                     }
                 }
@@ -391,30 +396,30 @@ impl Collector<'_> {
             doc: docstring(&def.body),
         };
         self.names.functions.push(info);
-        self.bind(&def.name, SymbolKind::Function, Shape::Function(index));
+        self.bind(&def.name, SymbolKind::Function, TypeRef::Function(index));
         if let Some(class) = class {
-            self.attribute_of(class, &def.name, Shape::Function(index), Some(index));
+            self.attribute_of(class, &def.name, TypeRef::Function(index), Some(index));
         }
         let is_class_method = decorated("classmethod");
         let is_static = decorated("staticmethod");
         self.within(ScopeKind::Function, span, limit, |inner, scope| {
             for (position, parameter) in def.parameters.iter().enumerate() {
                 let shape = match (class, position) {
-                    (Some(class), 0) if is_class_method => Shape::Class(class),
-                    (Some(class), 0) if !is_static => Shape::Instance(class),
+                    (Some(class), 0) if is_class_method => TypeRef::Class(class),
+                    (Some(class), 0) if !is_static => TypeRef::Instance(class),
                     _ => match (&parameter.annotation, &parameter.default) {
                         (Some(annotation), _) => {
                             let outer = inner.names.scopes[scope].parent.unwrap_or(0);
-                            Shape::Call(Box::new(shape_of(annotation, outer)))
+                            TypeRef::Call(Box::new(shape_of(annotation, outer)))
                         }
                         (None, Some(default)) => shape_of(default, scope),
-                        _ => Shape::Unknown,
+                        _ => TypeRef::Unknown,
                     },
                 };
                 inner.bind(&parameter.name, SymbolKind::Parameter, shape);
             }
             if let Some(returns) = &def.returns {
-                let shape = Shape::Call(Box::new(shape_of(returns, scope)));
+                let shape = TypeRef::Call(Box::new(shape_of(returns, scope)));
                 inner.names.functions[index].returns.push(shape);
             }
             inner.block(&def.body, limit);
@@ -429,7 +434,13 @@ impl Collector<'_> {
         found.filter(|_| is_class)
     }
 
-    fn attribute_of(&mut self, class: usize, name: &Ident, value: Shape, function: Option<usize>) {
+    fn attribute_of(
+        &mut self,
+        class: usize,
+        name: &Ident,
+        value: TypeRef,
+        function: Option<usize>,
+    ) {
         let attributes = &mut self.names.classes[class].attributes;
         match attributes.iter_mut().find(|known| known.name == name.name) {
             Some(known) => {
@@ -464,14 +475,14 @@ impl Collector<'_> {
         };
         let index = self.names.classes.len();
         self.names.classes.push(info);
-        self.bind(&def.name, SymbolKind::Class, Shape::Class(index));
+        self.bind(&def.name, SymbolKind::Class, TypeRef::Class(index));
         self.within(ScopeKind::Class, span, limit, |inner, _| {
             inner.block(&def.body, limit);
         });
     }
 
     /// Assigning to `target`; `value` is what is assigned where it can be taken apart.
-    fn target(&mut self, target: &Expr, value: Option<&Expr>, shape: &Shape) {
+    fn target(&mut self, target: &Expr, value: Option<&Expr>, shape: &TypeRef) {
         match &target.kind {
             ExprKind::Name(name) => {
                 self.bind_at(name, target.span, SymbolKind::Variable, shape.clone());
@@ -494,16 +505,16 @@ impl Collector<'_> {
                     let value = values.map(|values| &values[index]);
                     let part = match value {
                         Some(value) => self.shape(value),
-                        None => Shape::Item(Box::new(shape.clone())),
+                        None => TypeRef::Item(Box::new(shape.clone())),
                     };
                     self.target(item, value, &part);
                 }
             }
-            ExprKind::Starred(inner) => self.target(inner, None, &Shape::Value("list")),
+            ExprKind::Starred(inner) => self.target(inner, None, &TypeRef::Value("list")),
             ExprKind::Attribute { value: of, name } => {
                 self.expr(of);
                 self.attribute_use(of, name, true);
-                if let Shape::Name(scope, receiver) = self.shape(of)
+                if let TypeRef::Name(scope, receiver) = self.shape(of)
                     && let Some(class) = self.instance_class(scope, &receiver)
                 {
                     self.attribute_of(class, name, shape.clone(), None);
@@ -591,7 +602,7 @@ impl Collector<'_> {
                     .for_each(|default| self.expr(default));
                 self.within(ScopeKind::Function, expr.span, 0, |inner, _| {
                     for parameter in lambda.parameters.iter() {
-                        inner.bind(&parameter.name, SymbolKind::Parameter, Shape::Unknown);
+                        inner.bind(&parameter.name, SymbolKind::Parameter, TypeRef::Unknown);
                     }
                     inner.expr(&lambda.body);
                 });
@@ -623,13 +634,13 @@ impl Collector<'_> {
             return;
         };
         self.expr(&first.iterable);
-        let item = Shape::Item(Box::new(self.shape(&first.iterable)));
+        let item = TypeRef::Item(Box::new(self.shape(&first.iterable)));
         self.within(ScopeKind::Comprehension, span, 0, |inner, _| {
             inner.target(&first.target, None, &item);
             inner.exprs(&first.conditions);
             for clause in rest {
                 inner.expr(&clause.iterable);
-                let item = Shape::Item(Box::new(inner.shape(&clause.iterable)));
+                let item = TypeRef::Item(Box::new(inner.shape(&clause.iterable)));
                 inner.target(&clause.target, None, &item);
                 inner.exprs(&clause.conditions);
             }
@@ -646,7 +657,7 @@ impl Collector<'_> {
     }
 
     /// Gives every place of a name its symbol, if that is one of a scope within the piece.
-    fn finish(mut self) -> PieceNames {
+    fn finish(mut self) -> UnitNames {
         let mut events = std::mem::take(&mut self.events);
         events.sort_by_key(|event| event.occurrence.span.start);
         let mut numbers: HashMap<Box<str>, usize> = HashMap::new();
@@ -667,7 +678,7 @@ impl Collector<'_> {
                         numbers.insert(event.name, number);
                         number
                     });
-                    self.names.outward.push(Outward {
+                    self.names.outward.push(UnresolvedName {
                         name,
                         place,
                         role: occurrence.role,

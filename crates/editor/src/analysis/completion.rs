@@ -1,20 +1,20 @@
 //! What could be written at the cursor.
 
-use controller::cell::point::Point;
+use controller::cell::point::IoPointName;
 use elite_lang::Span;
-use elite_lang::syntax::{Member, MemberKind, TokenKind as T};
-use elite_runtime::builtins::declare::Kind;
+use elite_lang::syntax::{LibraryMember, MemberKind, TokenKind as T};
+use elite_runtime::builtins::declare::ParameterType;
 
-use super::cursor::Cursor;
+use super::cursor::CursorContext;
 use super::scopes::SymbolKind;
 use super::signature::callable;
-use super::types::{Shape, Type, line};
+use super::types::{Type, TypeRef, line};
 use super::words::Language;
 use super::{Analysis, describe, library};
 
 /// What a completion is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ItemKind {
+pub enum CompletionKind {
     /// A function.
     Function,
     /// A method.
@@ -37,11 +37,11 @@ pub enum ItemKind {
 
 /// Something that could be written.
 #[derive(Debug)]
-pub struct Item {
+pub struct CompletionItem {
     /// What is shown and inserted.
     pub label: String,
     /// What it is.
-    pub kind: ItemKind,
+    pub kind: CompletionKind,
     /// A short text behind it.
     pub detail: String,
     /// Nearer things come first.
@@ -51,7 +51,7 @@ pub struct Item {
 /// The completions at a place, and the text that they replace.
 pub struct Completions {
     /// What could be written.
-    pub items: Vec<Item>,
+    pub items: Vec<CompletionItem>,
     /// What it replaces.
     pub span: Span,
 }
@@ -66,8 +66,8 @@ const KEYWORDS: &[&str] = &[
 
 /// What could be written at `offset`.
 pub fn complete(analysis: &Analysis, offset: u32, language: Language) -> Completions {
-    let cursor = Cursor::at(analysis, offset);
-    let mut found = Found {
+    let cursor = CursorContext::at(analysis, offset);
+    let mut found = CompletionBuilder {
         analysis,
         language,
         typed: cursor.typed().to_lowercase(),
@@ -103,22 +103,22 @@ pub fn resolve(label: &str, language: Language) -> Option<String> {
     }
 }
 
-struct Found<'a> {
+struct CompletionBuilder<'a> {
     analysis: &'a Analysis,
     language: Language,
     /// What has been typed, in small letters.
     typed: String,
-    items: Vec<Item>,
+    items: Vec<CompletionItem>,
 }
 
-impl Found<'_> {
-    fn push(&mut self, label: &str, kind: ItemKind, detail: impl Into<String>, rank: u8) {
+impl CompletionBuilder<'_> {
+    fn push(&mut self, label: &str, kind: CompletionKind, detail: impl Into<String>, rank: u8) {
         // Names that begin with an underscore are there for those who ask for them.
         let hidden = label.starts_with('_') && !self.typed.starts_with('_');
         if hidden || !is_like(label, &self.typed) {
             return;
         }
-        self.items.push(Item {
+        self.items.push(CompletionItem {
             label: label.to_owned(),
             kind,
             detail: detail.into(),
@@ -126,34 +126,35 @@ impl Found<'_> {
         });
     }
 
-    fn members(&mut self, members: &[Member], method: bool) {
+    fn members(&mut self, members: &[LibraryMember], method: bool) {
         for member in members {
             let kind = match member.kind {
-                MemberKind::Function if method => ItemKind::Method,
-                MemberKind::Function => ItemKind::Function,
-                MemberKind::Class => ItemKind::Class,
-                MemberKind::Module => ItemKind::Module,
-                MemberKind::Value => ItemKind::Field,
+                MemberKind::Function if method => CompletionKind::Method,
+                MemberKind::Function => CompletionKind::Function,
+                MemberKind::Class => CompletionKind::Class,
+                MemberKind::Module => CompletionKind::Module,
+                MemberKind::Value => CompletionKind::Field,
             };
             let detail = member.signature.clone().unwrap_or_default();
             self.push(&member.name, kind, detail, 1);
         }
     }
 
-    fn attributes(&mut self, value: &Shape) {
+    fn attributes(&mut self, value: &TypeRef) {
         let names = &self.analysis.names;
         match self.analysis.infer(value) {
             Type::Instance(class) | Type::Class(class) => {
                 for (distance, class) in line(names, class).into_iter().enumerate() {
                     for attribute in &names.classes[class].attributes {
                         let (kind, detail) = match attribute.function {
-                            Some(function) => {
-                                (ItemKind::Method, names.functions[function].signature())
-                            }
+                            Some(function) => (
+                                CompletionKind::Method,
+                                names.functions[function].signature(),
+                            ),
                             None => {
                                 let types = attribute.values.iter().map(|v| self.analysis.infer(v));
                                 let told = types.filter_map(|found| found.describe(names)).next();
-                                (ItemKind::Field, told.unwrap_or_default())
+                                (CompletionKind::Field, told.unwrap_or_default())
                             }
                         };
                         self.push(&attribute.name, kind, detail, distance.min(9) as u8);
@@ -168,21 +169,21 @@ impl Found<'_> {
                 let inner = format!("{module}.");
                 for name in elite_lang::module_names() {
                     if let Some(rest) = name.strip_prefix(&inner) {
-                        self.push(rest, ItemKind::Module, "", 1);
+                        self.push(rest, CompletionKind::Module, "", 1);
                     }
                 }
             }
             Type::Test => {
                 for (name, _) in script_test::function_parameters() {
                     let detail = describe::test_signature(name).unwrap_or_default();
-                    self.push(name, ItemKind::Method, detail, 0);
+                    self.push(name, CompletionKind::Method, detail, 0);
                 }
             }
             _ => {}
         }
     }
 
-    fn words(&mut self, cursor: &Cursor<'_>) {
+    fn words(&mut self, cursor: &CursorContext<'_>) {
         let before = cursor.before();
         let kind = |back: usize| before.len().checked_sub(back).map(|at| before[at].kind);
         match kind(1) {
@@ -203,28 +204,28 @@ impl Found<'_> {
         self.names_in_scope(cursor.scope);
         for (name, builtin) in library::ROBOT.iter() {
             if !name.contains('.') && *name != "print" {
-                self.push(name, ItemKind::Function, builtin.signature(), 4);
+                self.push(name, CompletionKind::Function, builtin.signature(), 4);
             }
         }
         for (name, member) in library::PYTHON.iter() {
             let kind = match member.kind {
-                MemberKind::Class => ItemKind::Class,
-                _ => ItemKind::Function,
+                MemberKind::Class => CompletionKind::Class,
+                _ => CompletionKind::Function,
             };
             let detail = member.signature.clone().unwrap_or_default();
             self.push(name, kind, detail, 5);
         }
         if self.analysis.kind == super::TextKind::Test {
-            self.push(script_test::OBJECT, ItemKind::Variable, "", 3);
+            self.push(script_test::OBJECT, CompletionKind::Variable, "", 3);
         }
         for keyword in KEYWORDS {
-            self.push(keyword, ItemKind::Keyword, "", 6);
+            self.push(keyword, CompletionKind::Keyword, "", 6);
         }
     }
 
     fn modules(&mut self) {
         for name in elite_lang::module_names() {
-            self.push(name, ItemKind::Module, "", 1);
+            self.push(name, CompletionKind::Module, "", 1);
         }
     }
 
@@ -244,7 +245,7 @@ impl Found<'_> {
                 continue;
             }
             let label = format!("{name}=");
-            self.push(&label, ItemKind::Argument, parameter.text.clone(), 0);
+            self.push(&label, CompletionKind::Argument, parameter.text.clone(), 0);
         }
     }
 
@@ -258,13 +259,14 @@ impl Found<'_> {
                 .find(|found| !matches!(found, Type::Unknown))
                 .unwrap_or(Type::Unknown);
             let (kind, detail) = match (&symbol.kind, &found) {
-                (_, Type::Function(function)) => {
-                    (ItemKind::Function, names.functions[*function].signature())
-                }
-                (SymbolKind::Class, _) => (ItemKind::Class, String::new()),
-                (_, Type::Module(_)) => (ItemKind::Module, String::new()),
+                (_, Type::Function(function)) => (
+                    CompletionKind::Function,
+                    names.functions[*function].signature(),
+                ),
+                (SymbolKind::Class, _) => (CompletionKind::Class, String::new()),
+                (_, Type::Module(_)) => (CompletionKind::Module, String::new()),
                 (_, found) => (
-                    ItemKind::Variable,
+                    CompletionKind::Variable,
                     found.describe(names).unwrap_or_default(),
                 ),
             };
@@ -274,7 +276,7 @@ impl Found<'_> {
     }
 
     /// Texts that an argument can be: names of inputs and outputs, the words that a parameter takes.
-    fn in_string(&mut self, cursor: &Cursor<'_>, string: Span) -> Span {
+    fn in_string(&mut self, cursor: &CursorContext<'_>, string: Span) -> Span {
         let written = self.analysis.file.slice(string);
         let quote = written.find(['"', '\'']).map_or(written.len(), |at| at + 1);
         let span = Span {
@@ -290,12 +292,12 @@ impl Found<'_> {
                 if matches!(&*name, "set" | "get")
                     && (call.position == 0 || call.keyword.as_deref() == Some("name")) =>
             {
-                for point in Point::all() {
+                for point in IoPointName::all() {
                     let level = match point.group.is_digital() {
                         true => "bool",
                         false => "float",
                     };
-                    self.push(&point.to_string(), ItemKind::Text, level, 0);
+                    self.push(&point.to_string(), CompletionKind::Text, level, 0);
                 }
             }
             Type::Robot(builtin) => {
@@ -304,12 +306,12 @@ impl Found<'_> {
                     None => builtin.params.get(call.position),
                 };
                 let words: &[&str] = match parameter.map(|parameter| parameter.kind) {
-                    Some(Kind::Word(words)) => words,
-                    Some(Kind::Frame) => &["base", "tool"],
+                    Some(ParameterType::Word(words)) => words,
+                    Some(ParameterType::Frame) => &["base", "tool"],
                     _ => &[],
                 };
                 for word in words {
-                    self.push(word, ItemKind::Text, builtin.name, 0);
+                    self.push(word, CompletionKind::Text, builtin.name, 0);
                 }
             }
             _ => {}
@@ -319,7 +321,7 @@ impl Found<'_> {
 }
 
 /// The module of `from module import …` that the cursor is in.
-fn imported_from(analysis: &Analysis, cursor: &Cursor<'_>) -> Option<String> {
+fn imported_from(analysis: &Analysis, cursor: &CursorContext<'_>) -> Option<String> {
     let before = cursor.before();
     let start = before
         .iter()

@@ -6,7 +6,7 @@ use elite_lang::{SourceFile, Span};
 
 use super::Analysis;
 use super::scopes::ScopeId;
-use super::types::Shape;
+use super::types::TypeRef;
 
 /// Tokens that are looked at backwards for the call around the cursor.
 const LOOK_BACK_MAX: usize = 4000;
@@ -16,7 +16,7 @@ const CHAIN_MAX: u32 = 8;
 /// A call that is being written.
 pub struct OpenCall {
     /// What is called.
-    pub function: Shape,
+    pub function: TypeRef,
     /// Arguments before the one at the cursor.
     pub position: usize,
     /// The keyword of the argument at the cursor, once it is written.
@@ -34,7 +34,7 @@ impl OpenCall {
 }
 
 /// What stands before the cursor.
-pub struct Cursor<'a> {
+pub struct CursorContext<'a> {
     analysis: &'a Analysis,
     /// The tokens before the cursor, the one at it cut off there.
     tokens: Vec<Token>,
@@ -48,7 +48,7 @@ pub struct Cursor<'a> {
     pub is_comment: bool,
 }
 
-impl<'a> Cursor<'a> {
+impl<'a> CursorContext<'a> {
     /// Looks at `offset`.
     pub fn at(analysis: &'a Analysis, offset: u32) -> Self {
         let text = analysis.text();
@@ -63,7 +63,7 @@ impl<'a> Cursor<'a> {
         let gap = text
             .get(after_token.max(line)..offset as usize)
             .unwrap_or("");
-        let mut cursor = Cursor {
+        let mut cursor = CursorContext {
             analysis,
             scope: analysis.scope_at(offset),
             word: Span {
@@ -178,7 +178,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// What the word would be an attribute of.
-    pub fn receiver(&self) -> Option<Shape> {
+    pub fn receiver(&self) -> Option<TypeRef> {
         let last = self.tokens.last()?;
         if last.kind != T::Dot {
             return None;
@@ -187,12 +187,12 @@ impl<'a> Cursor<'a> {
     }
 
     /// The operand that ends before token `end`, and the token it begins with.
-    fn operand_before(&self, end: usize, links: u32) -> (Shape, usize) {
+    fn operand_before(&self, end: usize, links: u32) -> (TypeRef, usize) {
         let Some(at) = end.checked_sub(1) else {
-            return (Shape::Unknown, end);
+            return (TypeRef::Unknown, end);
         };
         let Some(links) = links.checked_sub(1) else {
-            return (Shape::Unknown, at);
+            return (TypeRef::Unknown, at);
         };
         let token = self.tokens[at];
         let begins_before =
@@ -203,39 +203,39 @@ impl<'a> Cursor<'a> {
                 Some(T::Dot) => {
                     let (value, start) = self.operand_before(at - 1, links);
                     let name = self.text(token).into();
-                    (Shape::Attribute(Box::new(value), name), start)
+                    (TypeRef::Attribute(Box::new(value), name), start)
                 }
-                _ => (Shape::Name(self.scope, self.text(token).into()), at),
+                _ => (TypeRef::Name(self.scope, self.text(token).into()), at),
             },
             T::Str => match self.text(token).to_ascii_lowercase().starts_with(['b']) {
-                true => (Shape::Value("bytes"), at),
-                false => (Shape::Value("str"), at),
+                true => (TypeRef::Value("bytes"), at),
+                false => (TypeRef::Value("str"), at),
             },
-            T::Int => (Shape::Value("int"), at),
-            T::Float => (Shape::Value("float"), at),
-            T::RightBrace => (Shape::Value("dict"), self.opening(at)),
+            T::Int => (TypeRef::Value("int"), at),
+            T::Float => (TypeRef::Value("float"), at),
+            T::RightBrace => (TypeRef::Value("dict"), self.opening(at)),
             T::RightParen => {
                 let open = self.opening(at);
                 if before(open).is_some_and(begins_before) {
                     let (function, start) = self.operand_before(open, links);
-                    return (Shape::Call(Box::new(function)), start);
+                    return (TypeRef::Call(Box::new(function)), start);
                 }
                 // One operand in parentheses is that operand.
                 let (inner, start) = self.operand_before(at, links);
                 match start == open + 1 {
                     true => (inner, open),
-                    false => (Shape::Unknown, open),
+                    false => (TypeRef::Unknown, open),
                 }
             }
             T::RightBracket => {
                 let open = self.opening(at);
                 if before(open).is_some_and(begins_before) {
                     let (value, start) = self.operand_before(open, links);
-                    return (Shape::Item(Box::new(value)), start);
+                    return (TypeRef::Item(Box::new(value)), start);
                 }
-                (Shape::Value("list"), open)
+                (TypeRef::Value("list"), open)
             }
-            _ => (Shape::Unknown, at),
+            _ => (TypeRef::Unknown, at),
         }
     }
 

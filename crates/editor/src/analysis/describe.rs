@@ -2,13 +2,13 @@
 
 use std::collections::BTreeSet;
 
-use elite_lang::syntax::Member;
+use elite_lang::syntax::LibraryMember;
 use elite_runtime::builtins::declare::{Builtin, FROM_OUTPUT, Parameter};
 
 use super::Analysis;
 use super::library;
 use super::scopes::{Symbol, SymbolKind};
-use super::types::{Shape, Type};
+use super::types::{Type, TypeRef};
 use super::words::Language;
 
 /// Most lines in which an attribute is set that are told.
@@ -72,7 +72,7 @@ pub fn of_parameter(parameter: &Parameter, language: Language) -> String {
 }
 
 /// A function or type of Python's own, or what a module has.
-pub fn member(member: &Member, of: &str, language: Language) -> String {
+pub fn member(member: &LibraryMember, of: &str, language: Language) -> String {
     let shown = match (&member.signature, &member.value) {
         (Some(signature), _) => signature.clone(),
         (None, Some(value)) => format!("{} = {value}", member.name),
@@ -158,7 +158,7 @@ pub fn symbol(analysis: &Analysis, symbol: &Symbol, language: Language) -> Strin
             function(analysis, *index)
         }
         (SymbolKind::Class | SymbolKind::Variable, Type::Class(index)) => class(analysis, *index),
-        (SymbolKind::Import, Type::Unknown) if let Some(Shape::Member(module, name)) = value => {
+        (SymbolKind::Import, Type::Unknown) if let Some(TypeRef::Member(module, name)) = value => {
             of_module(module, name, language)
                 .unwrap_or_else(|| code(&format!("import {}", symbol.name)))
         }

@@ -154,7 +154,7 @@ fn is_pose(analysis: &Analysis, finding: &Diagnostic) -> bool {
             }
         }
     });
-    kind == Some(elite_runtime::builtins::declare::Kind::Pose)
+    kind == Some(elite_runtime::builtins::declare::ParameterType::Pose)
 }
 
 /// Wraps the numbers of a list that are not zero, from item `from` on, before item `to`.

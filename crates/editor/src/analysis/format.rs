@@ -94,7 +94,7 @@ struct Formatter<'a> {
 
 /// What surrounds a token within its logical line.
 #[derive(Clone, Copy)]
-struct Open {
+struct BracketContext {
     bracket: T,
     /// There was a `:` since the last comma: an annotation or a key.
     colon: bool,
@@ -296,7 +296,7 @@ impl<'a> Formatter<'a> {
 
     /// The blanks between the tokens of a logical line.
     fn inside(&mut self, tokens: &[Token], keeps_blanks: bool, shift: i64) {
-        let mut open: Vec<Open> = Vec::new();
+        let mut open: Vec<BracketContext> = Vec::new();
         let mut lambdas = 0u32;
         for (index, token) in tokens.iter().enumerate() {
             if let Some(before) = index.checked_sub(1).map(|at| tokens[at]) {
@@ -311,7 +311,7 @@ impl<'a> Formatter<'a> {
                 }
             }
             match token.kind {
-                T::LeftParen | T::LeftBracket | T::LeftBrace => open.push(Open {
+                T::LeftParen | T::LeftBracket | T::LeftBrace => open.push(BracketContext {
                     bracket: token.kind,
                     colon: false,
                 }),
@@ -370,7 +370,7 @@ impl<'a> Formatter<'a> {
         earlier: Option<Token>,
         before: Token,
         token: Token,
-        open: Option<&Open>,
+        open: Option<&BracketContext>,
         in_lambda: bool,
         gap: &str,
     ) -> &'static str {

@@ -4,7 +4,7 @@ use elite_lang::Span;
 use elite_lang::syntax::TokenKind;
 
 use super::scopes::AttributeUse;
-use super::types::{Shape, Type};
+use super::types::{Type, TypeRef};
 use super::words::Language;
 use super::{Analysis, describe};
 
@@ -31,7 +31,7 @@ pub fn hover(analysis: &Analysis, offset: u32, language: Language) -> Option<Hov
         let text = match symbol {
             Some(symbol) => describe::symbol(analysis, &names.symbols[symbol], language),
             None => {
-                let shape = Shape::Name(occurrence.scope, name.into());
+                let shape = TypeRef::Name(occurrence.scope, name.into());
                 describe::of_type(analysis, &analysis.infer(&shape), language)?
             }
         };
@@ -61,7 +61,7 @@ pub fn hover(analysis: &Analysis, offset: u32, language: Language) -> Option<Hov
     let text = match names.lookup(scope, name) {
         Some(symbol) => describe::symbol(analysis, &names.symbols[symbol], language),
         None => {
-            let shape = Shape::Name(scope, name.into());
+            let shape = TypeRef::Name(scope, name.into());
             describe::of_type(analysis, &analysis.infer(&shape), language)?
         }
     };
@@ -80,7 +80,7 @@ fn of_attribute(analysis: &Analysis, used: &AttributeUse, language: Language) ->
         _ => None,
     };
     known.or_else(|| {
-        let shape = Shape::Attribute(Box::new(used.value.clone()), used.name.clone());
+        let shape = TypeRef::Attribute(Box::new(used.value.clone()), used.name.clone());
         describe::of_type(analysis, &analysis.infer(&shape), language)
     })
 }
@@ -98,7 +98,7 @@ pub fn touches(span: Span, offset: u32) -> bool {
 
 fn of_keyword(
     analysis: &Analysis,
-    function: &Shape,
+    function: &TypeRef,
     name: &str,
     language: Language,
 ) -> Option<String> {

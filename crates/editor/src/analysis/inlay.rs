@@ -9,7 +9,7 @@ use super::{Analysis, describe, library};
 
 /// A unit behind an argument.
 #[derive(Debug)]
-pub struct Hint {
+pub struct InlayHint {
     /// The byte behind the argument.
     pub at: u32,
     /// The unit.
@@ -19,7 +19,7 @@ pub struct Hint {
 }
 
 /// The units in a part of a text.
-pub fn hints(analysis: &Analysis, within: Span, language: Language) -> Vec<Hint> {
+pub fn hints(analysis: &Analysis, within: Span, language: Language) -> Vec<InlayHint> {
     let mut found = Vec::new();
     let mut hints = Hints {
         analysis,
@@ -36,7 +36,7 @@ struct Hints<'a> {
     analysis: &'a Analysis,
     within: Span,
     language: Language,
-    found: &'a mut Vec<Hint>,
+    found: &'a mut Vec<InlayHint>,
 }
 
 impl Hints<'_> {
@@ -78,7 +78,7 @@ impl Hints<'_> {
                 continue;
             }
             let said = describe::of_parameter(parameter, self.language);
-            self.found.push(Hint {
+            self.found.push(InlayHint {
                 at: value.span.end,
                 unit: self.language.unit(parameter.unit),
                 text: format!("`{}` {said}", parameter.name),

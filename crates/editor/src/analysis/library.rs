@@ -5,7 +5,7 @@
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{LazyLock, Mutex, PoisonError};
 
-use elite_lang::syntax::{self, Member};
+use elite_lang::syntax::{self, LibraryMember};
 use elite_runtime::builtins::declare::Builtin;
 
 use super::types::Type;
@@ -18,7 +18,7 @@ pub static ROBOT: LazyLock<BTreeMap<&'static str, &'static Builtin>> = LazyLock:
 });
 
 /// Python's own names, in the order of the names.
-pub static PYTHON: LazyLock<BTreeMap<String, Member>> = LazyLock::new(|| {
+pub static PYTHON: LazyLock<BTreeMap<String, LibraryMember>> = LazyLock::new(|| {
     let found = syntax::builtins();
     found
         .into_iter()
@@ -26,7 +26,7 @@ pub static PYTHON: LazyLock<BTreeMap<String, Member>> = LazyLock::new(|| {
         .collect()
 });
 
-static TYPES: LazyLock<HashMap<String, &'static [Member]>> = LazyLock::new(|| {
+static TYPES: LazyLock<HashMap<String, &'static [LibraryMember]>> = LazyLock::new(|| {
     let found = syntax::type_members().into_iter();
     // They are kept as long as the process lives.
     found
@@ -35,7 +35,8 @@ static TYPES: LazyLock<HashMap<String, &'static [Member]>> = LazyLock::new(|| {
 });
 
 /// Members of the modules that were asked for; there are as many as modules.
-static MODULES: LazyLock<Mutex<HashMap<String, &'static [Member]>>> = LazyLock::new(Mutex::default);
+static MODULES: LazyLock<Mutex<HashMap<String, &'static [LibraryMember]>>> =
+    LazyLock::new(Mutex::default);
 
 /// The function of the robot with this name. `print` is Python's, whatever the listing says.
 pub fn robot(name: &str) -> Option<&'static Builtin> {
@@ -48,19 +49,19 @@ pub fn is_python(name: &str) -> bool {
 }
 
 /// What values of a type of Python's own have.
-pub fn members_of_type(name: &str) -> &'static [Member] {
+pub fn members_of_type(name: &str) -> &'static [LibraryMember] {
     TYPES.get(name).copied().unwrap_or(&[])
 }
 
 /// What a module has; nothing if programs cannot import it.
-pub fn members_of_module(name: &str) -> &'static [Member] {
+pub fn members_of_module(name: &str) -> &'static [LibraryMember] {
     let mut modules = MODULES.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some(known) = modules.get(name) {
         return known;
     }
     match syntax::module_members(name) {
         Some(found) => {
-            let found: &'static [Member] = found.leak();
+            let found: &'static [LibraryMember] = found.leak();
             modules.insert(name.to_owned(), found);
             found
         }

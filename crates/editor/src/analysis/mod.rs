@@ -10,26 +10,26 @@ pub mod describe;
 pub mod fixes;
 pub mod format;
 pub mod hover;
+mod incremental;
 pub mod inlay;
-mod joined;
 pub mod library;
 pub mod navigate;
 pub mod outline;
 pub mod rename;
 pub mod scopes;
 pub mod semantic;
-mod shape;
 pub mod signature;
+mod type_ref;
 pub mod types;
 pub mod words;
 
 use std::sync::{Arc, LazyLock};
 
-use elite_lang::syntax::{self, Module, Reading, Token, TokenKind};
+use elite_lang::syntax::{self, Module, ParsedDocument, Token, TokenKind};
 use elite_lang::{Diagnostic, KnownNames, SourceFile, Span};
 
-use scopes::Names;
-use types::{Shape, Type};
+use scopes::NameTables;
+use types::{Type, TypeRef};
 
 /// What a text is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,17 +71,17 @@ pub struct Analysis {
     /// What it is for.
     pub kind: TextKind,
     /// Its tree, tokens and findings.
-    pub reading: Reading,
+    pub reading: ParsedDocument,
     /// Its names.
-    pub names: Names,
+    pub names: NameTables,
 }
 
 impl Analysis {
     /// Reads a text. `name` is how findings call it.
     pub fn of(name: &str, text: &str, kind: TextKind) -> Self {
         let file = SourceFile::new(name, text);
-        let reading = Reading::of(file.clone(), kind.known());
-        let names = syntax::with_deep_stack(|| joined::names(&reading, None));
+        let reading = ParsedDocument::of(file.clone(), kind.known());
+        let names = syntax::with_deep_stack(|| incremental::names(&reading, None));
         Analysis {
             file,
             kind,
@@ -95,7 +95,7 @@ impl Analysis {
         let file = SourceFile::new(self.file.name(), text);
         let reading = self.reading.change(file.clone(), self.kind.known());
         let names = Some(self.names);
-        let names = syntax::with_deep_stack(|| joined::names(&reading, names));
+        let names = syntax::with_deep_stack(|| incremental::names(&reading, names));
         Analysis {
             file,
             kind: self.kind,
@@ -131,7 +131,7 @@ impl Analysis {
     }
 
     /// The type of a value.
-    pub fn infer(&self, shape: &Shape) -> Type {
+    pub fn infer(&self, shape: &TypeRef) -> Type {
         types::infer(&self.names, shape, self.kind == TextKind::Test)
     }
 

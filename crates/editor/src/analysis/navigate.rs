@@ -5,11 +5,11 @@ use elite_lang::Span;
 use super::Analysis;
 use super::hover::{attribute_at, touches};
 use super::scopes::{AttributeUse, KeywordUse, Role, SymbolId, SymbolKind};
-use super::types::{Shape, Type, attribute_of};
+use super::types::{Type, TypeRef, attribute_of};
 
 /// A place where something is named.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Place {
+pub struct Reference {
     /// Where.
     pub span: Span,
     /// It is bound there.
@@ -18,7 +18,7 @@ pub struct Place {
 
 /// What a place names.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Named {
+pub enum NamedEntity {
     /// A name that the program binds.
     Symbol(SymbolId),
     /// An attribute of a class of the program.
@@ -28,23 +28,25 @@ pub enum Named {
 }
 
 /// What is named at `offset`, and where its name stands.
-pub fn named(analysis: &Analysis, offset: u32) -> Option<(Named, Span)> {
+pub fn named(analysis: &Analysis, offset: u32) -> Option<(NamedEntity, Span)> {
     let names = &analysis.names;
     if let Some(used) = attribute_at(analysis, offset) {
         let class = owner_of(analysis, used)?;
-        return Some((Named::Attribute(class, used.name.clone()), used.span));
+        return Some((NamedEntity::Attribute(class, used.name.clone()), used.span));
     }
     if let Some((occurrence, symbol)) = names.place_at(offset) {
         let written = analysis.file.slice(occurrence.span);
         let named = match symbol {
-            Some(symbol) => class_attribute(analysis, symbol).unwrap_or(Named::Symbol(symbol)),
-            None => Named::Foreign(written.into()),
+            Some(symbol) => {
+                class_attribute(analysis, symbol).unwrap_or(NamedEntity::Symbol(symbol))
+            }
+            None => NamedEntity::Foreign(written.into()),
         };
         return Some((named, occurrence.span));
     }
     let mut keywords = names.keyword_uses.iter();
     if let Some(used) = keywords.find(|k| &*k.name != "**" && touches(k.span, offset)) {
-        let KeywordOf::Known(named) = keyword_of(analysis, used) else {
+        let KeywordOwner::Known(named) = keyword_of(analysis, used) else {
             return None;
         };
         return Some((named, used.span));
@@ -56,8 +58,8 @@ pub fn named(analysis: &Analysis, offset: u32) -> Option<(Named, Span)> {
     }
     let written = analysis.file.slice(token.span);
     let named = match names.lookup(analysis.scope_at(offset), written) {
-        Some(symbol) => Named::Symbol(symbol),
-        None => Named::Foreign(written.into()),
+        Some(symbol) => NamedEntity::Symbol(symbol),
+        None => NamedEntity::Foreign(written.into()),
     };
     Some((named, token.span))
 }
@@ -68,13 +70,13 @@ fn after_dot(analysis: &Analysis, span: Span) -> bool {
 }
 
 /// A name of a class body is an attribute of the class.
-fn class_attribute(analysis: &Analysis, symbol: SymbolId) -> Option<Named> {
+fn class_attribute(analysis: &Analysis, symbol: SymbolId) -> Option<NamedEntity> {
     let symbol = &analysis.names.symbols[symbol];
     let classes = &analysis.names.classes;
     let class = classes
         .iter()
         .position(|class| class.scope == symbol.scope)?;
-    Some(Named::Attribute(class, symbol.name.clone()))
+    Some(NamedEntity::Attribute(class, symbol.name.clone()))
 }
 
 /// The class of the program that has the attribute of a use; the first one that has it, among those it is derived from.
@@ -88,9 +90,9 @@ fn owner_of(analysis: &Analysis, used: &AttributeUse) -> Option<usize> {
 
 /// What a keyword argument is for.
 #[derive(Debug, PartialEq, Eq)]
-pub(super) enum KeywordOf {
+pub(super) enum KeywordOwner {
     /// A parameter of the program, or an attribute of a class that makes its own parameters of them, as data classes do.
-    Known(Named),
+    Known(NamedEntity),
     /// Something that is not the program's, or nothing.
     Foreign,
     /// Nobody can tell.
@@ -98,14 +100,14 @@ pub(super) enum KeywordOf {
 }
 
 /// What a keyword argument is for.
-pub(super) fn keyword_of(analysis: &Analysis, used: &KeywordUse) -> KeywordOf {
+pub(super) fn keyword_of(analysis: &Analysis, used: &KeywordUse) -> KeywordOwner {
     let names = &analysis.names;
-    let instance = |shape: &Shape| match analysis.infer(shape) {
+    let instance = |shape: &TypeRef| match analysis.infer(shape) {
         Type::Instance(class) => field_of(analysis, class, &used.name),
-        Type::Unknown => KeywordOf::Unknown,
-        _ => KeywordOf::Foreign,
+        Type::Unknown => KeywordOwner::Unknown,
+        _ => KeywordOwner::Foreign,
     };
-    if let Shape::Attribute(value, method) = &used.function
+    if let TypeRef::Attribute(value, method) = &used.function
         && &**method == "_replace"
         && let Type::Instance(class) = analysis.infer(value)
         && attribute_of(names, class, method).is_none()
@@ -118,23 +120,23 @@ pub(super) fn keyword_of(analysis: &Analysis, used: &KeywordUse) -> KeywordOf {
                 keyword_of_call(analysis, &analysis.infer(first), &used.name)
             }
             ("dataclasses" | "copy", "replace") => instance(first),
-            _ => KeywordOf::Foreign,
+            _ => KeywordOwner::Foreign,
         },
         (function, _) => keyword_of_call(analysis, &function, &used.name),
     }
 }
 
-fn keyword_of_call(analysis: &Analysis, function: &Type, name: &str) -> KeywordOf {
+fn keyword_of_call(analysis: &Analysis, function: &Type, name: &str) -> KeywordOwner {
     let names = &analysis.names;
     match function {
-        Type::Unknown => KeywordOf::Unknown,
+        Type::Unknown => KeywordOwner::Unknown,
         Type::Function(function) => parameter_of(analysis, *function, name),
         Type::Class(class) => {
             let makes = |method| attribute_of(names, *class, method);
             match makes("__init__").or_else(|| makes("__new__")) {
                 Some((_, method)) => match method.function {
                     Some(function) => parameter_of(analysis, function, name),
-                    None => KeywordOf::Unknown,
+                    None => KeywordOwner::Unknown,
                 },
                 None => field_of(analysis, *class, name),
             }
@@ -143,32 +145,34 @@ fn keyword_of_call(analysis: &Analysis, function: &Type, name: &str) -> KeywordO
             Some((_, method)) if let Some(function) = method.function => {
                 parameter_of(analysis, function, name)
             }
-            _ => KeywordOf::Unknown,
+            _ => KeywordOwner::Unknown,
         },
-        _ => KeywordOf::Foreign,
+        _ => KeywordOwner::Foreign,
     }
 }
 
 /// The parameter of this name; a function that takes all names may hand it on to anybody.
-fn parameter_of(analysis: &Analysis, function: usize, name: &str) -> KeywordOf {
+fn parameter_of(analysis: &Analysis, function: usize, name: &str) -> KeywordOwner {
     let names = &analysis.names;
     let Some(info) = names.functions.get(function) else {
-        return KeywordOf::Unknown;
+        return KeywordOwner::Unknown;
     };
     let own = names.scopes.get(info.scope);
     let symbol = own.and_then(|scope| scope.symbols.get(name)).copied();
     match symbol.filter(|symbol| names.symbols[*symbol].kind == SymbolKind::Parameter) {
-        Some(symbol) => KeywordOf::Known(Named::Symbol(symbol)),
-        None if info.parameters.iter().any(|p| p.written.starts_with("**")) => KeywordOf::Unknown,
-        None => KeywordOf::Foreign,
+        Some(symbol) => KeywordOwner::Known(NamedEntity::Symbol(symbol)),
+        None if info.parameters.iter().any(|p| p.written.starts_with("**")) => {
+            KeywordOwner::Unknown
+        }
+        None => KeywordOwner::Foreign,
     }
 }
 
 /// The attribute of this name that a class without `__init__` takes by name.
-fn field_of(analysis: &Analysis, class: usize, name: &str) -> KeywordOf {
+fn field_of(analysis: &Analysis, class: usize, name: &str) -> KeywordOwner {
     match attribute_of(&analysis.names, class, name) {
-        Some((owner, _)) => KeywordOf::Known(Named::Attribute(owner, name.into())),
-        None => KeywordOf::Unknown,
+        Some((owner, _)) => KeywordOwner::Known(NamedEntity::Attribute(owner, name.into())),
+        None => KeywordOwner::Unknown,
     }
 }
 
@@ -176,7 +180,7 @@ fn field_of(analysis: &Analysis, class: usize, name: &str) -> KeywordOf {
 pub fn definition(analysis: &Analysis, offset: u32) -> Vec<Span> {
     let names = &analysis.names;
     match named(analysis, offset) {
-        Some((Named::Symbol(symbol), _)) => {
+        Some((NamedEntity::Symbol(symbol), _)) => {
             let symbol = &names.symbols[symbol];
             let all = symbol.bindings().map(|o| o.span);
             match symbol.kind {
@@ -185,7 +189,7 @@ pub fn definition(analysis: &Analysis, offset: u32) -> Vec<Span> {
                 _ => all.take(1).collect(),
             }
         }
-        Some((Named::Attribute(class, name), _)) => {
+        Some((NamedEntity::Attribute(class, name), _)) => {
             let attribute = names.classes[class].attribute(&name);
             let places = attribute.iter().flat_map(|attribute| &attribute.places);
             places.take(1).copied().collect()
@@ -195,7 +199,7 @@ pub fn definition(analysis: &Analysis, offset: u32) -> Vec<Span> {
 }
 
 /// Every place that names what is named at `offset`, in the order of the text.
-pub fn references(analysis: &Analysis, offset: u32) -> Vec<Place> {
+pub fn references(analysis: &Analysis, offset: u32) -> Vec<Reference> {
     match named(analysis, offset) {
         Some((named, _)) => places_of(analysis, &named),
         None => Vec::new(),
@@ -203,14 +207,14 @@ pub fn references(analysis: &Analysis, offset: u32) -> Vec<Place> {
 }
 
 /// Every place that names something, in the order of the text.
-pub fn places_of(analysis: &Analysis, named: &Named) -> Vec<Place> {
+pub fn places_of(analysis: &Analysis, named: &NamedEntity) -> Vec<Reference> {
     let names = &analysis.names;
     let mut found = Vec::new();
     let mut put = |span: Span, is_bound: bool| {
-        found.push(Place { span, is_bound });
+        found.push(Reference { span, is_bound });
     };
     match named {
-        Named::Symbol(symbol) => {
+        NamedEntity::Symbol(symbol) => {
             for occurrence in &names.symbols[*symbol].occurrences {
                 put(occurrence.span, occurrence.role == Role::Bind);
             }
@@ -220,7 +224,7 @@ pub fn places_of(analysis: &Analysis, named: &Named) -> Vec<Place> {
                 }
             }
         }
-        Named::Attribute(class, name) => {
+        NamedEntity::Attribute(class, name) => {
             let info = &names.classes[*class];
             if let Some(symbol) = names.scopes[info.scope].symbols.get(name) {
                 for occurrence in &names.symbols[*symbol].occurrences {
@@ -238,7 +242,7 @@ pub fn places_of(analysis: &Analysis, named: &Named) -> Vec<Place> {
                 put(used.span, false);
             }
         }
-        Named::Foreign(name) => {
+        NamedEntity::Foreign(name) => {
             for occurrence in names.foreign.get(name).into_iter().flatten() {
                 put(occurrence.span, false);
             }
@@ -252,12 +256,12 @@ pub fn places_of(analysis: &Analysis, named: &Named) -> Vec<Place> {
 /// The keyword arguments that name something.
 fn keywords_of<'a>(
     analysis: &'a Analysis,
-    named: &Named,
+    named: &NamedEntity,
     name: &str,
 ) -> impl Iterator<Item = &'a KeywordUse> {
     let uses = analysis.names.keyword_uses.iter();
     uses.filter(move |used| {
         &*used.name == name
-            && matches!(keyword_of(analysis, used), KeywordOf::Known(of) if of == *named)
+            && matches!(keyword_of(analysis, used), KeywordOwner::Known(of) if of == *named)
     })
 }

@@ -8,7 +8,7 @@ use super::scopes::SymbolKind;
 
 /// What an entry of the outline is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum EntryKind {
+pub enum OutlineKind {
     /// A function.
     Function,
     /// A method.
@@ -23,11 +23,11 @@ pub enum EntryKind {
 
 /// An entry of the outline.
 #[derive(Debug)]
-pub struct Entry {
+pub struct OutlineEntry {
     /// Its name.
     pub name: String,
     /// What it is.
-    pub kind: EntryKind,
+    pub kind: OutlineKind,
     /// Its parameters, if it has any.
     pub detail: String,
     /// The whole definition.
@@ -35,18 +35,18 @@ pub struct Entry {
     /// Its name in the text.
     pub name_span: Span,
     /// What is in it.
-    pub children: Vec<Entry>,
+    pub children: Vec<OutlineEntry>,
 }
 
 /// The functions, classes and variables of a program.
-pub fn outline(analysis: &Analysis) -> Vec<Entry> {
+pub fn outline(analysis: &Analysis) -> Vec<OutlineEntry> {
     within(analysis, 0, 0)
 }
 
 /// Levels of functions within functions that are shown.
 const LEVELS_MAX: u32 = 20;
 
-fn within(analysis: &Analysis, scope: usize, level: u32) -> Vec<Entry> {
+fn within(analysis: &Analysis, scope: usize, level: u32) -> Vec<OutlineEntry> {
     let names = &analysis.names;
     let mut found = Vec::new();
     if level == LEVELS_MAX {
@@ -56,10 +56,10 @@ fn within(analysis: &Analysis, scope: usize, level: u32) -> Vec<Entry> {
     for info in names.functions.iter().filter(|f| is_child(f.scope)) {
         let signature = info.signature();
         let kind = match info.class {
-            Some(_) => EntryKind::Method,
-            None => EntryKind::Function,
+            Some(_) => OutlineKind::Method,
+            None => OutlineKind::Function,
         };
-        found.push(Entry {
+        found.push(OutlineEntry {
             name: info.name.to_string(),
             kind,
             detail: signature[info.name.len()..].to_owned(),
@@ -72,9 +72,9 @@ fn within(analysis: &Analysis, scope: usize, level: u32) -> Vec<Entry> {
         let mut children = within(analysis, info.scope, level + 1);
         for attribute in info.attributes.iter().filter(|a| a.function.is_none()) {
             if let Some(place) = attribute.places.first() {
-                children.push(Entry {
+                children.push(OutlineEntry {
                     name: attribute.name.to_string(),
-                    kind: EntryKind::Field,
+                    kind: OutlineKind::Field,
                     detail: String::new(),
                     span: *place,
                     name_span: *place,
@@ -83,9 +83,9 @@ fn within(analysis: &Analysis, scope: usize, level: u32) -> Vec<Entry> {
             }
         }
         children.sort_by_key(|entry| entry.span.start);
-        found.push(Entry {
+        found.push(OutlineEntry {
             name: info.name.to_string(),
-            kind: EntryKind::Class,
+            kind: OutlineKind::Class,
             detail: String::new(),
             span: info.span,
             name_span: info.name_span,
@@ -96,9 +96,9 @@ fn within(analysis: &Analysis, scope: usize, level: u32) -> Vec<Entry> {
         for symbol in &names.symbols {
             let first = symbol.bindings().next();
             if let (0, SymbolKind::Variable, Some(first)) = (symbol.scope, symbol.kind, first) {
-                found.push(Entry {
+                found.push(OutlineEntry {
                     name: symbol.name.to_string(),
-                    kind: EntryKind::Variable,
+                    kind: OutlineKind::Variable,
                     detail: String::new(),
                     span: first.span,
                     name_span: first.span,

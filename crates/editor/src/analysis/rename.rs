@@ -3,7 +3,7 @@
 use elite_lang::Span;
 use elite_lang::syntax::TokenKind;
 
-use super::navigate::{KeywordOf, Named, keyword_of, named, places_of};
+use super::navigate::{KeywordOwner, NamedEntity, keyword_of, named, places_of};
 use super::scopes::{KeywordUse, SymbolKind};
 use super::types::Type;
 use super::{Analysis, TextKind, library};
@@ -90,11 +90,11 @@ pub fn rename(analysis: &Analysis, offset: u32, new: &str) -> Result<Vec<Span>, 
     Ok(places.map(|place| place.span).collect())
 }
 
-fn check_old(analysis: &Analysis, named: &Named, written: &str) -> Result<(), RenameError> {
+fn check_old(analysis: &Analysis, named: &NamedEntity, written: &str) -> Result<(), RenameError> {
     let names = &analysis.names;
     let is_special = written.starts_with("__") && written.ends_with("__");
     match named {
-        Named::Foreign(name) => {
+        NamedEntity::Foreign(name) => {
             let is_test = analysis.kind == TextKind::Test && &**name == script_test::OBJECT;
             return Err(match is_builtin(name) || is_test {
                 true => RenameError::Builtin(name.to_string()),
@@ -105,7 +105,7 @@ fn check_old(analysis: &Analysis, named: &Named, written: &str) -> Result<(), Re
         _ if analysis.has_errors() => {
             return Err(RenameError::TextHasErrors(written.to_owned()));
         }
-        Named::Symbol(symbol) => {
+        NamedEntity::Symbol(symbol) => {
             let symbol = &names.symbols[*symbol];
             if symbol.kind == SymbolKind::Import {
                 // Only what is written behind `as` is the program's own.
@@ -126,7 +126,7 @@ fn check_old(analysis: &Analysis, named: &Named, written: &str) -> Result<(), Re
                 return private_name_of(analysis, written);
             }
         }
-        Named::Attribute(class, name) => {
+        NamedEntity::Attribute(class, name) => {
             unknown_attribute(analysis, *class, name)?;
             unknown_keyword(analysis, named, name)?;
             return name_in_text(analysis, name);
@@ -152,7 +152,11 @@ fn private_name_of(analysis: &Analysis, class: &str) -> Result<(), RenameError> 
 
 /// A keyword argument that nobody can tell could be this one, and so could a name that a mapping brings: what it is for otherwise is
 /// known.
-fn unknown_keyword(analysis: &Analysis, named: &Named, name: &str) -> Result<(), RenameError> {
+fn unknown_keyword(
+    analysis: &Analysis,
+    named: &NamedEntity,
+    name: &str,
+) -> Result<(), RenameError> {
     let is_taken_by = |used: &&KeywordUse| match &*used.name {
         "**" => {
             let by_name = KeywordUse {
@@ -161,9 +165,9 @@ fn unknown_keyword(analysis: &Analysis, named: &Named, name: &str) -> Result<(),
                 name: name.into(),
                 span: used.span,
             };
-            matches!(keyword_of(analysis, &by_name), KeywordOf::Known(of) if of == *named)
+            matches!(keyword_of(analysis, &by_name), KeywordOwner::Known(of) if of == *named)
         }
-        other => other == name && keyword_of(analysis, used) == KeywordOf::Unknown,
+        other => other == name && keyword_of(analysis, used) == KeywordOwner::Unknown,
     };
     let place = analysis.names.keyword_uses.iter().find(is_taken_by);
     place.map_or(Ok(()), |used| {
@@ -258,7 +262,7 @@ fn is_builtin(name: &str) -> bool {
 
 fn check_new(
     analysis: &Analysis,
-    named: &Named,
+    named: &NamedEntity,
     written: &str,
     new: &str,
 ) -> Result<(), RenameError> {
@@ -284,7 +288,7 @@ fn check_new(
     };
     let names = &analysis.names;
     match named {
-        Named::Symbol(symbol) if new != written => {
+        NamedEntity::Symbol(symbol) if new != written => {
             let symbol = &names.symbols[*symbol];
             // Nowhere may the new name mean something else where the old one stands,
             for occurrence in &symbol.occurrences {
@@ -314,7 +318,7 @@ fn check_new(
             }
             Ok(())
         }
-        Named::Attribute(class, _) if new != written => {
+        NamedEntity::Attribute(class, _) if new != written => {
             let others = super::types::line(names, *class);
             let known = others
                 .iter()

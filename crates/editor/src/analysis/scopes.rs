@@ -1,15 +1,15 @@
 //! The names of a program: its scopes, what each binds, and every place where a name stands.
 //!
 //! Owns the tables and how names are looked up in them, by Python's rules. What fills them is `collect`, what keeps them while
-//! a text is written `joined`; what values names
+//! a text is written `incremental`; what values names
 //! have is `types`.
 
 use std::collections::{HashMap, HashSet};
 
 use elite_lang::Span;
 
-use super::joined::Parts;
-use super::types::Shape;
+use super::incremental::UnitIndex;
+use super::types::TypeRef;
 
 /// Number of a scope; the module is 0.
 pub type ScopeId = usize;
@@ -116,7 +116,7 @@ pub struct Symbol {
     /// Every place of it, in the order of the text.
     pub occurrences: Vec<Occurrence>,
     /// What it is bound to, as far as the text tells.
-    pub values: Vec<Shape>,
+    pub values: Vec<TypeRef>,
 }
 
 impl Symbol {
@@ -132,7 +132,7 @@ impl Symbol {
     }
 
     /// Notes the next place of it.
-    pub(super) fn take(&mut self, place: Occurrence, binds: Option<(SymbolKind, Shape)>) {
+    pub(super) fn take(&mut self, place: Occurrence, binds: Option<(SymbolKind, TypeRef)>) {
         if let Some((kind, value)) = binds {
             let is_first = self.bindings().next().is_none();
             if is_first || matches!(kind, SymbolKind::Function | SymbolKind::Class) {
@@ -188,7 +188,7 @@ pub struct FunctionInfo {
     /// Its parameters.
     pub parameters: Vec<ParameterInfo>,
     /// What it returns.
-    pub returns: Vec<Shape>,
+    pub returns: Vec<TypeRef>,
     /// Its docstring.
     pub doc: Option<Box<str>>,
 }
@@ -217,7 +217,7 @@ pub struct AttributeInfo {
     /// Where it is bound, in the order of the text.
     pub places: Vec<Span>,
     /// What it is bound to.
-    pub values: Vec<Shape>,
+    pub values: Vec<TypeRef>,
     /// The function, if it is a method.
     pub function: Option<usize>,
 }
@@ -234,7 +234,7 @@ pub struct ClassInfo {
     /// Its own scope.
     pub scope: ScopeId,
     /// The classes it is derived from.
-    pub bases: Vec<Shape>,
+    pub bases: Vec<TypeRef>,
     /// What it and its instances have, in the order of the text.
     pub attributes: Vec<AttributeInfo>,
     /// Its docstring.
@@ -252,7 +252,7 @@ impl ClassInfo {
 #[derive(Debug)]
 pub struct AttributeUse {
     /// What the attribute is of.
-    pub value: Shape,
+    pub value: TypeRef,
     /// The attribute.
     pub name: Box<str>,
     /// Where its name stands.
@@ -265,9 +265,9 @@ pub struct AttributeUse {
 #[derive(Debug)]
 pub struct KeywordUse {
     /// What is called.
-    pub function: Shape,
+    pub function: TypeRef,
     /// The first argument of the call by position: what `partial` calls later, what `replace` copies.
-    pub first: Option<Shape>,
+    pub first: Option<TypeRef>,
     /// The keyword, or `**` for names that a mapping brings.
     pub name: Box<str>,
     /// Where it stands.
@@ -276,7 +276,7 @@ pub struct KeywordUse {
 
 /// All names of a program.
 #[derive(Debug, Default)]
-pub struct Names {
+pub struct NameTables {
     /// The scopes; the first is the module.
     pub scopes: Vec<Scope>,
     /// The names that they bind, those of the module last.
@@ -294,10 +294,10 @@ pub struct Names {
     /// Every place of a name with its symbol (none: foreign), in the order of the text.
     pub(super) places: Vec<(Occurrence, Option<SymbolId>)>,
     /// Which of all this belongs to which piece of the text.
-    pub(super) parts: Parts,
+    pub(super) parts: UnitIndex,
 }
 
-impl Names {
+impl NameTables {
     /// The symbol that `name` means in `scope`.
     pub fn lookup(&self, scope: ScopeId, name: &str) -> Option<SymbolId> {
         let mut at = Some(scope);

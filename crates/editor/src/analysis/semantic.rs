@@ -5,12 +5,12 @@ use elite_lang::syntax::TokenKind as T;
 
 use super::Analysis;
 use super::scopes::{Role, ScopeKind, SymbolKind};
-use super::types::{Shape, Type};
+use super::types::{Type, TypeRef};
 
 /// What a piece of text is. The order is that of the numbers which clients are told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs, reason = "the names say it")]
-pub enum WordKind {
+pub enum SemanticTokenKind {
     Keyword,
     Comment,
     String,
@@ -26,7 +26,7 @@ pub enum WordKind {
     Macro,
 }
 
-impl WordKind {
+impl SemanticTokenKind {
     /// The protocol's names, in the order of the numbers.
     pub const NAMES: [&'static str; 13] = [
         "keyword",
@@ -47,11 +47,11 @@ impl WordKind {
 
 /// A piece of text on one line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Word {
+pub struct SemanticToken {
     /// Where.
     pub span: Span,
     /// What it is.
-    pub kind: WordKind,
+    pub kind: SemanticTokenKind,
     /// It is bound here.
     pub is_declared: bool,
     /// The robot or Python provides it.
@@ -59,27 +59,33 @@ pub struct Word {
 }
 
 /// The words of a text that touch `within`, in its order, none over another.
-pub fn words(analysis: &Analysis, within: Span) -> Vec<Word> {
-    let mut found: Vec<Word> = Vec::new();
+pub fn words(analysis: &Analysis, within: Span) -> Vec<SemanticToken> {
+    let mut found: Vec<SemanticToken> = Vec::new();
     let touches = |span: Span| span.start <= within.end && within.start <= span.end;
     names(analysis, within, &mut found);
     let named: Vec<Span> = sorted(&mut found);
     for token in analysis.tokens().iter().filter(|token| touches(token.span)) {
         let kind = match token.kind {
-            T::End => WordKind::Keyword,
+            T::End => SemanticTokenKind::Keyword,
             T::Str => {
-                pieces(analysis, token.span, &named, WordKind::String, &mut found);
+                pieces(
+                    analysis,
+                    token.span,
+                    &named,
+                    SemanticTokenKind::String,
+                    &mut found,
+                );
                 continue;
             }
-            T::Int | T::Float | T::Imaginary => WordKind::Number,
+            T::Int | T::Float | T::Imaginary => SemanticTokenKind::Number,
             T::Newline | T::Indent | T::Dedent | T::EndOfFile | T::Unknown => continue,
             T::Name if analysis.file.slice(token.span) == "sec" && !has(&named, token.span) => {
-                WordKind::Keyword
+                SemanticTokenKind::Keyword
             }
             T::Name if has(&named, token.span) => continue,
             // In a line that does not parse.
-            T::Name => WordKind::Variable,
-            kind if kind.is_keyword() => WordKind::Keyword,
+            T::Name => SemanticTokenKind::Variable,
+            kind if kind.is_keyword() => SemanticTokenKind::Keyword,
             T::LeftParen
             | T::RightParen
             | T::LeftBracket
@@ -90,7 +96,7 @@ pub fn words(analysis: &Analysis, within: Span) -> Vec<Word> {
             | T::Colon
             | T::Dot
             | T::Semicolon => continue,
-            _ => WordKind::Operator,
+            _ => SemanticTokenKind::Operator,
         };
         found.push(plain(token.span, kind));
     }
@@ -101,9 +107,9 @@ pub fn words(analysis: &Analysis, within: Span) -> Vec<Word> {
     {
         let is_directive = analysis.file.slice(comment).starts_with('$');
         let kind = if is_directive {
-            WordKind::Macro
+            SemanticTokenKind::Macro
         } else {
-            WordKind::Comment
+            SemanticTokenKind::Comment
         };
         found.push(plain(comment, kind));
     }
@@ -118,8 +124,8 @@ pub fn words(analysis: &Analysis, within: Span) -> Vec<Word> {
     found
 }
 
-fn plain(span: Span, kind: WordKind) -> Word {
-    Word {
+fn plain(span: Span, kind: SemanticTokenKind) -> SemanticToken {
+    SemanticToken {
         span,
         kind,
         is_declared: false,
@@ -127,7 +133,7 @@ fn plain(span: Span, kind: WordKind) -> Word {
     }
 }
 
-fn sorted(found: &mut [Word]) -> Vec<Span> {
+fn sorted(found: &mut [SemanticToken]) -> Vec<Span> {
     found.sort_by_key(|word| word.span.start);
     found.iter().map(|word| word.span).collect()
 }
@@ -138,7 +144,7 @@ fn has(named: &[Span], span: Span) -> bool {
         .is_ok()
 }
 
-fn names(analysis: &Analysis, within: Span, found: &mut Vec<Word>) {
+fn names(analysis: &Analysis, within: Span, found: &mut Vec<SemanticToken>) {
     let names = &analysis.names;
     let touches = |span: Span| span.start <= within.end && within.start <= span.end;
     for (occurrence, symbol) in names.places().iter().filter(|(o, _)| touches(o.span)) {
@@ -147,37 +153,37 @@ fn names(analysis: &Analysis, within: Span, found: &mut Vec<Word>) {
                 let symbol = &names.symbols[*symbol];
                 let of_class = names.scopes[symbol.scope].kind == ScopeKind::Class;
                 let kind = match symbol.kind {
-                    SymbolKind::Variable if of_class => WordKind::Property,
-                    SymbolKind::Variable => WordKind::Variable,
-                    SymbolKind::Parameter => WordKind::Parameter,
-                    SymbolKind::Function if of_class => WordKind::Method,
-                    SymbolKind::Function => WordKind::Function,
-                    SymbolKind::Class => WordKind::Class,
-                    SymbolKind::Import => WordKind::Namespace,
+                    SymbolKind::Variable if of_class => SemanticTokenKind::Property,
+                    SymbolKind::Variable => SemanticTokenKind::Variable,
+                    SymbolKind::Parameter => SemanticTokenKind::Parameter,
+                    SymbolKind::Function if of_class => SemanticTokenKind::Method,
+                    SymbolKind::Function => SemanticTokenKind::Function,
+                    SymbolKind::Class => SemanticTokenKind::Class,
+                    SymbolKind::Import => SemanticTokenKind::Namespace,
                 };
                 (kind, false)
             }
             None => {
                 let name = analysis.file.slice(occurrence.span);
-                let shape = Shape::Name(occurrence.scope, name.into());
+                let shape = TypeRef::Name(occurrence.scope, name.into());
                 match analysis.infer(&shape) {
-                    Type::Robot(_) => (WordKind::Function, true),
+                    Type::Robot(_) => (SemanticTokenKind::Function, true),
                     Type::Python(_) => {
                         let is_class = matches!(super::library::PYTHON.get(name), Some(m)
                             if m.kind == elite_lang::syntax::MemberKind::Class);
                         let kind = if is_class {
-                            WordKind::Class
+                            SemanticTokenKind::Class
                         } else {
-                            WordKind::Function
+                            SemanticTokenKind::Function
                         };
                         (kind, true)
                     }
-                    Type::Test => (WordKind::Variable, true),
-                    _ => (WordKind::Variable, false),
+                    Type::Test => (SemanticTokenKind::Variable, true),
+                    _ => (SemanticTokenKind::Variable, false),
                 }
             }
         };
-        found.push(Word {
+        found.push(SemanticToken {
             span: occurrence.span,
             kind,
             is_declared: occurrence.role == Role::Bind,
@@ -189,15 +195,15 @@ fn names(analysis: &Analysis, within: Span, found: &mut Vec<Word>) {
         .iter()
         .filter(|used| touches(used.span))
     {
-        let shape = Shape::Attribute(Box::new(used.value.clone()), used.name.clone());
+        let shape = TypeRef::Attribute(Box::new(used.value.clone()), used.name.clone());
         let (kind, is_builtin) = match analysis.infer(&shape) {
-            Type::Function(_) => (WordKind::Method, false),
-            Type::Method(..) | Type::TestFunction(_) => (WordKind::Method, true),
-            Type::Member(..) => (WordKind::Function, true),
-            Type::Module(_) => (WordKind::Namespace, true),
-            _ => (WordKind::Property, false),
+            Type::Function(_) => (SemanticTokenKind::Method, false),
+            Type::Method(..) | Type::TestFunction(_) => (SemanticTokenKind::Method, true),
+            Type::Member(..) => (SemanticTokenKind::Function, true),
+            Type::Module(_) => (SemanticTokenKind::Namespace, true),
+            _ => (SemanticTokenKind::Property, false),
         };
-        found.push(Word {
+        found.push(SemanticToken {
             span: used.span,
             kind,
             is_declared: used.is_bound,
@@ -209,12 +215,18 @@ fn names(analysis: &Analysis, within: Span, found: &mut Vec<Word>) {
         .iter()
         .filter(|used| &*used.name != "**" && touches(used.span))
     {
-        found.push(plain(used.span, WordKind::Parameter));
+        found.push(plain(used.span, SemanticTokenKind::Parameter));
     }
 }
 
 /// A text of several lines, line by line, without the names in it.
-fn pieces(analysis: &Analysis, span: Span, named: &[Span], kind: WordKind, found: &mut Vec<Word>) {
+fn pieces(
+    analysis: &Analysis,
+    span: Span,
+    named: &[Span],
+    kind: SemanticTokenKind,
+    found: &mut Vec<SemanticToken>,
+) {
     let from = named.partition_point(|name| name.start < span.start);
     let inside = named[from..].iter().take_while(|name| name.end <= span.end);
     let mut at = span.start;

@@ -1,6 +1,6 @@
 //! How the function that is being called is called, and which of its parameters is at the cursor.
 
-use super::cursor::Cursor;
+use super::cursor::CursorContext;
 use super::types::{Type, attribute_of};
 use super::words::Language;
 use super::{Analysis, describe, library};
@@ -41,7 +41,7 @@ pub struct CallableParameter {
 
 /// The signature of the call around `offset`.
 pub fn signature(analysis: &Analysis, offset: u32, language: Language) -> Option<Signature> {
-    let cursor = Cursor::at(analysis, offset);
+    let cursor = CursorContext::at(analysis, offset);
     if cursor.is_comment {
         return None;
     }

@@ -1,12 +1,12 @@
 //! What values are, as far as it costs little to tell: literals, results of builtins, instances of the program's classes.
 //!
-//! A [`Shape`] is what the text says about a value, noted while the tree is walked; a [`Type`] is what that comes to once all
+//! A [`TypeRef`] is what the text says about a value, noted while the tree is walked; a [`Type`] is what that comes to once all
 //! names are known.
 
 use elite_runtime::builtins::declare::Builtin;
 
 use super::library;
-use super::scopes::{AttributeInfo, Names, ScopeId};
+use super::scopes::{AttributeInfo, NameTables, ScopeId};
 
 /// Steps that are followed to tell a type: names that lead to names end there.
 const STEPS_MAX: u32 = 24;
@@ -15,21 +15,21 @@ pub(super) const SHAPE_DEPTH_MAX: u32 = 8;
 
 /// What the text says about a value.
 #[derive(Clone, Debug)]
-pub enum Shape {
+pub enum TypeRef {
     /// Nothing.
     Unknown,
     /// A value of one of Python's own types.
     Value(&'static str),
     /// A list, tuple or set of such items.
-    Of(&'static str, Box<Shape>),
+    Of(&'static str, Box<TypeRef>),
     /// What a name stands for in a scope.
     Name(ScopeId, Box<str>),
     /// The result of calling it.
-    Call(Box<Shape>),
+    Call(Box<TypeRef>),
     /// An attribute of it.
-    Attribute(Box<Shape>, Box<str>),
+    Attribute(Box<TypeRef>, Box<str>),
     /// One of its items.
-    Item(Box<Shape>),
+    Item(Box<TypeRef>),
     /// A function of the program.
     Function(usize),
     /// A class of the program.
@@ -75,7 +75,7 @@ pub enum Type {
 
 impl Type {
     /// How people call it.
-    pub fn describe(&self, names: &Names) -> Option<String> {
+    pub fn describe(&self, names: &NameTables) -> Option<String> {
         Some(match self {
             Type::Value(name) => name.to_string(),
             Type::Of(name, item) => match item.describe(names) {
@@ -91,13 +91,13 @@ impl Type {
 }
 
 /// The type of a shape.
-pub fn infer(names: &Names, shape: &Shape, is_test: bool) -> Type {
+pub fn infer(names: &NameTables, shape: &TypeRef, is_test: bool) -> Type {
     Inference { names, is_test }.of(shape, STEPS_MAX)
 }
 
 /// The attribute `name` of a class, or of those it is derived from, with the class that has it.
 pub fn attribute_of<'n>(
-    names: &'n Names,
+    names: &'n NameTables,
     class: usize,
     name: &str,
 ) -> Option<(usize, &'n AttributeInfo)> {
@@ -107,7 +107,7 @@ pub fn attribute_of<'n>(
 }
 
 /// A class and those of the program it is derived from, itself first.
-pub fn line(names: &Names, class: usize) -> Vec<usize> {
+pub fn line(names: &NameTables, class: usize) -> Vec<usize> {
     let mut found = vec![class];
     let mut at = 0;
     while let Some(class) = found.get(at).copied() {
@@ -128,23 +128,23 @@ pub fn line(names: &Names, class: usize) -> Vec<usize> {
 }
 
 struct Inference<'n> {
-    names: &'n Names,
+    names: &'n NameTables,
     is_test: bool,
 }
 
 impl Inference<'_> {
-    fn of(&self, shape: &Shape, steps: u32) -> Type {
+    fn of(&self, shape: &TypeRef, steps: u32) -> Type {
         let Some(steps) = steps.checked_sub(1) else {
             return Type::Unknown;
         };
         match shape {
-            Shape::Unknown => Type::Unknown,
-            Shape::Value(name) => Type::Value((*name).into()),
-            Shape::Of(name, item) => Type::Of((*name).into(), Box::new(self.of(item, steps))),
-            Shape::Name(scope, name) => self.name(*scope, name, steps),
-            Shape::Call(function) => self.called(&self.of(function, steps), steps),
-            Shape::Attribute(value, name) => self.attribute(&self.of(value, steps), name, steps),
-            Shape::Item(value) => match self.of(value, steps) {
+            TypeRef::Unknown => Type::Unknown,
+            TypeRef::Value(name) => Type::Value((*name).into()),
+            TypeRef::Of(name, item) => Type::Of((*name).into(), Box::new(self.of(item, steps))),
+            TypeRef::Name(scope, name) => self.name(*scope, name, steps),
+            TypeRef::Call(function) => self.called(&self.of(function, steps), steps),
+            TypeRef::Attribute(value, name) => self.attribute(&self.of(value, steps), name, steps),
+            TypeRef::Item(value) => match self.of(value, steps) {
                 Type::Of(_, item) => *item,
                 Type::Value(name) if &*name == "str" => Type::Value(name),
                 Type::Value(name) if matches!(&*name, "bytes" | "bytearray" | "range") => {
@@ -152,11 +152,11 @@ impl Inference<'_> {
                 }
                 _ => Type::Unknown,
             },
-            Shape::Function(function) => Type::Function(*function),
-            Shape::Class(class) => Type::Class(*class),
-            Shape::Instance(class) => Type::Instance(*class),
-            Shape::Module(name) => Type::Module(name.clone()),
-            Shape::Member(module, name) => self.member(module, name),
+            TypeRef::Function(function) => Type::Function(*function),
+            TypeRef::Class(class) => Type::Class(*class),
+            TypeRef::Instance(class) => Type::Instance(*class),
+            TypeRef::Module(name) => Type::Module(name.clone()),
+            TypeRef::Member(module, name) => self.member(module, name),
         }
     }
 

@@ -4,13 +4,13 @@ use std::collections::HashMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use controller::condition::{Condition, ConditionError, Doing};
-use elite_lang::debug::Place;
-use elite_lang::syntax::{Reading, StmtKind};
+use controller::condition::{Condition, ConditionError, ProgramPosition};
+use elite_lang::debug::BreakpointLocation;
+use elite_lang::syntax::{ParsedDocument, StmtKind};
 use elite_lang::{KnownNames, Severity, SourceFile};
 use kinematics::JointPositions;
 use motion_api::RobotState;
-use recorder::Cycle;
+use recorder::CycleMessage;
 use serde::Deserialize;
 
 /// Most breakpoints of each kind; what is beyond is refused.
@@ -142,7 +142,7 @@ pub struct Breakpoints {
 /// A breakpoint as a client sends it.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
-pub struct Wanted {
+pub struct BreakpointRequest {
     /// Line, from 1.
     pub line: u32,
     /// Column, from 1.
@@ -159,7 +159,7 @@ pub struct Wanted {
     pub log_message: Option<String>,
 }
 
-impl Wanted {
+impl BreakpointRequest {
     /// The breakpoint, wherever it is.
     ///
     /// # Errors
@@ -219,7 +219,7 @@ fn unreadable(text: &str) -> Option<String> {
     }
     let read = |text: String| {
         let none = KnownNames::new(std::iter::empty::<String>());
-        let reading = Reading::of(SourceFile::new("text", text), &none);
+        let reading = ParsedDocument::of(SourceFile::new("text", text), &none);
         let mut findings = reading.findings().iter();
         if let Some(error) = findings.find(|finding| finding.severity == Severity::Error) {
             return Some(format!("cannot be read: {}", error.message));
@@ -249,7 +249,7 @@ pub fn condition_of_arm(text: &str) -> Result<(), String> {
     let condition =
         Condition::new("the data breakpoint", text).map_err(|error| refused(error.to_string()))?;
     let at_rest = RobotState::at_start(JointPositions::ZERO, 0.002);
-    match condition.holds(&Cycle::from(&at_rest), &Doing::default()) {
+    match condition.holds(&CycleMessage::from(&at_rest), &ProgramPosition::default()) {
         Err(ConditionError::Raised { report, .. }) => {
             // Other exceptions, as of a division, may be of this one cycle only.
             let always = ["TypeError", "AttributeError", "IndexError", "NameError"];
@@ -268,7 +268,11 @@ pub fn condition_of_arm(text: &str) -> Result<(), String> {
 
 /// The statement that a breakpoint binds to: with a column the last one that begins there or before in the line, otherwise
 /// the first one of the line or of the next line that has any.
-pub fn bind(places: &[Place], line: u32, column: Option<u32>) -> Option<Place> {
+pub fn bind(
+    places: &[BreakpointLocation],
+    line: u32,
+    column: Option<u32>,
+) -> Option<BreakpointLocation> {
     let of_line = |line: u32| places.iter().filter(move |place| place.line == line);
     if let Some(column) = column {
         let before = of_line(line).rfind(|place| place.column <= column);
@@ -329,10 +333,10 @@ mod tests {
             );
             assert!(error.contains("allowed is one expression"), "{error}");
         }
-        let wanted = |condition: &str, message: &str| Wanted {
+        let wanted = |condition: &str, message: &str| BreakpointRequest {
             condition: Some(condition.to_owned()),
             log_message: Some(message.to_owned()),
-            ..Wanted::default()
+            ..BreakpointRequest::default()
         };
         assert!(wanted("x", "at {x} and {y[0]}, {").breakpoint(1).is_ok());
         let error = wanted("", "at {x >}").breakpoint(1).unwrap_err();
@@ -366,7 +370,7 @@ mod tests {
 
     #[test]
     fn breakpoints_bind_to_statements_also_within_a_line() {
-        let place = |line, column| Place { line, column };
+        let place = |line, column| BreakpointLocation { line, column };
         let places = [place(1, 1), place(1, 8), place(3, 1)];
         assert_eq!(bind(&places, 1, None), Some(place(1, 1)));
         assert_eq!(bind(&places, 1, Some(9)), Some(place(1, 8)));

@@ -11,14 +11,16 @@ use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use elite_runtime::debug::{Attached, DebugLink, Debuggee};
+use elite_runtime::debug::{DebuggedTask, DebuggerHost, TaskDebugger};
 use motion_api::ProgramId;
 use serde_json::{Value as Json, json};
 
 use super::breakpoints::Breakpoints;
-use super::link::{Event, Go, Link, Note, Order, Purpose, Why, lock};
-use super::position::Position;
 use super::probe::Probe;
+use super::run_channel::{
+    Purpose, ResumeMode, RunChannel, RunCommand, RunEvent, SessionEvent, SuspendReason, lock,
+};
+use super::run_position::Position;
 
 /// Most clients at once.
 const CLIENTS_MAX: usize = 8;
@@ -29,8 +31,8 @@ const ORDERS_MAX: usize = 256;
 
 /// See the module.
 #[derive(Default)]
-pub struct Hub {
-    state: Mutex<State>,
+pub struct DebugHub {
+    state: Mutex<HubState>,
     /// A driver is ready for the program that begins.
     readied: Condvar,
     changes: AtomicU64,
@@ -39,42 +41,42 @@ pub struct Hub {
 }
 
 #[derive(Default)]
-struct State {
+struct HubState {
     clients: BTreeMap<u32, Client>,
     last_client: u32,
     generation: u64,
     /// Of the latest program for which the driver has said where it is to be held.
     ready: u64,
     breakpoints: Arc<Breakpoints>,
-    current: Option<Current>,
+    current: Option<CurrentProgram>,
 }
 
 struct Client {
-    notes: SyncSender<Note>,
+    notes: SyncSender<SessionEvent>,
     drives: bool,
 }
 
-struct Current {
+struct CurrentProgram {
     program: ProgramId,
     name: Arc<str>,
     text: Arc<str>,
-    watched: Option<Watched>,
-    held: Option<Held>,
+    watched: Option<ProgramLink>,
+    held: Option<SuspendedProgram>,
 }
 
 /// The two ends towards a program that is watched.
 #[derive(Clone)]
-pub(crate) struct Watched {
-    pub link: Arc<Link>,
-    pub orders: SyncSender<Order>,
+pub(crate) struct ProgramLink {
+    pub link: Arc<RunChannel>,
+    pub orders: SyncSender<RunCommand>,
 }
 
 /// Where a program is held.
 #[derive(Clone, Debug)]
-pub(crate) struct Held {
+pub(crate) struct SuspendedProgram {
     pub thread: u32,
     pub threads: Vec<u32>,
-    pub why: Why,
+    pub why: SuspendReason,
     pub position: Position,
     line: u32,
     column: u32,
@@ -82,19 +84,19 @@ pub(crate) struct Held {
 
 /// A program that runs, for a client.
 #[derive(Clone)]
-pub(crate) struct Begun {
+pub(crate) struct ProgramStarted {
     pub generation: u64,
     pub name: Arc<str>,
     pub text: Arc<str>,
-    pub watched: Option<Watched>,
-    pub held: Option<Held>,
+    pub watched: Option<ProgramLink>,
+    pub held: Option<SuspendedProgram>,
 }
 
 /// The hub as programs find it.
 #[derive(Clone)]
-pub struct HubLink(pub Arc<Hub>);
+pub struct HubDebugger(pub Arc<DebugHub>);
 
-impl Hub {
+impl DebugHub {
     /// One whose programs are all watched from their start: a client may attach to one that has begun.
     pub fn of_every_program() -> Self {
         Self {
@@ -152,9 +154,9 @@ impl Hub {
     /// A client attaches; its number, and the program that runs.
     pub(crate) fn join(
         &self,
-        notes: SyncSender<Note>,
+        notes: SyncSender<SessionEvent>,
         drives: bool,
-    ) -> Result<(u32, Option<Begun>), String> {
+    ) -> Result<(u32, Option<ProgramStarted>), String> {
         let mut state = lock(&self.state);
         if state.clients.len() >= CLIENTS_MAX {
             return Err(format!(
@@ -201,7 +203,7 @@ impl Hub {
                 *lock(&link.breakpoints) = Arc::default();
                 link.changes.fetch_add(1, Ordering::AcqRel);
                 link.is_driven.store(false, Ordering::Release);
-                let note = Note::Run(state.generation, Box::new(Event::Continued));
+                let note = SessionEvent::Run(state.generation, Box::new(RunEvent::Continued));
                 state.tell(number, &note);
             }
             if is_last {
@@ -231,7 +233,7 @@ impl Hub {
     }
 
     /// The driver lets a held program go on.
-    pub(crate) fn go(&self, number: u32, go: Go) -> Result<(), String> {
+    pub(crate) fn go(&self, number: u32, go: ResumeMode) -> Result<(), String> {
         let mut state = lock(&self.state);
         let watched = state.watched().ok_or("no program is held")?;
         let current = state
@@ -241,10 +243,10 @@ impl Hub {
         let current = current.ok_or("the program is running")?;
         watched
             .orders
-            .try_send(Order::Go(go))
+            .try_send(RunCommand::Go(go))
             .map_err(|_| "the program takes no orders just now")?;
         current.held = None;
-        let note = Note::Run(state.generation, Box::new(Event::Continued));
+        let note = SessionEvent::Run(state.generation, Box::new(RunEvent::Continued));
         state.tell(number, &note);
         drop(state);
         self.is_changed();
@@ -252,21 +254,21 @@ impl Hub {
     }
 
     /// Passes on what a program tells.
-    fn hear(&self, note: &Note) {
+    fn hear(&self, note: &SessionEvent) {
         let mut state = lock(&self.state);
-        let Note::Run(generation, event) = note else {
+        let SessionEvent::Run(generation, event) = note else {
             return;
         };
         if *generation != state.generation {
             return;
         }
         match &**event {
-            Event::Answer { request, .. } => {
+            RunEvent::Answer { request, .. } => {
                 let number = u32::try_from(request.0 >> 32).unwrap_or(0);
                 state.tell_one(number, note);
                 return;
             }
-            Event::Stopped {
+            RunEvent::Stopped {
                 thread,
                 threads,
                 why,
@@ -280,7 +282,7 @@ impl Hub {
                         (line, link.column.load(Ordering::Relaxed))
                     });
                     let (line, column) = place.unwrap_or_default();
-                    current.held = Some(Held {
+                    current.held = Some(SuspendedProgram {
                         thread: *thread,
                         threads: threads.clone(),
                         why: why.clone(),
@@ -298,14 +300,14 @@ impl Hub {
     }
 }
 
-impl State {
-    fn watched(&self) -> Option<Watched> {
+impl HubState {
+    fn watched(&self) -> Option<ProgramLink> {
         self.current.as_ref()?.watched.clone()
     }
 
-    fn begun(&self) -> Option<Begun> {
+    fn begun(&self) -> Option<ProgramStarted> {
         let current = self.current.as_ref()?;
-        Some(Begun {
+        Some(ProgramStarted {
             generation: self.generation,
             name: current.name.clone(),
             text: current.text.clone(),
@@ -315,14 +317,14 @@ impl State {
     }
 
     /// Tells everybody but one.
-    fn tell(&mut self, but: u32, note: &Note) {
+    fn tell(&mut self, but: u32, note: &SessionEvent) {
         let others: Vec<u32> = self.clients.keys().copied().filter(|n| *n != but).collect();
         for number in others {
             self.tell_one(number, note);
         }
     }
 
-    fn tell_one(&mut self, number: u32, note: &Note) {
+    fn tell_one(&mut self, number: u32, note: &SessionEvent) {
         let Some(client) = self.clients.get(&number) else {
             return;
         };
@@ -337,10 +339,10 @@ impl State {
     }
 }
 
-impl DebugLink for HubLink {
+impl DebuggerHost for HubDebugger {
     fn begins(&self, program: ProgramId, name: &str, text: &str) {
         let mut state = lock(&self.0.state);
-        state.current = Some(Current {
+        state.current = Some(CurrentProgram {
             program,
             name: name.into(),
             text: text.into(),
@@ -351,16 +353,16 @@ impl DebugLink for HubLink {
         self.0.is_changed();
     }
 
-    fn attach(&self, task: Debuggee) -> Option<Rc<dyn Attached>> {
+    fn attach(&self, task: DebuggedTask) -> Option<Rc<dyn TaskDebugger>> {
         let hub = self.0.clone();
-        let mut state: MutexGuard<'_, State> = lock(&self.0.state);
+        let mut state: MutexGuard<'_, HubState> = lock(&self.0.state);
         let nobody = state.clients.is_empty();
         if nobody && !self.0.watches_every_program {
             return None;
         }
         state.generation += 1;
         let (orders, receiver) = sync_channel(ORDERS_MAX);
-        let link = Arc::new(Link {
+        let link = Arc::new(RunChannel {
             generation: state.generation,
             program: Some(task.program()),
             is_attached: true,
@@ -387,15 +389,15 @@ impl DebugLink for HubLink {
             orders: Some(receiver).into(),
         });
         if let Some(current) = &mut state.current {
-            current.watched = Some(Watched {
+            current.watched = Some(ProgramLink {
                 link: link.clone(),
                 orders,
             });
         }
         let begun = state.begun();
-        state.tell(0, &Note::Begun(begun.map(Box::new)));
+        state.tell(0, &SessionEvent::Begun(begun.map(Box::new)));
         // Breakpoints have their places before the first statement; a driver that is slow misses some.
-        let waits = |state: &mut State| {
+        let waits = |state: &mut HubState| {
             let has_driver = state.clients.values().any(|client| client.drives);
             has_driver && state.ready < state.generation
         };
@@ -418,7 +420,7 @@ impl DebugLink for HubLink {
             return;
         }
         state.current = None;
-        state.tell(0, &Note::Begun(None));
+        state.tell(0, &SessionEvent::Begun(None));
         drop(state);
         self.0.is_changed();
     }

@@ -2,14 +2,14 @@
 
 use elite_lang::ThreadId;
 use elite_lang::Value;
-use elite_lang::debug::{Child, Children, Halt};
+use elite_lang::debug::{ChildFilter, ChildValue, PausedProgram};
 use serde::Deserialize;
 use serde_json::{Value as Json, json};
 
-use super::arm::{Item, items};
-use super::link::Asked;
-use super::position::Intervention;
 use super::probe::Probe;
+use super::robot_scope::{RobotVariable, items};
+use super::run_channel::RequestId;
+use super::run_position::Intervention;
 use super::session::thread_of;
 
 /// Most things that are listed at once.
@@ -23,14 +23,14 @@ pub(super) const GLOBALS: usize = usize::MAX;
 
 /// What a number stands for that the client was given.
 #[derive(Clone)]
-pub(super) enum Referred {
+pub(super) enum ReferenceTarget {
     Locals {
         thread: u32,
         call: usize,
     },
     Globals,
     Arm,
-    Parts(Item),
+    Parts(RobotVariable),
     Value {
         value: Value,
         thread: u32,
@@ -42,18 +42,18 @@ pub(super) enum Referred {
 
 /// The numbers that the client was given since the program was held.
 #[derive(Default)]
-pub(crate) struct Table {
+pub(crate) struct ReferenceTable {
     calls: Vec<(u32, usize)>,
-    referred: Vec<Referred>,
+    referred: Vec<ReferenceTarget>,
 }
 
-impl Table {
+impl ReferenceTable {
     pub(crate) fn clear(&mut self) {
         let old = std::mem::take(self);
         drop(old);
     }
 
-    fn refer(&mut self, what: Referred) -> usize {
+    fn refer(&mut self, what: ReferenceTarget) -> usize {
         if self.referred.len() >= REFERENCES_MAX {
             return 0;
         }
@@ -73,7 +73,7 @@ impl Table {
 
 #[derive(Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
-pub(super) struct Arguments {
+pub(super) struct InspectArguments {
     pub(super) thread_id: Option<u64>,
     pub(super) start_frame: usize,
     pub(super) levels: usize,
@@ -92,13 +92,13 @@ impl Probe {
     /// The answer to a request about the held program; None: it comes later.
     pub(super) fn answer(
         &self,
-        halt: &Halt<'_>,
+        halt: &PausedProgram<'_>,
         holder: Option<ThreadId>,
-        request: &Asked,
+        request: &RequestId,
         command: &str,
         arguments: &Json,
     ) -> Option<Result<Json, String>> {
-        let asked: Arguments = match serde_json::from_value(arguments.clone()) {
+        let asked: InspectArguments = match serde_json::from_value(arguments.clone()) {
             Ok(asked) => asked,
             Err(error) => return Some(Err(format!("{command}: {error}"))),
         };
@@ -140,7 +140,7 @@ impl Probe {
     }
 
     /// The thread that the client means; the held one where it names none.
-    fn number_of(&self, asked: &Arguments) -> Result<u32, String> {
+    fn number_of(&self, asked: &InspectArguments) -> Result<u32, String> {
         let Some(id) = asked.thread_id else {
             return Ok(self.held.get());
         };
@@ -148,7 +148,11 @@ impl Probe {
         thread_of(id, &threads)
     }
 
-    fn stack_trace(&self, halt: &Halt<'_>, asked: &Arguments) -> Result<Json, String> {
+    fn stack_trace(
+        &self,
+        halt: &PausedProgram<'_>,
+        asked: &InspectArguments,
+    ) -> Result<Json, String> {
         let number = self.number_of(asked)?;
         let Some(thread) = self.thread(number) else {
             return Ok(json!({"stackFrames": [], "totalFrames": 0}));
@@ -184,8 +188,8 @@ impl Probe {
     /// The call that the client means; the innermost one of the held thread where it names none.
     pub(super) fn call_of(
         &self,
-        halt: &Halt<'_>,
-        asked: &Arguments,
+        halt: &PausedProgram<'_>,
+        asked: &InspectArguments,
     ) -> Result<(u32, usize), String> {
         let held = self.held.get();
         // At the end of a program there is no call whose number could be given.
@@ -206,13 +210,13 @@ impl Probe {
         })
     }
 
-    fn scopes(&self, halt: &Halt<'_>, asked: &Arguments) -> Result<Json, String> {
+    fn scopes(&self, halt: &PausedProgram<'_>, asked: &InspectArguments) -> Result<Json, String> {
         let (thread, call) = self.call_of(halt, asked)?;
         let id = self.thread(thread).unwrap_or(ThreadId(0));
         let mut scopes = Vec::new();
         let mut table = self.table.borrow_mut();
         if !halt.has_globals_only(id, call) {
-            let reference = table.refer(Referred::Locals { thread, call });
+            let reference = table.refer(ReferenceTarget::Locals { thread, call });
             scopes.push(json!({
                 "name": "Locals",
                 "presentationHint": "locals",
@@ -220,14 +224,14 @@ impl Probe {
                 "expensive": false,
             }));
         }
-        let globals = table.refer(Referred::Globals);
-        let arm = table.refer(Referred::Arm);
+        let globals = table.refer(ReferenceTarget::Globals);
+        let arm = table.refer(ReferenceTarget::Arm);
         scopes.push(json!({"name": "Globals", "variablesReference": globals, "expensive": false}));
         scopes.push(json!({"name": "Arm", "variablesReference": arm, "expensive": false}));
         Ok(json!({ "scopes": scopes }))
     }
 
-    pub(super) fn referred(&self, reference: usize) -> Result<Referred, String> {
+    pub(super) fn referred(&self, reference: usize) -> Result<ReferenceTarget, String> {
         let table = self.table.borrow();
         let index = reference.checked_sub(1);
         let known = index.and_then(|index| table.referred.get(index).cloned());
@@ -236,7 +240,11 @@ impl Probe {
         })
     }
 
-    fn variables(&self, halt: &Halt<'_>, asked: &Arguments) -> Result<Json, String> {
+    fn variables(
+        &self,
+        halt: &PausedProgram<'_>,
+        asked: &InspectArguments,
+    ) -> Result<Json, String> {
         let count = match asked.count {
             0 => PAGE_MAX,
             count => count.min(PAGE_MAX),
@@ -250,18 +258,18 @@ impl Probe {
             .collect()
         };
         let variables = match self.referred(asked.variables_reference)? {
-            Referred::Locals { thread, call } => {
+            ReferenceTarget::Locals { thread, call } => {
                 let id = self.thread(thread).unwrap_or(ThreadId(0));
                 page(halt.locals(id, call), thread, call)
             }
-            Referred::Globals => page(halt.globals(), self.held.get(), GLOBALS),
-            Referred::Arm => {
+            ReferenceTarget::Globals => page(halt.globals(), self.held.get(), GLOBALS),
+            ReferenceTarget::Arm => {
                 let state = self.task.state();
                 let items = items(&state, &self.way());
                 let page = items.into_iter().skip(asked.start).take(count);
                 page.map(|item| self.arm_variable(item)).collect()
             }
-            Referred::Parts(item) => {
+            ReferenceTarget::Parts(item) => {
                 let parts = item.parts.iter().enumerate();
                 let page = parts.skip(asked.start).take(count);
                 let part = |(index, text): (usize, &String)| {
@@ -274,20 +282,20 @@ impl Probe {
                 };
                 page.map(part).collect()
             }
-            Referred::Value {
+            ReferenceTarget::Value {
                 value,
                 thread,
                 call,
                 path,
             } => {
                 let which = match asked.filter.as_str() {
-                    "indexed" => Children::Indexed,
-                    "named" => Children::Named,
-                    _ => Children::Both,
+                    "indexed" => ChildFilter::Indexed,
+                    "named" => ChildFilter::Named,
+                    _ => ChildFilter::Both,
                 };
                 let children = halt.children(&value, which, asked.start, count);
                 let shown = children.into_iter().map(|child| {
-                    let Child {
+                    let ChildValue {
                         name,
                         suffix,
                         value,
@@ -304,12 +312,12 @@ impl Probe {
         Ok(json!({ "variables": variables }))
     }
 
-    fn arm_variable(&self, item: Item) -> Json {
+    fn arm_variable(&self, item: RobotVariable) -> Json {
         let (name, text) = (item.name.clone(), item.text.clone());
         let count = item.parts.len();
         let reference = match count {
             0 => 0,
-            _ => self.table.borrow_mut().refer(Referred::Parts(item)),
+            _ => self.table.borrow_mut().refer(ReferenceTarget::Parts(item)),
         };
         json!({
             "name": name,
@@ -322,7 +330,7 @@ impl Probe {
 
     fn variable(
         &self,
-        halt: &Halt<'_>,
+        halt: &PausedProgram<'_>,
         name: &str,
         value: Value,
         thread: u32,
@@ -344,7 +352,7 @@ impl Probe {
 
     pub(super) fn value_body(
         &self,
-        halt: &Halt<'_>,
+        halt: &PausedProgram<'_>,
         value: Value,
         thread: u32,
         call: usize,
@@ -353,7 +361,7 @@ impl Probe {
         let shown = self.task.without_motion(|| halt.show(&value));
         let reference = match shown.indexed + shown.named {
             0 => 0,
-            _ => self.table.borrow_mut().refer(Referred::Value {
+            _ => self.table.borrow_mut().refer(ReferenceTarget::Value {
                 value,
                 thread,
                 call,
@@ -372,7 +380,7 @@ impl Probe {
     /// The body of an evaluation that has ended later.
     pub(super) fn shown(
         &self,
-        halt: &Halt<'_>,
+        halt: &PausedProgram<'_>,
         ended: Result<Option<Value>, String>,
     ) -> Result<Json, String> {
         let value = ended.map_err(last_line)?;
@@ -384,10 +392,10 @@ impl Probe {
 
     fn evaluated(
         &self,
-        halt: &Halt<'_>,
+        halt: &PausedProgram<'_>,
         holder: Option<ThreadId>,
-        request: &Asked,
-        asked: &Arguments,
+        request: &RequestId,
+        asked: &InspectArguments,
     ) -> Result<Option<Json>, String> {
         let (number, call) = self.call_of(halt, asked)?;
         let thread = self.thread(number).unwrap_or(ThreadId(0));
@@ -423,7 +431,7 @@ impl Probe {
         Ok(Some(self.value_body(halt, value, number, call, path)))
     }
 
-    fn exception_info(&self, asked: &Arguments) -> Result<Json, String> {
+    fn exception_info(&self, asked: &InspectArguments) -> Result<Json, String> {
         self.number_of(asked)?;
         let why = self.exception().ok_or("no exception was raised")?;
         Ok(json!({
@@ -434,7 +442,7 @@ impl Probe {
     }
 
     /// The statement before the one at which a thread stands: of the same call, else the one that made the call.
-    fn back(&self, halt: &Halt<'_>, asked: &Arguments) -> Result<Json, String> {
+    fn back(&self, halt: &PausedProgram<'_>, asked: &InspectArguments) -> Result<Json, String> {
         let number = self.number_of(asked)?;
         let thread = self.thread(number);
         let calls = thread.map(|thread| halt.calls(thread)).unwrap_or_default();
@@ -450,7 +458,11 @@ impl Probe {
         Ok(json!({"tick": tick, "moment": position.moment, "ticks": position.tick}))
     }
 
-    fn frame_start(&self, halt: &Halt<'_>, asked: &Arguments) -> Result<Json, String> {
+    fn frame_start(
+        &self,
+        halt: &PausedProgram<'_>,
+        asked: &InspectArguments,
+    ) -> Result<Json, String> {
         let (number, call) = self.call_of(halt, asked)?;
         let thread = self.thread(number).unwrap_or(ThreadId(0));
         let calls = halt.calls(thread);

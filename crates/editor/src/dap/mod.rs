@@ -1,51 +1,51 @@
 //! The debugger: the Debug Adapter Protocol over a reader and a writer, and programs that are walked both ways.
 //!
-//! - `stream`: the frames of the protocol; `session`: requests and runs; `arguments`: what requests have to have; `telling`: responses, events; `wanted` and `breakpoints`: what the
+//! - `stream`: the frames of the protocol; `session`: requests and runs; `arguments`: what requests have to have; `responses`: responses, events; `breakpoint_requests` and `breakpoints`: what the
 //!   program is held for; `capabilities`.
-//! - `run`: one run of the program, on a controller of its own under the virtual clock; `link`: what passes between the two.
-//! - `probe`, `hears` and `judge`: on the program's thread, decide whether it is held; `inspect`, `change` and `arm`: what it is
+//! - `run`: one run of the program, on a controller of its own under the virtual clock; `run_channel`: what passes between the two.
+//! - `probe`, `watcher` and `breakpoint_hits`: on the program's thread, decide whether it is held; `inspect`, `set_variable` and `robot_scope`: what it is
 //!   asked while it is.
-//! - `hub`: where clients attach to a controller that serves; `attached`: their sessions; `relay`: the way there; `holding`: how its programs are held.
-//! - `backwards` and `position`: a run is a pure function of text, model, options and seed, so going back is running again,
+//! - `hub`: where clients attach to a controller that serves; `attached_session`: their sessions; `remote_attach`: the way there; `attached_suspend`: how its programs are held.
+//! - `reverse` and `run_position`: a run is a pure function of text, model, options and seed, so going back is running again,
 //!   without a word, to one place before. What the client changed on the way is done again.
 //!
 //! No thread of this module waits for the client but the one that reads.
 
 mod arguments;
-mod arm;
-mod attached;
-mod backwards;
+mod attached_session;
+mod attached_suspend;
+mod breakpoint_hits;
+mod breakpoint_requests;
 mod breakpoints;
 mod capabilities;
-mod change;
-mod hears;
-mod holding;
 mod hub;
 mod inspect;
-mod judge;
-mod link;
-mod position;
 mod probe;
-mod relay;
+mod remote_attach;
+mod responses;
+mod reverse;
+mod robot_scope;
 mod run;
+mod run_channel;
+mod run_position;
 mod session;
+mod set_variable;
 pub mod stream;
-mod telling;
-mod wanted;
+mod watcher;
 
 use std::io::{BufRead, Write};
 use std::sync::mpsc::{SyncSender, sync_channel};
 
 use supervision::{ThreadRole, ThreadSupervisor};
 
-pub use attached::{AttachedSession, Inlet};
-pub use hub::{Hub, HubLink};
-pub use relay::{Attach, Inbox, Outbox};
-pub use run::{Debuggee, Recorded};
+pub use attached_session::{AttachedSession, SessionSender};
+pub use hub::{DebugHub, HubDebugger};
+pub use remote_attach::{ConnectFn, RemoteSender, RemoteSink};
+pub use run::{RecordedProgram, RunTarget};
 pub use session::Launch;
 
-use link::Note;
-use session::Session;
+use run_channel::SessionEvent;
+use session::DapSession;
 
 /// Messages and events that may wait; who sends more is held up.
 const WAITING_MAX: usize = 256;
@@ -70,7 +70,7 @@ pub fn serve_attaching(
     input: impl BufRead + Send + 'static,
     output: &mut dyn Write,
     launch: &Launch<'_>,
-    attach: Option<&Attach<'_>>,
+    attach: Option<&ConnectFn<'_>>,
 ) -> std::io::Result<()> {
     let (sender, notes) = sync_channel(WAITING_MAX);
     let of_client = sender.clone();
@@ -79,8 +79,8 @@ pub fn serve_attaching(
         ThreadSupervisor::default().start(ThreadRole::Service, "debug client", move || {
             read_all(input, &of_client);
         })?;
-    let mut frames = stream::Frames(output);
-    let mut session = Session::new(&mut frames, launch, sender);
+    let mut frames = stream::FramedWriter(output);
+    let mut session = DapSession::new(&mut frames, launch, sender);
     session.attach = attach;
     while !session.is_done {
         // The session itself holds a sender, so that this does not fail.
@@ -94,12 +94,12 @@ pub fn serve_attaching(
     Ok(())
 }
 
-fn read_all(mut input: impl BufRead, sender: &SyncSender<Note>) {
+fn read_all(mut input: impl BufRead, sender: &SyncSender<SessionEvent>) {
     loop {
         let (note, is_last) = match stream::read(&mut input) {
-            Ok(Some(message)) => (Note::Client(message), false),
-            Ok(None) => (Note::Gone(None), true),
-            Err(error) => (Note::Gone(Some(error.to_string())), true),
+            Ok(Some(message)) => (SessionEvent::Client(message), false),
+            Ok(None) => (SessionEvent::Gone(None), true),
+            Err(error) => (SessionEvent::Gone(Some(error.to_string())), true),
         };
         if sender.send(note).is_err() || is_last {
             return;

@@ -12,57 +12,59 @@ use std::sync::atomic::Ordering;
 use std::sync::mpsc::Receiver;
 
 use controller::condition::Condition;
-use elite_lang::debug::{Evaluated, Halt, Onward, Pending};
+use elite_lang::debug::{DebugAction, EvalHandle, EvalOutcome, PausedProgram};
 use elite_lang::{TaskNode, ThreadId, Value, memory};
-use elite_runtime::debug::{Attached, CONSOLE_THREAD, DebugLink, Debuggee};
+use elite_runtime::debug::{CONSOLE_THREAD, DebuggedTask, DebuggerHost, TaskDebugger};
 
-use super::arm::Way;
 use super::breakpoints::{Breakpoints, HitCondition};
-use super::inspect::Table;
-use super::link::{Asked, Event, Go, Link, Order, Purpose, Why, lock};
-use super::position::{Intervention, Position, Target};
+use super::inspect::ReferenceTable;
+use super::robot_scope::MotionProgress;
+use super::run_channel::{
+    Purpose, RequestId, ResumeMode, RunChannel, RunCommand, RunEvent, SuspendReason, lock,
+};
+use super::run_position::{Intervention, Position, SeekTarget};
 
 /// Slices of work that a condition or a message may take.
 pub(super) const CONDITION_SLICES: u32 = 50;
 
 /// Makes a probe on the thread of the task.
-pub(crate) struct Attach(pub(crate) Arc<Link>);
+pub(crate) struct ProbeFactory(pub(crate) Arc<RunChannel>);
 
-impl DebugLink for Attach {
-    fn attach(&self, task: Debuggee) -> Option<Rc<dyn Attached>> {
+impl DebuggerHost for ProbeFactory {
+    fn attach(&self, task: DebuggedTask) -> Option<Rc<dyn TaskDebugger>> {
         let is_meant = self
             .0
             .program
             .is_none_or(|program| program == task.program());
-        is_meant.then(|| Rc::new(Probe::new(self.0.clone(), task)) as Rc<dyn Attached>)
+        is_meant.then(|| Rc::new(Probe::new(self.0.clone(), task)) as Rc<dyn TaskDebugger>)
     }
 }
 
 /// How the program goes on.
-pub(super) enum Mode {
+pub(super) enum StepState {
     Free,
     StepIn(u32),
     Next(u32, u32),
     Out(u32, u32),
     Node(u32, Option<TaskNode>),
-    Seek(Target, Why),
+    Seek(SeekTarget, SuspendReason),
     Scan {
         before: u64,
-        found: Option<(Position, Why)>,
+        found: Option<(Position, SuspendReason)>,
     },
 }
 
 /// An evaluation that waits while the program beside it is held.
-pub(super) struct Console {
-    pending: Pending,
+pub(super) struct PendingEvaluation {
+    pending: EvalHandle,
     /// Who asked; None where it is done again.
-    request: Option<Asked>,
+    request: Option<RequestId>,
     /// The thread that is held in a statement; None between two cycles.
     holder: Option<ThreadId>,
 }
 
 /// A condition of the arm that is looked at every cycle.
-pub(super) struct Watch {
+pub(super) struct DataWatch {
     pub(super) id: u64,
     pub(super) hits: Option<HitCondition>,
     /// None after it has failed once.
@@ -72,36 +74,36 @@ pub(super) struct Watch {
 }
 
 /// What the decisions go by.
-pub(super) struct State {
-    pub(super) mode: Mode,
+pub(super) struct ProbeState {
+    pub(super) mode: StepState,
     pub(super) breakpoints: Arc<Breakpoints>,
     pub(super) changes: u64,
-    pub(super) watches: Vec<Watch>,
+    pub(super) watches: Vec<DataWatch>,
     pub(super) hits: HashMap<u64, u64>,
     pub(super) failed: Vec<u64>,
     pub(super) threads: BTreeMap<u32, ThreadId>,
     pub(super) moment: u64,
     /// The moment of the latest exception, and what is said of it.
-    pub(super) raised: Option<(u64, Why)>,
+    pub(super) raised: Option<(u64, SuspendReason)>,
     pub(super) stop_on_entry: bool,
-    pub(super) console: Option<Console>,
+    pub(super) console: Option<PendingEvaluation>,
     /// The two latest places at which a breakpoint held.
-    pub(super) met: [Option<(Position, Why)>; 2],
+    pub(super) met: [Option<(Position, SuspendReason)>; 2],
     /// Breakpoints were changed since the run began.
     pub(super) has_changed: bool,
     /// How many interventions have been done again.
     pub(super) redone: usize,
-    pub(super) way: Way,
+    pub(super) way: MotionProgress,
 }
 
 /// The debugger of one run.
 pub(crate) struct Probe {
-    pub(super) link: Arc<Link>,
-    pub(super) task: Debuggee,
-    pub(super) orders: Option<Receiver<Order>>,
-    pub(super) state: RefCell<State>,
+    pub(super) link: Arc<RunChannel>,
+    pub(super) task: DebuggedTask,
+    pub(super) orders: Option<Receiver<RunCommand>>,
+    pub(super) state: RefCell<ProbeState>,
     /// What the client was shown of the held program.
-    pub(super) table: RefCell<Table>,
+    pub(super) table: RefCell<ReferenceTable>,
     /// The thread that is held; 0 if none is.
     pub(super) held: Cell<u32>,
     /// It is not held before a statement, but within one.
@@ -111,19 +113,19 @@ pub(crate) struct Probe {
 }
 
 impl Probe {
-    pub(crate) fn new(link: Arc<Link>, task: Debuggee) -> Self {
+    pub(crate) fn new(link: Arc<RunChannel>, task: DebuggedTask) -> Self {
         let (mode, stop_on_entry) = match &link.purpose {
-            Purpose::Run { stop_on_entry } => (Mode::Free, *stop_on_entry),
-            Purpose::Seek(target, why) => (Mode::Seek(*target, why.clone()), false),
+            Purpose::Run { stop_on_entry } => (StepState::Free, *stop_on_entry),
+            Purpose::Seek(target, why) => (StepState::Seek(*target, why.clone()), false),
             Purpose::Scan { before } => {
                 let (before, found) = (*before, None);
-                (Mode::Scan { before, found }, false)
+                (StepState::Scan { before, found }, false)
             }
         };
-        let is_muted = !matches!(mode, Mode::Free);
+        let is_muted = !matches!(mode, StepState::Free);
         link.is_muted.store(is_muted, Ordering::Release);
         let orders = lock(&link.orders).take();
-        let state = State {
+        let state = ProbeState {
             mode,
             breakpoints: Arc::default(),
             changes: u64::MAX,
@@ -138,7 +140,7 @@ impl Probe {
             met: [None, None],
             has_changed: false,
             redone: 0,
-            way: Way::default(),
+            way: MotionProgress::default(),
         };
         Self {
             link,
@@ -153,7 +155,7 @@ impl Probe {
     }
 
     /// Where the run stands.
-    pub(super) fn position(&self, halt: &Halt<'_>) -> Position {
+    pub(super) fn position(&self, halt: &PausedProgram<'_>) -> Position {
         Position {
             moment: self.state.borrow().moment,
             tick: halt.ticks(),
@@ -173,13 +175,13 @@ impl Probe {
     }
 
     /// What is said of the latest exception.
-    pub(super) fn exception(&self) -> Option<Why> {
+    pub(super) fn exception(&self) -> Option<SuspendReason> {
         let state = self.state.borrow();
         state.raised.as_ref().map(|(_, why)| why.clone())
     }
 
     /// Where the motion under way began.
-    pub(super) fn way(&self) -> Way {
+    pub(super) fn way(&self) -> MotionProgress {
         self.state.borrow().way
     }
 
@@ -210,7 +212,7 @@ impl Probe {
                 .position(|watch| watch.id == data.id && watch.text == data.condition);
             watches.push(match known {
                 Some(index) => state.watches.swap_remove(index),
-                None => Watch {
+                None => DataWatch {
                     id: data.id,
                     hits: data.hits,
                     // Looked at when it was set; here it is made for this thread.
@@ -227,14 +229,18 @@ impl Probe {
     }
 
     /// A moment passes: counts it, does again what was done here, and says what the caller has to do instead of deciding.
-    pub(super) fn passes(&self, halt: &Halt<'_>, thread: Option<ThreadId>) -> Option<Onward> {
+    pub(super) fn passes(
+        &self,
+        halt: &PausedProgram<'_>,
+        thread: Option<ThreadId>,
+    ) -> Option<DebugAction> {
         if self.is_stopping() && !self.link.is_attached {
-            return Some(Onward::Stop);
+            return Some(DebugAction::Stop);
         }
         if self.is_abandoned() {
             return Some(match self.link.is_attached {
-                true => Onward::Continue,
-                false => Onward::End,
+                true => DebugAction::Continue,
+                false => DebugAction::End,
             });
         }
         if let Some(onward) = self.follow_console(halt, thread) {
@@ -248,33 +254,33 @@ impl Probe {
     /// While an evaluation waits, the program beside it is held. None: there is none.
     pub(super) fn follow_console(
         &self,
-        halt: &Halt<'_>,
+        halt: &PausedProgram<'_>,
         thread: Option<ThreadId>,
-    ) -> Option<Onward> {
+    ) -> Option<DebugAction> {
         let (ended, is_holder) = {
             let state = self.state.borrow();
             let console = state.console.as_ref()?;
             if state.threads.get(&CONSOLE_THREAD.0) == thread.as_ref() && thread.is_some() {
-                return Some(Onward::Continue);
+                return Some(DebugAction::Continue);
             }
             (console.pending.take(), console.holder == thread)
         };
         let Some(ended) = ended else {
-            return Some(Onward::Later);
+            return Some(DebugAction::Later);
         };
         let console = self.state.borrow_mut().console.take()?;
         if !is_holder {
             // The holder answers when its turn comes.
-            self.state.borrow_mut().console = Some(Console {
-                pending: Pending::ended(ended),
+            self.state.borrow_mut().console = Some(PendingEvaluation {
+                pending: EvalHandle::ended(ended),
                 ..console
             });
-            return Some(Onward::Later);
+            return Some(DebugAction::Later);
         }
         match console.request {
             Some(request) => {
                 let result = self.shown(halt, ended);
-                self.link.tell(Event::Answer { request, result });
+                self.link.tell(RunEvent::Answer { request, result });
                 Some(self.stand(halt, thread))
             }
             None => Some(self.redo(halt, thread).unwrap_or_else(|| {
@@ -285,15 +291,23 @@ impl Probe {
     }
 
     /// After interventions that took time: a run that seeks this very moment is held now.
-    pub(super) fn decide_again(&self, halt: &Halt<'_>, thread: Option<ThreadId>) -> Onward {
+    pub(super) fn decide_again(
+        &self,
+        halt: &PausedProgram<'_>,
+        thread: Option<ThreadId>,
+    ) -> DebugAction {
         match self.sought(halt, false) {
             Some(why) => self.hold(halt, thread, why),
-            None => Onward::Continue,
+            None => DebugAction::Continue,
         }
     }
 
     /// Does again what the client did at this moment.
-    pub(super) fn redo(&self, halt: &Halt<'_>, thread: Option<ThreadId>) -> Option<Onward> {
+    pub(super) fn redo(
+        &self,
+        halt: &PausedProgram<'_>,
+        thread: Option<ThreadId>,
+    ) -> Option<DebugAction> {
         loop {
             let next = {
                 let mut state = self.state.borrow_mut();
@@ -306,7 +320,7 @@ impl Probe {
             };
             if let Err(console) = self.intervene(halt, thread, &next, None) {
                 self.state.borrow_mut().console = Some(console);
-                return Some(Onward::Later);
+                return Some(DebugAction::Later);
             }
         }
     }
@@ -314,11 +328,11 @@ impl Probe {
     /// Executes a text in a held program. An evaluation that waits is handed over to the task.
     pub(super) fn intervene(
         &self,
-        halt: &Halt<'_>,
+        halt: &PausedProgram<'_>,
         holder: Option<ThreadId>,
         what: &Intervention,
-        request: Option<Asked>,
-    ) -> Result<Result<Option<Value>, String>, Console> {
+        request: Option<RequestId>,
+    ) -> Result<Result<Option<Value>, String>, PendingEvaluation> {
         let thread = self.thread(what.thread).unwrap_or(ThreadId(0));
         let evaluate = || halt.evaluate(thread, what.call, &what.text, 10 * CONDITION_SLICES);
         let evaluated = match what.may_move {
@@ -326,19 +340,19 @@ impl Probe {
             false => self.task.without_motion(evaluate),
         };
         Ok(match evaluated {
-            Evaluated::Done(value) => Ok(value),
-            Evaluated::Failed(report) => Err(report),
-            Evaluated::TooLong => Err("it takes too long and was given up".to_owned()),
-            Evaluated::Waits(_) if !what.may_move => {
+            EvalOutcome::Done(value) => Ok(value),
+            EvalOutcome::Failed(report) => Err(report),
+            EvalOutcome::TooLong => Err("it takes too long and was given up".to_owned()),
+            EvalOutcome::Waits(_) if !what.may_move => {
                 Err("it waits, which only the debug console may do".to_owned())
             }
-            Evaluated::Waits(aside) => {
+            EvalOutcome::Waits(aside) => {
                 let pending = aside.outcome();
                 let mut state = self.state.borrow_mut();
                 state.threads.insert(CONSOLE_THREAD.0, aside.thread.id());
                 drop(state);
                 self.task.adopt(aside);
-                return Err(Console {
+                return Err(PendingEvaluation {
                     pending,
                     request,
                     holder,
@@ -350,19 +364,19 @@ impl Probe {
     /// Executes a text for the client; None: it waits, the answer comes later.
     pub(super) fn execute(
         &self,
-        halt: &Halt<'_>,
+        halt: &PausedProgram<'_>,
         holder: Option<ThreadId>,
         what: &Intervention,
-        request: &Asked,
+        request: &RequestId,
     ) -> Option<Result<Option<Value>, String>> {
         self.task.is_changed();
         match self.intervene(halt, holder, what, Some(request.clone())) {
             Ok(result) => {
-                self.link.tell(Event::Changed(what.clone()));
+                self.link.tell(RunEvent::Changed(what.clone()));
                 Some(result)
             }
             Err(console) => {
-                self.link.tell(Event::Changed(what.clone()));
+                self.link.tell(RunEvent::Changed(what.clone()));
                 self.state.borrow_mut().console = Some(console);
                 None
             }
@@ -370,34 +384,39 @@ impl Probe {
     }
 
     /// Whether a run that seeks a place has come to it. `is_cycle`: between two cycles.
-    pub(super) fn sought(&self, halt: &Halt<'_>, is_cycle: bool) -> Option<Why> {
+    pub(super) fn sought(&self, halt: &PausedProgram<'_>, is_cycle: bool) -> Option<SuspendReason> {
         let mut state = self.state.borrow_mut();
         let (moment, cycle) = (state.moment, self.task.cycle());
-        let Mode::Seek(target, why) = &state.mode else {
+        let StepState::Seek(target, why) = &state.mode else {
             return None;
         };
         let is_there = match *target {
-            Target::Tick(tick) => !is_cycle && halt.ticks() == tick,
-            Target::Moment(wanted) => wanted == moment,
-            Target::Cycle(wanted) => is_cycle && cycle >= wanted,
-            Target::End => false,
+            SeekTarget::Tick(tick) => !is_cycle && halt.ticks() == tick,
+            SeekTarget::Moment(wanted) => wanted == moment,
+            SeekTarget::Cycle(wanted) => is_cycle && cycle >= wanted,
+            SeekTarget::End => false,
         };
         let why = is_there.then(|| why.clone())?;
-        state.mode = Mode::Free;
+        state.mode = StepState::Free;
         Some(why)
     }
 
     /// Holds the program and serves the session until it goes on.
-    pub(super) fn hold(&self, halt: &Halt<'_>, thread: Option<ThreadId>, why: Why) -> Onward {
+    pub(super) fn hold(
+        &self,
+        halt: &PausedProgram<'_>,
+        thread: Option<ThreadId>,
+        why: SuspendReason,
+    ) -> DebugAction {
         if !self.link.is_driven.load(Ordering::Acquire) {
             // Nobody could let it go on.
-            return Onward::Continue;
+            return DebugAction::Continue;
         }
         self.link.is_muted.store(false, Ordering::Release);
         self.link.pause.store(false, Ordering::Release);
         let number = {
             let mut state = self.state.borrow_mut();
-            state.mode = Mode::Free;
+            state.mode = StepState::Free;
             state.stop_on_entry = false;
             let mut threads = state.threads.iter();
             let number = match thread {
@@ -411,7 +430,7 @@ impl Probe {
         let position = self.position(halt);
         let last = self.last_met(position);
         let threads = self.threads().into_iter().map(|(n, _)| n).collect();
-        self.link.tell(Event::Stopped {
+        self.link.tell(RunEvent::Stopped {
             thread: number,
             threads,
             why,
@@ -425,7 +444,7 @@ impl Probe {
     }
 
     /// A breakpoint holds here.
-    pub(super) fn note_met(&self, halt: &Halt<'_>, why: Option<&Why>) {
+    pub(super) fn note_met(&self, halt: &PausedProgram<'_>, why: Option<&SuspendReason>) {
         if let Some(why) = why {
             let position = self.position(halt);
             let mut state = self.state.borrow_mut();
@@ -435,7 +454,7 @@ impl Probe {
     }
 
     /// Where a breakpoint held last before this place; None: that is not known.
-    pub(super) fn last_met(&self, before: Position) -> Option<Option<(Position, Why)>> {
+    pub(super) fn last_met(&self, before: Position) -> Option<Option<(Position, SuspendReason)>> {
         let state = self.state.borrow();
         if state.has_changed || self.link.changes.load(Ordering::Acquire) > 0 {
             return None;
@@ -444,7 +463,7 @@ impl Probe {
         Some(met.find(|(at, _)| at.moment < before.moment).cloned())
     }
 
-    pub(super) fn stand(&self, halt: &Halt<'_>, thread: Option<ThreadId>) -> Onward {
+    pub(super) fn stand(&self, halt: &PausedProgram<'_>, thread: Option<ThreadId>) -> DebugAction {
         loop {
             let order = match &self.orders {
                 Some(orders) if !self.is_abandoned() => orders.recv().ok(),
@@ -453,87 +472,90 @@ impl Probe {
             match order {
                 None => {
                     self.link.is_over.store(true, Ordering::Release);
-                    return Onward::End;
+                    return DebugAction::End;
                 }
-                Some(Order::Ask {
+                Some(RunCommand::Ask {
                     request,
                     command,
                     arguments,
                 }) => {
                     let result = self.answer(halt, thread, &request, &command, &arguments);
                     if let Some(result) = result {
-                        self.link.tell(Event::Answer { request, result });
+                        self.link.tell(RunEvent::Answer { request, result });
                     }
                     if self.state.borrow().console.is_some() {
-                        return Onward::Later;
+                        return DebugAction::Later;
                     }
                 }
-                Some(Order::Go(go)) => {
+                Some(RunCommand::Go(go)) => {
                     self.go(halt, go);
-                    return Onward::Continue;
+                    return DebugAction::Continue;
                 }
-                Some(Order::Stop) => return Onward::Stop,
+                Some(RunCommand::Stop) => return DebugAction::Stop,
             }
         }
     }
 
-    pub(super) fn go(&self, halt: &Halt<'_>, go: Go) {
+    pub(super) fn go(&self, halt: &PausedProgram<'_>, go: ResumeMode) {
         self.table.borrow_mut().clear();
         let depth = |number: u32| {
             let calls = self.thread(number).map(|thread| halt.calls(thread));
             calls.and_then(|calls| calls.first().map(|call| call.depth))
         };
         let mode = match go {
-            Go::Free => Mode::Free,
-            Go::StepIn(thread) => Mode::StepIn(thread),
-            Go::Next(thread) => Mode::Next(thread, depth(thread).unwrap_or(0)),
-            Go::Out(thread) => Mode::Out(thread, depth(thread).unwrap_or(0)),
-            Go::Node(thread) => Mode::Node(thread, halt.node()),
-            Go::ToCycle(cycle) => Mode::Seek(Target::Cycle(cycle), Why::only("goto")),
+            ResumeMode::Free => StepState::Free,
+            ResumeMode::StepIn(thread) => StepState::StepIn(thread),
+            ResumeMode::Next(thread) => StepState::Next(thread, depth(thread).unwrap_or(0)),
+            ResumeMode::Out(thread) => StepState::Out(thread, depth(thread).unwrap_or(0)),
+            ResumeMode::Node(thread) => StepState::Node(thread, halt.node()),
+            ResumeMode::ToCycle(cycle) => {
+                StepState::Seek(SeekTarget::Cycle(cycle), SuspendReason::only("goto"))
+            }
         };
         self.state.borrow_mut().mode = mode;
     }
 
     /// Whether a step has come to its end.
-    pub(super) fn steps_to(&self, halt: &Halt<'_>, number: u32, depth: u32) -> bool {
+    pub(super) fn steps_to(&self, halt: &PausedProgram<'_>, number: u32, depth: u32) -> bool {
         match &self.state.borrow().mode {
-            Mode::StepIn(thread) => *thread == number,
-            Mode::Next(thread, most) => *thread == number && depth <= *most,
-            Mode::Out(thread, below) => *thread == number && depth < *below,
-            Mode::Node(thread, before) => *thread == number && halt.node() != *before,
+            StepState::StepIn(thread) => *thread == number,
+            StepState::Next(thread, most) => *thread == number && depth <= *most,
+            StepState::Out(thread, below) => *thread == number && depth < *below,
+            StepState::Node(thread, before) => *thread == number && halt.node() != *before,
             _ => false,
         }
     }
 
     /// Only counts breakpoints, so that their hit conditions hold after a run was repeated up to here.
     pub(super) fn is_seeking(&self) -> bool {
-        matches!(self.state.borrow().mode, Mode::Seek(..))
+        matches!(self.state.borrow().mode, StepState::Seek(..))
     }
 
     /// A scan has met something, or come to its end.
     pub(super) fn scans(
         &self,
-        halt: &Halt<'_>,
-        met: impl FnOnce() -> Option<Why>,
-    ) -> Option<Onward> {
+        halt: &PausedProgram<'_>,
+        met: impl FnOnce() -> Option<SuspendReason>,
+    ) -> Option<DebugAction> {
         let before = match &self.state.borrow().mode {
-            Mode::Scan { before, .. } => *before,
+            StepState::Scan { before, .. } => *before,
             _ => return None,
         };
         let position = self.position(halt);
         if position.moment >= before {
             let found = match &mut self.state.borrow_mut().mode {
-                Mode::Scan { found, .. } => found.take(),
+                StepState::Scan { found, .. } => found.take(),
                 _ => None,
             };
-            self.link.tell(Event::Scanned(found));
+            self.link.tell(RunEvent::Scanned(found));
             self.link.is_over.store(true, Ordering::Release);
-            return Some(Onward::End);
+            return Some(DebugAction::End);
         }
         let why = met();
-        if let (Some(why), Mode::Scan { found, .. }) = (why, &mut self.state.borrow_mut().mode) {
+        if let (Some(why), StepState::Scan { found, .. }) = (why, &mut self.state.borrow_mut().mode)
+        {
             *found = Some((position, why));
         }
-        Some(Onward::Continue)
+        Some(DebugAction::Continue)
     }
 }

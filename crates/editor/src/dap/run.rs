@@ -7,17 +7,17 @@ use std::sync::mpsc::{SyncSender, sync_channel};
 
 use controller::options::{ClockChoice, RecordTarget};
 use controller::recorded_run::RecordedRun;
-use controller::repeating::Repeating;
-use controller::{Manner, Prepared, RobotConfig};
+use controller::rerun::RerunController;
+use controller::{ControllerConfig, PreparedController, StartOptions};
 use elite_runtime::message::{Message, Observer, Severity};
-use elite_runtime::{Extras, Preset, ProgramText};
+use elite_runtime::{Instrumentation, Preset, ProgramText};
 use motion_api::ProgramId;
 use supervision::{ThreadHandle, ThreadRole, ThreadSupervisor};
 
 use super::breakpoints::Breakpoints;
-use super::link::{Event, Link, Note, Order, Purpose, lock};
-use super::position::Intervention;
-use super::probe::Attach;
+use super::probe::ProbeFactory;
+use super::run_channel::{Purpose, RunChannel, RunCommand, RunEvent, SessionEvent, lock};
+use super::run_position::Intervention;
 
 /// Who sends the program, for messages about it.
 const SENDER: &str = "the debugger";
@@ -26,20 +26,20 @@ const ORDERS_MAX: usize = 1024;
 
 /// What is run.
 #[derive(Clone)]
-pub struct Debuggee {
+pub struct RunTarget {
     /// The program.
     pub program: ProgramText,
     /// The robot; its clock is taken as virtual.
-    pub robot: RobotConfig,
+    pub robot: ControllerConfig,
     /// Globals that the program finds set.
     pub presets: Vec<Preset>,
     /// The recorded run that the program is part of, which is repeated; robot and presets are then those of the recording.
-    pub recorded: Option<Recorded>,
+    pub recorded: Option<RecordedProgram>,
 }
 
 /// A program of a recorded run.
 #[derive(Clone)]
-pub struct Recorded {
+pub struct RecordedProgram {
     /// The run.
     pub run: Arc<RecordedRun>,
     /// The program.
@@ -48,22 +48,22 @@ pub struct Recorded {
 
 /// A run that was started.
 pub(crate) struct Run {
-    pub(crate) link: Arc<Link>,
-    orders: SyncSender<Order>,
+    pub(crate) link: Arc<RunChannel>,
+    orders: SyncSender<RunCommand>,
     thread: Option<ThreadHandle<()>>,
     /// It goes on when nobody wants it any more.
     is_another: bool,
 }
 
 /// What a run is started with, beside the program.
-pub(crate) struct Start {
+pub(crate) struct RunStart {
     pub generation: u64,
     pub purpose: Purpose,
     pub interventions: Vec<Intervention>,
     pub stop_at_end: bool,
     pub seen: u64,
     pub breakpoints: Arc<Breakpoints>,
-    pub events: SyncSender<Note>,
+    pub events: SyncSender<SessionEvent>,
 }
 
 impl Run {
@@ -73,12 +73,12 @@ impl Run {
     /// The operating system gives no thread.
     pub(crate) fn start(
         faults: &ThreadSupervisor,
-        what: &Debuggee,
-        start: Start,
+        what: &RunTarget,
+        start: RunStart,
     ) -> std::io::Result<Self> {
         let (orders, receiver) = sync_channel(ORDERS_MAX);
         let is_first = matches!(start.purpose, Purpose::Run { .. });
-        let link = Arc::new(Link {
+        let link = Arc::new(RunChannel {
             generation: start.generation,
             is_attached: false,
             is_driven: AtomicBool::new(true),
@@ -107,12 +107,12 @@ impl Run {
         }
         let body = move || {
             if let Err(error) = run(&shared, what) {
-                shared.tell(Event::Output {
+                shared.tell(RunEvent::Output {
                     category: "stderr",
                     text: format!("the program cannot be started: {error}\n"),
                     line: 0,
                 });
-                shared.tell(Event::Ended(None));
+                shared.tell(RunEvent::Ended(None));
             }
         };
         let thread = faults.start(ThreadRole::Service, "debugged run", body)?;
@@ -125,7 +125,7 @@ impl Run {
     }
 
     /// A run that others have started.
-    pub(crate) fn of_another(link: Arc<Link>, orders: SyncSender<Order>) -> Self {
+    pub(crate) fn of_another(link: Arc<RunChannel>, orders: SyncSender<RunCommand>) -> Self {
         Self {
             link,
             orders,
@@ -135,7 +135,7 @@ impl Run {
     }
 
     /// Gives an order to a held program; false where it takes none: it has ended, or too many wait.
-    pub(crate) fn order(&self, order: Order) -> bool {
+    pub(crate) fn order(&self, order: RunCommand) -> bool {
         self.orders.try_send(order).is_ok()
     }
 
@@ -161,7 +161,7 @@ impl Run {
     pub(crate) fn stop(&self) {
         self.link.is_stopping.store(true, Ordering::Release);
         // A program that runs looks at the flag.
-        let _ = self.orders.try_send(Order::Stop);
+        let _ = self.orders.try_send(RunCommand::Stop);
     }
 
     /// Nobody wants it any more. It ends by itself, soon.
@@ -179,15 +179,15 @@ impl Drop for Run {
     }
 }
 
-fn run(link: &Arc<Link>, what: Debuggee) -> Result<(), Box<dyn std::error::Error>> {
+fn run(link: &Arc<RunChannel>, what: RunTarget) -> Result<(), Box<dyn std::error::Error>> {
     if let Some(recorded) = &what.recorded {
         return repeat(link, recorded);
     }
-    let prepared = Prepared::new(&what.robot, Manner::alone())?;
-    let teller = Arc::new(Teller(link.clone()));
-    let extras = Extras {
-        debug: Some(Arc::new(Attach(link.clone()))),
-        ..Extras::default()
+    let prepared = PreparedController::new(&what.robot, StartOptions::alone())?;
+    let teller = Arc::new(OutputObserver(link.clone()));
+    let extras = Instrumentation {
+        debug: Some(Arc::new(ProbeFactory(link.clone()))),
+        ..Instrumentation::default()
     };
     let controller = prepared.start_through(teller, extras, |timeline| timeline)?;
     controller.supervisor().set_presets(&what.presets);
@@ -195,46 +195,49 @@ fn run(link: &Arc<Link>, what: Debuggee) -> Result<(), Box<dyn std::error::Error
     let fault = controller.faults().fatal().map(ToString::to_string);
     controller.shut_down();
     if let Some(fault) = fault {
-        link.tell(Event::Output {
+        link.tell(RunEvent::Output {
             category: "stderr",
             text: format!("the controller met a fault of its own: {fault}\n"),
             line: 0,
         });
     }
-    link.tell(Event::Ended(end?));
+    link.tell(RunEvent::Ended(end?));
     Ok(())
 }
 
 /// Repeats a recorded run up to the end of the program that is debugged.
-fn repeat(link: &Arc<Link>, recorded: &Recorded) -> Result<(), Box<dyn std::error::Error>> {
-    let extras = Extras {
-        debug: Some(Arc::new(Attach(link.clone()))),
-        ..Extras::default()
+fn repeat(
+    link: &Arc<RunChannel>,
+    recorded: &RecordedProgram,
+) -> Result<(), Box<dyn std::error::Error>> {
+    let extras = Instrumentation {
+        debug: Some(Arc::new(ProbeFactory(link.clone()))),
+        ..Instrumentation::default()
     };
     let wanted = link.clone();
     // A run that nobody wants any more ends with the next cycle.
     let look = Box::new(move |_: &_| !wanted.is_over.load(Ordering::Acquire));
-    let teller = Arc::new(Teller(link.clone()));
-    let repeating = Repeating::start(&recorded.run, teller, extras, look)?;
+    let teller = Arc::new(OutputObserver(link.clone()));
+    let repeating = RerunController::start(&recorded.run, teller, extras, look)?;
     let end = repeating.run(&recorded.run, Some(recorded.program));
     let departure = repeating.repeat().departure().map(|d| d.to_string());
     let trouble = departure.or_else(|| repeating.trouble());
     repeating.shut_down();
     if let Some(trouble) = trouble.filter(|_| !link.is_over.load(Ordering::Acquire)) {
-        link.tell(Event::Output {
+        link.tell(RunEvent::Output {
             category: "stderr",
             text: format!("the program has left the recording: {trouble}\n"),
             line: 0,
         });
     }
-    link.tell(Event::Ended(end?));
+    link.tell(RunEvent::Ended(end?));
     Ok(())
 }
 
 /// Passes on what people are to see.
-struct Teller(Arc<Link>);
+struct OutputObserver(Arc<RunChannel>);
 
-impl Teller {
+impl OutputObserver {
     fn say(&self, category: &'static str, text: String, line: u32) {
         let link = &self.0;
         let number = link.said.fetch_add(1, Ordering::AcqRel) + 1;
@@ -247,11 +250,11 @@ impl Teller {
             0 => link.line.load(Ordering::Relaxed),
             line => line,
         };
-        link.tell(Event::Said(number, category, text, line));
+        link.tell(RunEvent::Said(number, category, text, line));
     }
 }
 
-impl Observer for Teller {
+impl Observer for OutputObserver {
     fn message(&self, message: &Message) {
         let origin = match message {
             Message::Print { origin, .. } | Message::Log { origin, .. } => Some(origin.program),

@@ -10,34 +10,36 @@ use std::sync::mpsc::SyncSender;
 use std::time::Duration;
 
 use elite_lang::SourceFile;
-use elite_lang::debug::{Place, places};
+use elite_lang::debug::{BreakpointLocation, places};
 use elite_runtime::{ProgramText, TaskEnd};
 use serde_json::{Value as Json, json};
 use supervision::ThreadSupervisor;
 
-use super::attached::Attachment;
-use super::backwards::Backwards;
+use super::attached_session::Attachment;
 use super::breakpoints::{Breakpoints, expression, same_path};
-use super::link::{Asked, Event, Go, Note, Order, Purpose, Why};
-use super::position::{Intervention, Position};
-use super::relay::{Attach, Outbox};
-use super::run::{Debuggee, Run, Start};
-use super::stream::{Incoming, Out};
+use super::remote_attach::{ConnectFn, RemoteSink};
+use super::reverse::ReverseState;
+use super::run::{Run, RunStart, RunTarget};
+use super::run_channel::{
+    Purpose, RequestId, ResumeMode, RunCommand, RunEvent, SessionEvent, SuspendReason,
+};
+use super::run_position::{Intervention, Position};
+use super::stream::{DapInput, MessageSink};
 
 /// A run that was given up has so long to end when the session does.
 const LEAVING_MAX: Duration = Duration::from_secs(5);
 
 /// Makes a robot and a program from the arguments of `launch`; a sentence where they are no good.
-pub type Launch<'l> = dyn Fn(&Json) -> Result<Debuggee, String> + 'l;
+pub type Launch<'l> = dyn Fn(&Json) -> Result<RunTarget, String> + 'l;
 
 /// The program that was launched.
-pub(super) struct Launched {
+pub(super) struct LaunchedProgram {
     /// Its text.
     pub program: ProgramText,
     /// What is run; None where another runs it.
-    what: Option<Debuggee>,
+    what: Option<RunTarget>,
     pub path: PathBuf,
-    pub places: Vec<Place>,
+    pub places: Vec<BreakpointLocation>,
     /// The text on the disk is the one that runs.
     pub(super) is_on_disk: bool,
     stop_on_entry: bool,
@@ -46,9 +48,9 @@ pub(super) struct Launched {
     pub(super) is_free: bool,
 }
 
-impl Launched {
+impl LaunchedProgram {
     /// A program that runs elsewhere.
-    pub(super) fn of_another(program: ProgramText, places: Vec<Place>) -> Self {
+    pub(super) fn of_another(program: ProgramText, places: Vec<BreakpointLocation>) -> Self {
         Self {
             path: same_path(program.name.as_ref()),
             program,
@@ -64,7 +66,7 @@ impl Launched {
 
 /// What the program does, as far as the client knows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Phase {
+pub(super) enum ProgramPhase {
     /// Not begun.
     Before,
     /// It runs.
@@ -78,14 +80,14 @@ pub(super) enum Phase {
 }
 
 /// A session with one client.
-pub(crate) struct Session<'s> {
-    pub(super) out: &'s mut dyn Out,
+pub(crate) struct DapSession<'s> {
+    pub(super) out: &'s mut dyn MessageSink,
     pub(super) launch: &'s Launch<'s>,
     pub(super) faults: ThreadSupervisor,
-    pub(super) events: SyncSender<Note>,
+    pub(super) events: SyncSender<SessionEvent>,
     pub(super) seq: i64,
-    pub(super) phase: Phase,
-    pub(super) launched: Option<Launched>,
+    pub(super) phase: ProgramPhase,
+    pub(super) launched: Option<LaunchedProgram>,
     pub(super) run: Option<Run>,
     given_up: Vec<supervision::ThreadHandle<()>>,
     pub(super) generation: u64,
@@ -96,9 +98,9 @@ pub(crate) struct Session<'s> {
     pub(super) interventions: Vec<Intervention>,
     /// How much of what the program said the client has seen.
     seen: u64,
-    pub(super) backwards: Option<Backwards>,
+    pub(super) backwards: Option<ReverseState>,
     /// Where a breakpoint held last before the present place, if that is known.
-    pub(super) last_met: Option<Option<(Position, Why)>>,
+    pub(super) last_met: Option<Option<(Position, SuspendReason)>>,
     /// Lines and columns begin at 0 where the client counts so.
     pub(super) first_line: i64,
     pub(super) first_column: i64,
@@ -109,27 +111,27 @@ pub(crate) struct Session<'s> {
     pub(super) is_done: bool,
     exit_code: i64,
     /// How `attach` finds a controller elsewhere.
-    pub(super) attach: Option<&'s Attach<'s>>,
+    pub(super) attach: Option<&'s ConnectFn<'s>>,
     /// Everything goes there, once it has.
-    pub(super) outbox: Option<Outbox>,
+    pub(super) outbox: Option<RemoteSink>,
     /// `initialize` has come, with these arguments.
     is_greeted: bool,
     pub(super) greeting: Json,
     /// The threads of the held program.
     pub(super) threads: Vec<u32>,
     /// Requests that the held program has not answered yet.
-    asked: Vec<Asked>,
+    asked: Vec<RequestId>,
     /// What it is attached to, if it is.
     pub(super) attachment: Option<Attachment>,
     /// `launch`, until it is answered.
     launch_request: Option<(i64, String)>,
 }
 
-impl<'s> Session<'s> {
+impl<'s> DapSession<'s> {
     pub(crate) fn new(
-        out: &'s mut dyn Out,
+        out: &'s mut dyn MessageSink,
         launch: &'s Launch<'s>,
-        events: SyncSender<Note>,
+        events: SyncSender<SessionEvent>,
     ) -> Self {
         let breakpoints = Breakpoints {
             uncaught: true,
@@ -141,7 +143,7 @@ impl<'s> Session<'s> {
             faults: ThreadSupervisor::default(),
             events,
             seq: 0,
-            phase: Phase::Before,
+            phase: ProgramPhase::Before,
             launched: None,
             run: None,
             given_up: Vec::new(),
@@ -173,22 +175,22 @@ impl<'s> Session<'s> {
     }
 
     /// Takes what has come in.
-    pub(crate) fn take(&mut self, note: Note) {
+    pub(crate) fn take(&mut self, note: SessionEvent) {
         match note {
-            Note::Run(generation, event) => self.hear(generation, *event),
-            Note::Begun(begun) => self.program_begun(begun.map(|begun| *begun)),
-            Note::Remote(message) => self.take_remote(message),
-            Note::Said(category, text) => self.output(category, &text, 0),
-            Note::Gone(reason) => {
+            SessionEvent::Run(generation, event) => self.hear(generation, *event),
+            SessionEvent::Begun(begun) => self.program_begun(begun.map(|begun| *begun)),
+            SessionEvent::Remote(message) => self.take_remote(message),
+            SessionEvent::Said(category, text) => self.output(category, &text, 0),
+            SessionEvent::Gone(reason) => {
                 if let Some(reason) = reason {
                     tracing::warn!("{reason}");
                 }
                 self.is_done = true;
             }
-            Note::Client(Incoming::Garbage(why)) => {
+            SessionEvent::Client(DapInput::Garbage(why)) => {
                 self.output("important", &format!("a message is no JSON: {why}\n"), 0);
             }
-            Note::Client(Incoming::Message(message)) => match &self.outbox {
+            SessionEvent::Client(DapInput::Message(message)) => match &self.outbox {
                 Some(outbox) => {
                     if !outbox(&message) {
                         self.output("important", "the controller takes nothing any more\n", 0);
@@ -313,7 +315,7 @@ impl<'s> Session<'s> {
                 let sources: Vec<Json> = self.launched.iter().map(|_| self.source_body()).collect();
                 Ok(json!({ "sources": sources }))
             }
-            "threads" if self.phase != Phase::Held => {
+            "threads" if self.phase != ProgramPhase::Held => {
                 Ok(json!({"threads": [{"id": 1, "name": "main program"}]}))
             }
             "continue" | "next" | "stepIn" | "stepOut" | "nextNode" => {
@@ -326,11 +328,12 @@ impl<'s> Session<'s> {
             "restart" => self.restart(arguments),
             "terminate" if self.launched.is_none() => Err("no program was launched".to_owned()),
             "terminate"
-                if let (Some(run), Phase::Running | Phase::Held) = (&self.run, self.phase) =>
+                if let (Some(run), ProgramPhase::Running | ProgramPhase::Held) =
+                    (&self.run, self.phase) =>
             {
                 run.stop();
                 // What is asked of it meanwhile has no answer; the end of the program follows.
-                self.phase = Phase::Running;
+                self.phase = ProgramPhase::Running;
                 Ok(json!({}))
             }
             "terminate" => {
@@ -366,7 +369,7 @@ impl<'s> Session<'s> {
         let flag = |key: &str| arguments.get(key).and_then(Json::as_bool) == Some(true);
         let file = SourceFile::new(what.program.name.clone(), what.program.text.clone());
         let on_disk = kinematics::text_file::read_text_file(Path::new(&what.program.name));
-        self.launched = Some(Launched {
+        self.launched = Some(LaunchedProgram {
             is_on_disk: on_disk.is_ok_and(|text| text == what.program.text),
             path: same_path(what.program.name.as_ref()),
             program: what.program.clone(),
@@ -392,7 +395,7 @@ impl<'s> Session<'s> {
         let name = self.launched.as_ref().map(|l| l.program.name.clone());
         self.event("process", json!({"name": name, "startMethod": "launch"}));
         self.start(Purpose::Run { stop_on_entry });
-        self.phase = Phase::Running;
+        self.phase = ProgramPhase::Running;
     }
 
     /// Gives the present run up and starts the next one.
@@ -405,7 +408,7 @@ impl<'s> Session<'s> {
         let Some(what) = &launched.what else {
             return;
         };
-        let start = Start {
+        let start = RunStart {
             generation: self.generation,
             purpose,
             interventions: self.interventions.clone(),
@@ -469,24 +472,24 @@ impl<'s> Session<'s> {
         let go = self.way_of(command, arguments)?;
         if let Some(run) = &self.run {
             // A program that has ended meanwhile takes no order; its end is told.
-            run.order(Order::Go(go));
+            run.order(RunCommand::Go(go));
         }
-        self.phase = Phase::Running;
+        self.phase = ProgramPhase::Running;
         Ok(match go {
-            Go::Free => json!({"allThreadsContinued": true}),
+            ResumeMode::Free => json!({"allThreadsContinued": true}),
             _ => json!({}),
         })
     }
 
     /// How a request lets the program go on.
-    pub(super) fn way_of(&self, command: &str, arguments: &Json) -> Result<Go, String> {
+    pub(super) fn way_of(&self, command: &str, arguments: &Json) -> Result<ResumeMode, String> {
         let thread = self.thread_of(arguments)?;
         Ok(match command {
-            "next" => Go::Next(thread),
-            "stepIn" => Go::StepIn(thread),
-            "stepOut" => Go::Out(thread),
-            "nextNode" => Go::Node(thread),
-            _ => Go::Free,
+            "next" => ResumeMode::Next(thread),
+            "stepIn" => ResumeMode::StepIn(thread),
+            "stepOut" => ResumeMode::Out(thread),
+            "nextNode" => ResumeMode::Node(thread),
+            _ => ResumeMode::Free,
         })
     }
 
@@ -500,20 +503,22 @@ impl<'s> Session<'s> {
 
     pub(super) fn must_be_held(&self) -> Result<(), String> {
         match self.phase {
-            Phase::Held => Ok(()),
-            Phase::Before => Err("no program was launched".to_owned()),
-            Phase::Running | Phase::Repeating => Err("the program is running".to_owned()),
-            Phase::Over => Err("the program has ended".to_owned()),
+            ProgramPhase::Held => Ok(()),
+            ProgramPhase::Before => Err("no program was launched".to_owned()),
+            ProgramPhase::Running | ProgramPhase::Repeating => {
+                Err("the program is running".to_owned())
+            }
+            ProgramPhase::Over => Err("the program has ended".to_owned()),
         }
     }
 
     fn pause(&mut self) -> Result<Json, String> {
         match (self.phase, &self.run) {
-            (Phase::Running, Some(run)) => {
+            (ProgramPhase::Running, Some(run)) => {
                 run.pause();
                 Ok(json!({}))
             }
-            (Phase::Repeating | Phase::Held, _) => Ok(json!({})),
+            (ProgramPhase::Repeating | ProgramPhase::Held, _) => Ok(json!({})),
             _ => Err("no program is running".to_owned()),
         }
     }
@@ -529,11 +534,11 @@ impl<'s> Session<'s> {
     /// Asks the held program; None: the answer comes later.
     pub(super) fn order(
         &mut self,
-        request: &Asked,
+        request: &RequestId,
         command: String,
         arguments: &Json,
     ) -> Option<Result<Json, String>> {
-        let order = Order::Ask {
+        let order = RunCommand::Ask {
             request: request.clone(),
             command,
             arguments: arguments.clone(),
@@ -551,12 +556,12 @@ impl<'s> Session<'s> {
     }
 
     /// Takes what the run tells.
-    pub(crate) fn hear(&mut self, generation: u64, event: Event) {
+    pub(crate) fn hear(&mut self, generation: u64, event: RunEvent) {
         if generation != self.generation {
             return;
         }
         match event {
-            Event::Stopped {
+            RunEvent::Stopped {
                 thread,
                 threads,
                 why,
@@ -567,14 +572,14 @@ impl<'s> Session<'s> {
                 self.threads = threads;
                 self.stopped(thread, why, position);
             }
-            Event::Continued => self.continued(),
-            Event::Answer { request, result } => {
+            RunEvent::Continued => self.continued(),
+            RunEvent::Answer { request, result } => {
                 // Whoever was refused meanwhile has its answer.
                 if let Some(request) = self.asked_as(&request) {
                     self.answered(&request, result);
                 }
             }
-            Event::Changed(what) => {
+            RunEvent::Changed(what) => {
                 // What was done at later places belongs to a run that is given up now.
                 self.interventions
                     .retain(|known| known.moment <= what.moment);
@@ -584,28 +589,28 @@ impl<'s> Session<'s> {
                     self.seen = run.forget_what_follows();
                 }
             }
-            Event::Output {
+            RunEvent::Output {
                 category,
                 text,
                 line,
             } => self.output(category, &text, line),
-            Event::Said(number, category, text, line) => {
+            RunEvent::Said(number, category, text, line) => {
                 self.seen = self.seen.max(number);
                 self.output(category, &text, line);
             }
-            Event::Thread { number, is_there } => {
+            RunEvent::Thread { number, is_there } => {
                 let reason = if is_there { "started" } else { "exited" };
                 let id = u64::from(number) + 1;
                 self.event("thread", json!({"reason": reason, "threadId": id}));
             }
-            Event::Scanned(found) => self.scanned(found),
-            Event::Raised { moment, why } => self.show_exception(moment, why),
-            Event::Ended(end) => self.ended(end),
+            RunEvent::Scanned(found) => self.scanned(found),
+            RunEvent::Raised { moment, why } => self.show_exception(moment, why),
+            RunEvent::Ended(end) => self.ended(end),
         }
     }
 
-    pub(super) fn stopped(&mut self, thread: u32, why: Why, position: Position) {
-        self.phase = Phase::Held;
+    pub(super) fn stopped(&mut self, thread: u32, why: SuspendReason, position: Position) {
+        self.phase = ProgramPhase::Held;
         self.position = position;
         self.thread = thread;
         let mut body = json!({
@@ -627,7 +632,7 @@ impl<'s> Session<'s> {
     }
 
     /// The request of this session that the program has answered; None where it was refused meanwhile.
-    pub(super) fn own_asked(&mut self, request: &Asked) -> Option<Asked> {
+    pub(super) fn own_asked(&mut self, request: &RequestId) -> Option<RequestId> {
         let index = self.asked.iter().position(|asked| asked == request)?;
         Some(self.asked.remove(index))
     }
@@ -674,10 +679,10 @@ impl<'s> Session<'s> {
     }
 
     pub(super) fn tell_end(&mut self, code: Option<i64>) {
-        if self.phase == Phase::Over {
+        if self.phase == ProgramPhase::Over {
             return;
         }
-        self.phase = Phase::Over;
+        self.phase = ProgramPhase::Over;
         if let Some(code) = code {
             self.event("exited", json!({"exitCode": code}));
         }
@@ -703,7 +708,7 @@ impl<'s> Session<'s> {
         self.seen = 0;
         let stop_on_entry = self.launched.as_ref().is_some_and(|l| l.stop_on_entry);
         self.start(Purpose::Run { stop_on_entry });
-        self.phase = Phase::Running;
+        self.phase = ProgramPhase::Running;
         Ok(json!({}))
     }
 }

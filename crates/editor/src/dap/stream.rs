@@ -34,7 +34,7 @@ pub enum StreamError {
 
 /// A message, or what was sent instead.
 #[derive(Clone, Debug)]
-pub enum Incoming {
+pub enum DapInput {
     /// JSON.
     Message(Json),
     /// A frame whose contents are no JSON; the next one may be right.
@@ -45,7 +45,7 @@ pub enum Incoming {
 ///
 /// # Errors
 /// [`StreamError`]; nothing can be read after it.
-pub fn read(input: &mut dyn BufRead) -> Result<Option<Incoming>, StreamError> {
+pub fn read(input: &mut dyn BufRead) -> Result<Option<DapInput>, StreamError> {
     let Some(length) = read_header(input)? else {
         return Ok(None);
     };
@@ -59,8 +59,8 @@ pub fn read(input: &mut dyn BufRead) -> Result<Option<Incoming>, StreamError> {
         return Err(StreamError::Cut);
     }
     Ok(Some(match serde_json::from_slice(&body) {
-        Ok(message) => Incoming::Message(message),
-        Err(error) => Incoming::Garbage(error.to_string()),
+        Ok(message) => DapInput::Message(message),
+        Err(error) => DapInput::Garbage(error.to_string()),
     }))
 }
 
@@ -101,7 +101,7 @@ fn read_header(input: &mut dyn BufRead) -> Result<Option<usize>, StreamError> {
 }
 
 /// Where messages to a client go.
-pub trait Out {
+pub trait MessageSink {
     /// Sends one.
     ///
     /// # Errors
@@ -110,9 +110,9 @@ pub trait Out {
 }
 
 /// Messages in frames.
-pub struct Frames<'o>(pub &'o mut dyn Write);
+pub struct FramedWriter<'o>(pub &'o mut dyn Write);
 
-impl Out for Frames<'_> {
+impl MessageSink for FramedWriter<'_> {
     fn message(&mut self, message: &Json) -> io::Result<()> {
         write(self.0, message)
     }
@@ -137,8 +137,8 @@ mod tests {
         let mut seen = Vec::new();
         loop {
             match read(&mut input) {
-                Ok(Some(Incoming::Message(json))) => seen.push(json.to_string()),
-                Ok(Some(Incoming::Garbage(_))) => seen.push("garbage".to_owned()),
+                Ok(Some(DapInput::Message(json))) => seen.push(json.to_string()),
+                Ok(Some(DapInput::Garbage(_))) => seen.push("garbage".to_owned()),
                 Ok(None) => return (seen, None),
                 Err(error) => return (seen, Some(error.to_string())),
             }

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::analysis::semantic::WordKind;
+use crate::analysis::semantic::SemanticTokenKind;
 
 /// The answer to `initialize`.
 pub fn answer(columns_are_bytes: bool) -> Value {
@@ -30,7 +30,7 @@ pub fn answer(columns_are_bytes: bool) -> Value {
             "foldingRangeProvider": true,
             "semanticTokensProvider": {
                 "legend": {
-                    "tokenTypes": WordKind::NAMES,
+                    "tokenTypes": SemanticTokenKind::NAMES,
                     "tokenModifiers": ["declaration", "defaultLibrary"],
                 },
                 "full": true,

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use elite_lang::Span;
 use ls_types::{Position, Range, TextDocumentContentChangeEvent, Uri};
 
-use super::positions::{Encoding, Lines};
+use super::positions::{Encoding, LineIndex};
 use crate::analysis::{Analysis, TextKind};
 
 /// Before findings of a long text are told, typing pauses for so long; those of others are told at once.
@@ -44,7 +44,7 @@ pub struct Document {
     /// The text.
     pub text: String,
     /// Where its lines begin.
-    pub lines: Lines,
+    pub lines: LineIndex,
     /// What it is for.
     pub kind: TextKind,
     /// When its findings are to be told, and since when they wait.
@@ -100,7 +100,7 @@ impl Document {
         let length = text.len();
         let fits = length <= TEXT_MAX;
         self.text = if fits { text } else { String::new() };
-        self.lines = Lines::of(&self.text);
+        self.lines = LineIndex::of(&self.text);
         self.is_stale = true;
         match fits {
             true => Ok(()),
@@ -133,7 +133,7 @@ impl Documents {
         let now = Instant::now();
         let document = Document {
             version,
-            lines: Lines::of(&text),
+            lines: LineIndex::of(&text),
             text,
             kind: TextKind::of_path(&path.unwrap_or_default()),
             due: Some((now, now)),

@@ -12,7 +12,7 @@ const HEADER_MAX: u64 = 8 << 10;
 const SKIP: u64 = 64 << 10;
 
 /// What came in.
-pub enum Incoming {
+pub enum LspInput {
     /// A message.
     Message(Message),
     /// Something that is none; the sentence says why.
@@ -23,13 +23,13 @@ pub enum Incoming {
 ///
 /// # Errors
 /// The stream's.
-pub fn read(input: &mut impl BufRead) -> io::Result<Option<Incoming>> {
+pub fn read(input: &mut impl BufRead) -> io::Result<Option<LspInput>> {
     let Some(length) = header(input)? else {
         return Ok(None);
     };
     let length = match length {
         Ok(length) => length,
-        Err(broken) => return Ok(Some(Incoming::Broken(broken))),
+        Err(broken) => return Ok(Some(LspInput::Broken(broken))),
     };
     if length > MESSAGE_MAX {
         let mut left = length;
@@ -42,7 +42,7 @@ pub fn read(input: &mut impl BufRead) -> io::Result<Option<Incoming>> {
         }
         let most = MESSAGE_MAX >> 20;
         let broken = format!("the message has {length} bytes, at most {most} MiB are read");
-        return Ok(Some(Incoming::Broken(broken)));
+        return Ok(Some(LspInput::Broken(broken)));
     }
     // Grows with what comes, not with what was announced.
     let mut body = Vec::new();
@@ -51,8 +51,8 @@ pub fn read(input: &mut impl BufRead) -> io::Result<Option<Incoming>> {
         return Ok(None);
     }
     Ok(Some(match serde_json::from_slice(&body) {
-        Ok(message) => Incoming::Message(message),
-        Err(error) => Incoming::Broken(format!("the message is no JSON-RPC: {error}")),
+        Ok(message) => LspInput::Message(message),
+        Err(error) => LspInput::Broken(format!("the message is no JSON-RPC: {error}")),
     }))
 }
 

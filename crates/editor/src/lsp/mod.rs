@@ -4,14 +4,14 @@
 //! [`crate::analysis`]. One thread reads, one answers in the order of the questions; typing that goes on puts findings off.
 
 mod capabilities;
+mod diagnostics;
 mod documents;
-mod findings;
 mod frames;
-mod places;
+mod navigation;
 mod positions;
+mod presentation;
 mod requests;
 mod server;
-mod shown;
 mod workspace;
 
 use std::io::{BufReader, Read, Write};
@@ -21,8 +21,8 @@ use std::time::{Duration, Instant};
 use supervision::{ThreadRole, ThreadSupervisor};
 
 use crate::analysis::words::Language;
-use frames::Incoming;
-use server::Server;
+use frames::LspInput;
+use server::LanguageServer;
 
 /// Messages that wait to be looked at.
 const WAITING_MAX: usize = 64;
@@ -31,7 +31,7 @@ const LOOK_AFTER: Duration = Duration::from_secs(3);
 
 /// How the server is started.
 #[derive(Clone, Debug, Default)]
-pub struct Options {
+pub struct ServerOptions {
     /// The language of texts; without it the client's locale decides.
     pub language: Option<Language>,
     /// The process of the client, if it is known before `initialize` names it.
@@ -53,7 +53,7 @@ pub enum LspError {
 
 /// How a session ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum End {
+pub enum LspSessionEnd {
     /// The client said `shutdown`, then `exit`.
     Orderly,
     /// The client went without a word.
@@ -62,19 +62,19 @@ pub enum End {
 
 /// A session without streams: messages in, messages out. For pages that speak the protocol over a stream of their own, and
 /// for trials.
-pub struct Session(Server);
+pub struct LspSession(LanguageServer);
 
-impl Session {
+impl LspSession {
     /// Before anything has come.
-    pub fn new(options: &Options) -> Self {
-        Session(Server::new(options.clone()))
+    pub fn new(options: &ServerOptions) -> Self {
+        LspSession(LanguageServer::new(options.clone()))
     }
 
     /// Takes a message and gives back what is to be sent.
     pub fn take(&mut self, message: serde_json::Value) -> Vec<serde_json::Value> {
         self.0.take(match serde_json::from_value(message) {
-            Ok(message) => Incoming::Message(message),
-            Err(error) => Incoming::Broken(format!("the message is no JSON-RPC: {error}")),
+            Ok(message) => LspInput::Message(message),
+            Err(error) => LspInput::Broken(format!("the message is no JSON-RPC: {error}")),
         });
         self.0.outbox()
     }
@@ -95,8 +95,8 @@ impl Session {
 pub fn serve(
     input: impl Read + Send + 'static,
     output: &mut impl Write,
-    options: &Options,
-) -> Result<End, LspError> {
+    options: &ServerOptions,
+) -> Result<LspSessionEnd, LspError> {
     let (sender, incoming) = sync_channel(WAITING_MAX);
     let faults = ThreadSupervisor::default();
     let reader = move || {
@@ -115,11 +115,11 @@ pub fn serve(
 }
 
 fn session(
-    incoming: &Receiver<Incoming>,
+    incoming: &Receiver<LspInput>,
     output: &mut impl Write,
-    options: &Options,
-) -> Result<End, LspError> {
-    let mut server = Server::new(options.clone());
+    options: &ServerOptions,
+) -> Result<LspSessionEnd, LspError> {
+    let mut server = LanguageServer::new(options.clone());
     let mut waiting = std::collections::VecDeque::new();
     loop {
         // What the client has taken back meanwhile need not be answered.
@@ -135,13 +135,15 @@ fn session(
                 match incoming.recv_timeout(patience) {
                     Ok(next) => Some(next),
                     Err(RecvTimeoutError::Timeout) => None,
-                    Err(RecvTimeoutError::Disconnected) => return Ok(End::Vanished),
+                    Err(RecvTimeoutError::Disconnected) => return Ok(LspSessionEnd::Vanished),
                 }
             }
         };
         match next {
             Some(message) => server.take(message),
-            None if options.follow_client && server.client_is_gone() => return Ok(End::Vanished),
+            None if options.follow_client && server.client_is_gone() => {
+                return Ok(LspSessionEnd::Vanished);
+            }
             None => {}
         }
         if waiting.is_empty() {
@@ -151,7 +153,7 @@ fn session(
             match frames::write(output, &message) {
                 Ok(()) => {}
                 Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => {
-                    return Ok(End::Vanished);
+                    return Ok(LspSessionEnd::Vanished);
                 }
                 Err(error) => return Err(LspError::Output(error)),
             }

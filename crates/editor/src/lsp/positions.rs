@@ -15,12 +15,12 @@ pub enum Encoding {
 
 /// Where the lines of a text begin.
 #[derive(Debug, Default)]
-pub struct Lines {
+pub struct LineIndex {
     starts: Vec<usize>,
     is_ascii: bool,
 }
 
-impl Lines {
+impl LineIndex {
     /// Of this text. Lines end as the protocol says: `\n`, `\r\n` or `\r`.
     pub fn of(text: &str) -> Self {
         let bytes = text.as_bytes();
@@ -30,7 +30,7 @@ impl Lines {
             _ => false,
         });
         let starts = std::iter::once(0).chain(ends.map(|(at, _)| at + 1));
-        Lines {
+        LineIndex {
             starts: starts.collect(),
             is_ascii: text.is_ascii(),
         }

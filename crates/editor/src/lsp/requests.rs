@@ -13,36 +13,36 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::documents::Document;
-use super::server::{Refusal, Server, parsed};
-use super::{places, shown, workspace};
-use crate::analysis::completion::{self, ItemKind};
+use super::server::{LanguageServer, RequestError, parsed};
+use super::{navigation, presentation, workspace};
+use crate::analysis::completion::{self, CompletionKind};
 use crate::analysis::{Analysis, hover, signature};
 
 /// Answers a request.
 ///
 /// # Errors
 /// The refusal that the client gets.
-pub fn answer(server: &mut Server, request: Request) -> Result<Value, Refusal> {
+pub fn answer(server: &mut LanguageServer, request: Request) -> Result<Value, RequestError> {
     let params = request.params;
     match &*request.method {
         "textDocument/hover" => hover(server, parsed(params)?),
         "textDocument/completion" => completion(server, parsed(params)?),
         "completionItem/resolve" => resolve(server, parsed(params)?),
         "textDocument/signatureHelp" => signature_help(server, parsed(params)?),
-        "textDocument/definition" => places::definition(server, parsed(params)?),
-        "textDocument/references" => places::references(server, parsed(params)?),
-        "textDocument/documentHighlight" => places::highlight(server, parsed(params)?),
-        "textDocument/prepareRename" => places::prepare_rename(server, parsed(params)?),
-        "textDocument/rename" => places::rename(server, parsed(params)?),
-        "textDocument/documentSymbol" => places::document_symbols(server, parsed(params)?),
-        "textDocument/foldingRange" => places::folding(server, parsed(params)?),
+        "textDocument/definition" => navigation::definition(server, parsed(params)?),
+        "textDocument/references" => navigation::references(server, parsed(params)?),
+        "textDocument/documentHighlight" => navigation::highlight(server, parsed(params)?),
+        "textDocument/prepareRename" => navigation::prepare_rename(server, parsed(params)?),
+        "textDocument/rename" => navigation::rename(server, parsed(params)?),
+        "textDocument/documentSymbol" => navigation::document_symbols(server, parsed(params)?),
+        "textDocument/foldingRange" => navigation::folding(server, parsed(params)?),
         "workspace/symbol" => workspace::symbols(server, parsed(params)?),
-        "textDocument/semanticTokens/full" => shown::colours(server, parsed(params)?),
-        "textDocument/semanticTokens/range" => shown::colours_in(server, parsed(params)?),
-        "textDocument/inlayHint" => shown::inlay_hints(server, parsed(params)?),
-        "textDocument/formatting" => shown::formatting(server, parsed(params)?),
-        "textDocument/codeAction" => shown::code_actions(server, parsed(params)?),
-        other => Err(Refusal {
+        "textDocument/semanticTokens/full" => presentation::colours(server, parsed(params)?),
+        "textDocument/semanticTokens/range" => presentation::colours_in(server, parsed(params)?),
+        "textDocument/inlayHint" => presentation::inlay_hints(server, parsed(params)?),
+        "textDocument/formatting" => presentation::formatting(server, parsed(params)?),
+        "textDocument/codeAction" => presentation::code_actions(server, parsed(params)?),
+        other => Err(RequestError {
             code: ErrorCode::MethodNotFound,
             message: format!(
                 "'{}' is not known here",
@@ -54,20 +54,20 @@ pub fn answer(server: &mut Server, request: Request) -> Result<Value, Refusal> {
 
 /// A text that a request is about, with its analysis.
 pub(super) fn looked_at<'s>(
-    server: &'s mut Server,
+    server: &'s mut LanguageServer,
     uri: &Uri,
-) -> Result<(&'s mut Document, Arc<Analysis>), Refusal> {
+) -> Result<(&'s mut Document, Arc<Analysis>), RequestError> {
     let document = server
         .documents
         .get(uri)
-        .map_err(|error| Refusal::failed(error.to_string()))?;
+        .map_err(|error| RequestError::failed(error.to_string()))?;
     let analysis = document.analysis();
     Ok((document, analysis))
 }
 
 /// An answer in the protocol's form.
-pub(super) fn told(answer: impl Serialize) -> Result<Value, Refusal> {
-    serde_json::to_value(answer).map_err(|error| Refusal {
+pub(super) fn told(answer: impl Serialize) -> Result<Value, RequestError> {
+    serde_json::to_value(answer).map_err(|error| RequestError {
         code: ErrorCode::InternalError,
         message: format!("the answer has no JSON form: {error}"),
     })
@@ -80,7 +80,10 @@ pub(super) fn markdown(text: String) -> MarkupContent {
     }
 }
 
-fn hover(server: &mut Server, params: TextDocumentPositionParams) -> Result<Value, Refusal> {
+fn hover(
+    server: &mut LanguageServer,
+    params: TextDocumentPositionParams,
+) -> Result<Value, RequestError> {
     let (encoding, language) = (server.documents.encoding, server.language);
     let (document, analysis) = looked_at(server, &params.text_document.uri)?;
     let offset = document.offset(params.position, encoding);
@@ -91,7 +94,10 @@ fn hover(server: &mut Server, params: TextDocumentPositionParams) -> Result<Valu
     }))
 }
 
-fn completion(server: &mut Server, params: TextDocumentPositionParams) -> Result<Value, Refusal> {
+fn completion(
+    server: &mut LanguageServer,
+    params: TextDocumentPositionParams,
+) -> Result<Value, RequestError> {
     let (encoding, language) = (server.documents.encoding, server.language);
     let (document, analysis) = looked_at(server, &params.text_document.uri)?;
     let offset = document.offset(params.position, encoding);
@@ -114,21 +120,21 @@ fn completion(server: &mut Server, params: TextDocumentPositionParams) -> Result
     })
 }
 
-fn item_kind(kind: ItemKind) -> CompletionItemKind {
+fn item_kind(kind: CompletionKind) -> CompletionItemKind {
     match kind {
-        ItemKind::Function => CompletionItemKind::FUNCTION,
-        ItemKind::Method => CompletionItemKind::METHOD,
-        ItemKind::Class => CompletionItemKind::CLASS,
-        ItemKind::Variable => CompletionItemKind::VARIABLE,
-        ItemKind::Field => CompletionItemKind::FIELD,
-        ItemKind::Module => CompletionItemKind::MODULE,
-        ItemKind::Keyword => CompletionItemKind::KEYWORD,
-        ItemKind::Argument => CompletionItemKind::PROPERTY,
-        ItemKind::Text => CompletionItemKind::VALUE,
+        CompletionKind::Function => CompletionItemKind::FUNCTION,
+        CompletionKind::Method => CompletionItemKind::METHOD,
+        CompletionKind::Class => CompletionItemKind::CLASS,
+        CompletionKind::Variable => CompletionItemKind::VARIABLE,
+        CompletionKind::Field => CompletionItemKind::FIELD,
+        CompletionKind::Module => CompletionItemKind::MODULE,
+        CompletionKind::Keyword => CompletionItemKind::KEYWORD,
+        CompletionKind::Argument => CompletionItemKind::PROPERTY,
+        CompletionKind::Text => CompletionItemKind::VALUE,
     }
 }
 
-fn resolve(server: &mut Server, mut item: CompletionItem) -> Result<Value, Refusal> {
+fn resolve(server: &mut LanguageServer, mut item: CompletionItem) -> Result<Value, RequestError> {
     let is_given = matches!(
         item.kind,
         Some(CompletionItemKind::FUNCTION | CompletionItemKind::CLASS)
@@ -141,9 +147,9 @@ fn resolve(server: &mut Server, mut item: CompletionItem) -> Result<Value, Refus
 }
 
 fn signature_help(
-    server: &mut Server,
+    server: &mut LanguageServer,
     params: TextDocumentPositionParams,
-) -> Result<Value, Refusal> {
+) -> Result<Value, RequestError> {
     let (encoding, language) = (server.documents.encoding, server.language);
     let (document, analysis) = looked_at(server, &params.text_document.uri)?;
     let offset = document.offset(params.position, encoding);

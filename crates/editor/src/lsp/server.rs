@@ -14,9 +14,9 @@ use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
 use super::documents::Documents;
-use super::frames::Incoming;
+use super::frames::LspInput;
 use super::positions::Encoding;
-use super::{End, Options, capabilities, findings, requests};
+use super::{LspSessionEnd, ServerOptions, capabilities, diagnostics, requests};
 use crate::analysis::library;
 use crate::analysis::words::Language;
 
@@ -25,17 +25,17 @@ const CANCELLED_MAX: usize = 1000;
 
 /// Why a request gets no answer.
 #[derive(Debug)]
-pub struct Refusal {
+pub struct RequestError {
     /// The number of the protocol.
     pub code: ErrorCode,
     /// A sentence.
     pub message: String,
 }
 
-impl Refusal {
+impl RequestError {
     /// The request cannot be carried out.
     pub fn failed(message: impl Into<String>) -> Self {
-        Refusal {
+        RequestError {
             code: ErrorCode::RequestFailed,
             message: message.into(),
         }
@@ -43,38 +43,38 @@ impl Refusal {
 }
 
 /// A session.
-pub struct Server {
+pub struct LanguageServer {
     /// The texts.
     pub documents: Documents,
     /// The language of texts.
     pub language: Language,
     /// The folders that the client works in.
     pub folders: Vec<PathBuf>,
-    options: Options,
-    phase: Phase,
+    options: ServerOptions,
+    phase: ServerPhase,
     client: Option<u32>,
     outbox: Vec<Value>,
     cancelled: HashSet<RequestId>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Phase {
+enum ServerPhase {
     Created,
     Running,
     ShutDown,
-    Ended(End),
+    Ended(LspSessionEnd),
 }
 
-impl Server {
+impl LanguageServer {
     /// Before anything has come.
-    pub fn new(options: Options) -> Self {
-        Server {
+    pub fn new(options: ServerOptions) -> Self {
+        LanguageServer {
             documents: Documents::default(),
             language: options.language.unwrap_or_default(),
             folders: Vec::new(),
             client: options.client,
             options,
-            phase: Phase::Created,
+            phase: ServerPhase::Created,
             outbox: Vec::new(),
             cancelled: HashSet::new(),
         }
@@ -86,9 +86,9 @@ impl Server {
     }
 
     /// How it ended, once it has.
-    pub fn end(&self) -> Option<End> {
+    pub fn end(&self) -> Option<LspSessionEnd> {
         match self.phase {
-            Phase::Ended(end) => Some(end),
+            ServerPhase::Ended(end) => Some(end),
             _ => None,
         }
     }
@@ -104,9 +104,9 @@ impl Server {
     }
 
     /// Answers requests that the client takes back further behind in the queue.
-    pub fn drop_cancelled(&mut self, waiting: &mut VecDeque<Incoming>) {
+    pub fn drop_cancelled(&mut self, waiting: &mut VecDeque<LspInput>) {
         for message in waiting.iter() {
-            if let Incoming::Message(Message::Notification(notification)) = message
+            if let LspInput::Message(Message::Notification(notification)) = message
                 && notification.method == "$/cancelRequest"
                 && let Ok(id) = serde_json::from_value(notification.params["id"].clone())
                 && self.cancelled.len() < CANCELLED_MAX
@@ -118,7 +118,7 @@ impl Server {
             return;
         }
         waiting.retain(|message| match message {
-            Incoming::Message(Message::Request(request))
+            LspInput::Message(Message::Request(request))
                 if self.cancelled.contains(&request.id) =>
             {
                 let message = "the client has cancelled the request";
@@ -126,24 +126,24 @@ impl Server {
                 self.outbox.push(refusal);
                 false
             }
-            Incoming::Message(Message::Notification(n)) => n.method != "$/cancelRequest",
+            LspInput::Message(Message::Notification(n)) => n.method != "$/cancelRequest",
             _ => true,
         });
         self.cancelled.clear();
     }
 
     /// Takes a message.
-    pub fn take(&mut self, message: Incoming) {
+    pub fn take(&mut self, message: LspInput) {
         match message {
-            Incoming::Broken(sentence) => self.outbox.push(json!({
+            LspInput::Broken(sentence) => self.outbox.push(json!({
                 "jsonrpc": "2.0",
                 "id": null,
                 "error": { "code": ErrorCode::ParseError as i32, "message": sentence },
             })),
-            Incoming::Message(Message::Request(request)) => self.request(request),
-            Incoming::Message(Message::Notification(notification)) => self.notify(notification),
+            LspInput::Message(Message::Request(request)) => self.request(request),
+            LspInput::Message(Message::Notification(notification)) => self.notify(notification),
             // Nothing is asked of the client.
-            Incoming::Message(Message::Response(_)) => {}
+            LspInput::Message(Message::Response(_)) => {}
         }
     }
 
@@ -161,30 +161,30 @@ impl Server {
         });
     }
 
-    fn answer(&mut self, request: Request) -> Result<Value, Refusal> {
+    fn answer(&mut self, request: Request) -> Result<Value, RequestError> {
         let refuse = |code, message: &str| {
             let message = message.to_owned();
-            Err(Refusal { code, message })
+            Err(RequestError { code, message })
         };
         match (self.phase, &*request.method) {
-            (Phase::Created, "initialize") => self.initialize(parsed(request.params)?),
-            (Phase::Created, _) => refuse(
+            (ServerPhase::Created, "initialize") => self.initialize(parsed(request.params)?),
+            (ServerPhase::Created, _) => refuse(
                 ErrorCode::ServerNotInitialized,
                 "'initialize' must come first",
             ),
             (_, "initialize") => refuse(ErrorCode::InvalidRequest, "'initialize' has come before"),
-            (Phase::Running, "shutdown") => {
-                self.phase = Phase::ShutDown;
+            (ServerPhase::Running, "shutdown") => {
+                self.phase = ServerPhase::ShutDown;
                 Ok(Value::Null)
             }
-            (Phase::Running, _) => {
+            (ServerPhase::Running, _) => {
                 elite_lang::syntax::with_deep_stack(|| requests::answer(self, request))
             }
             _ => refuse(ErrorCode::InvalidRequest, "the server was shut down"),
         }
     }
 
-    fn initialize(&mut self, params: InitializeParams) -> Result<Value, Refusal> {
+    fn initialize(&mut self, params: InitializeParams) -> Result<Value, RequestError> {
         let general = params.capabilities.general.as_ref();
         let encodings = general.and_then(|general| general.position_encodings.as_ref());
         let takes_bytes = encodings.is_some_and(|all| all.contains(&PositionEncodingKind::UTF8));
@@ -204,17 +204,21 @@ impl Server {
         }
         self.folders = folders;
         self.client = params.process_id.or(self.client);
-        self.phase = Phase::Running;
+        self.phase = ServerPhase::Running;
         Ok(capabilities::answer(takes_bytes))
     }
 
     fn notify(&mut self, notification: Notification) {
         if notification.method == "exit" {
-            let orderly = self.phase == Phase::ShutDown;
-            self.phase = Phase::Ended(if orderly { End::Orderly } else { End::Vanished });
+            let orderly = self.phase == ServerPhase::ShutDown;
+            self.phase = ServerPhase::Ended(if orderly {
+                LspSessionEnd::Orderly
+            } else {
+                LspSessionEnd::Vanished
+            });
             return;
         }
-        if self.phase != Phase::Running {
+        if self.phase != ServerPhase::Running {
             return;
         }
         if let Err(sentence) = self.noted(notification) {
@@ -228,7 +232,7 @@ impl Server {
 
     fn noted(&mut self, notification: Notification) -> Result<(), String> {
         let params = notification.params;
-        let wrong = |refusal: Refusal| refusal.message;
+        let wrong = |refusal: RequestError| refusal.message;
         match &*notification.method {
             // Asked now, so that nobody waits for it later.
             "initialized" => library::prepare(),
@@ -279,7 +283,7 @@ impl Server {
             return;
         };
         // A text that makes us fail has no findings, and the session goes on.
-        let told = supervision::catch(|| findings::of(document, encoding, language));
+        let told = supervision::catch(|| diagnostics::of(document, encoding, language));
         if let Ok(params) = told {
             self.tell("textDocument/publishDiagnostics", params);
         }
@@ -298,8 +302,8 @@ fn message<const N: usize>(members: [(&str, Value); N]) -> Value {
 }
 
 /// The parameters of a message.
-pub fn parsed<T: DeserializeOwned>(params: Value) -> Result<T, Refusal> {
-    serde_json::from_value(params).map_err(|error| Refusal {
+pub fn parsed<T: DeserializeOwned>(params: Value) -> Result<T, RequestError> {
+    serde_json::from_value(params).map_err(|error| RequestError {
         code: ErrorCode::InvalidParams,
         message: format!("the parameters are not as they should be: {error}"),
     })

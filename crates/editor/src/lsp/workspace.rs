@@ -7,10 +7,10 @@ use elite_lang::Span;
 use ls_types::{Location, Uri, WorkspaceSymbolParams};
 use serde_json::{Value, json};
 
-use super::places::symbol_kind;
-use super::positions::{Encoding, Lines};
-use super::server::{Refusal, Server};
-use crate::analysis::outline::{Entry, outline};
+use super::navigation::symbol_kind;
+use super::positions::{Encoding, LineIndex};
+use super::server::{LanguageServer, RequestError};
+use crate::analysis::outline::{OutlineEntry, outline};
 use crate::analysis::{Analysis, TextKind};
 
 /// Files that are looked into, and bytes of all of them.
@@ -23,9 +23,9 @@ const DEPTH_MAX: u32 = 8;
 const FOUND_MAX: usize = 1000;
 
 pub(super) fn symbols(
-    server: &mut Server,
+    server: &mut LanguageServer,
     params: WorkspaceSymbolParams,
-) -> Result<Value, Refusal> {
+) -> Result<Value, RequestError> {
     let encoding = server.documents.encoding;
     let query = params.query.to_lowercase();
     let mut found = Vec::new();
@@ -59,7 +59,7 @@ fn in_file(path: &Path, query: &str, encoding: Encoding, found: &mut Vec<Value>)
         // What cannot be read has no names; nobody asked for this very file.
         return;
     };
-    let lines = Lines::of(&text);
+    let lines = LineIndex::of(&text);
     let analysis = Analysis::of(uri.as_str(), &text, TextKind::of_path(path));
     let place = |span: Span| Location {
         uri: uri.clone(),
@@ -69,7 +69,7 @@ fn in_file(path: &Path, query: &str, encoding: Encoding, found: &mut Vec<Value>)
 }
 
 fn matching(
-    entries: &[Entry],
+    entries: &[OutlineEntry],
     container: &str,
     query: &str,
     place: &dyn Fn(Span) -> Location,

@@ -5,21 +5,24 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
 
-use editor::dap::stream::Out;
-use editor::dap::{AttachedSession, Hub, Inlet};
+use editor::dap::stream::MessageSink;
+use editor::dap::{AttachedSession, DebugHub, SessionSender};
 use proptest::prelude::*;
 use serde_json::{Value as Json, json};
 
 struct Kept(Sender<Json>);
 
-impl Out for Kept {
+impl MessageSink for Kept {
     fn message(&mut self, message: &Json) -> io::Result<()> {
         let sent = self.0.send(message.clone());
         sent.map_err(|_| io::ErrorKind::BrokenPipe.into())
     }
 }
 
-fn session(hub: &Arc<Hub>, is_trusted: bool) -> (Inlet, Receiver<Json>, JoinHandle<()>) {
+fn session(
+    hub: &Arc<DebugHub>,
+    is_trusted: bool,
+) -> (SessionSender, Receiver<Json>, JoinHandle<()>) {
     let (session, inlet) = AttachedSession::new(hub.clone(), is_trusted);
     let (sender, said) = channel();
     let served = std::thread::spawn(move || session.serve(&mut Kept(sender)));
@@ -45,9 +48,9 @@ fn answer(said: &Receiver<Json>, seq: i64) -> Result<Json, String> {
 
 #[test]
 fn one_drives_with_the_token_and_leaves_its_place_to_the_next() {
-    let hub = Arc::new(Hub::default());
+    let hub = Arc::new(DebugHub::default());
     let (stranger, to_stranger, _served) = session(&hub, false);
-    let greeted = |inlet: &Inlet| inlet.message(&request(0, "initialize", &json!({})));
+    let greeted = |inlet: &SessionSender| inlet.message(&request(0, "initialize", &json!({})));
     assert!(greeted(&stranger));
     assert!(stranger.message(&request(1, "attach", &json!({}))));
     let refused = answer(&to_stranger, 1).unwrap_err();
@@ -133,7 +136,7 @@ proptest! {
         ),
         is_trusted in any::<bool>(),
     ) {
-        let hub = Arc::new(Hub::default());
+        let hub = Arc::new(DebugHub::default());
         let (inlet, said, served) = session(&hub, is_trusted);
         let is_taken = inlet.message("{]") && inlet.message(&request(0, "initialize", &json!({})));
         prop_assert!(is_taken);

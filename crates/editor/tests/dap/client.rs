@@ -9,9 +9,9 @@ use std::sync::mpsc::{Receiver, channel};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use controller::RobotConfig;
+use controller::ControllerConfig;
 use controller::options::PlantChoice;
-use editor::dap::{Debuggee, serve, stream};
+use editor::dap::{RunTarget, serve, stream};
 use elite_runtime::ProgramText;
 use serde_json::{Value as Json, json};
 
@@ -45,21 +45,21 @@ pub struct Held {
     pub frame: i64,
 }
 
-fn launch(arguments: &Json) -> Result<Debuggee, String> {
+fn launch(arguments: &Json) -> Result<RunTarget, String> {
     let program = arguments["program"].as_str().ok_or("no program")?;
     let text = std::fs::read_to_string(program).map_err(|error| error.to_string())?;
     let plant = match arguments["plant"].as_str() {
         Some("rigid") => PlantChoice::Rigid,
         _ => PlantChoice::Ideal,
     };
-    Ok(Debuggee {
+    Ok(RunTarget {
         program: ProgramText {
             name: program.to_owned(),
             text,
         },
-        robot: RobotConfig {
+        robot: ControllerConfig {
             plant,
-            ..RobotConfig::default()
+            ..ControllerConfig::default()
         },
         presets: Vec::new(),
         recorded: None,
@@ -81,7 +81,7 @@ impl Client {
         let mut from = BufReader::new(to.try_clone().unwrap());
         let (sender, messages) = channel();
         thread::spawn(move || {
-            while let Ok(Some(stream::Incoming::Message(message))) = stream::read(&mut from) {
+            while let Ok(Some(stream::DapInput::Message(message))) = stream::read(&mut from) {
                 if sender.send(message).is_err() {
                     return;
                 }

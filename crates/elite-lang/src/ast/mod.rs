@@ -378,7 +378,7 @@ pub struct Module {
     /// Number of scopes handed out, the module's own included.
     pub scope_count: u32,
     /// What its `$ LINE` directives say, in the order of the text.
-    pub nodes: Vec<NodeMark>,
+    pub nodes: Vec<NodeDirective>,
 }
 
 impl Drop for Module {
@@ -403,7 +403,7 @@ impl Module {
 /// A `$ LINE` directive: here begins a node of the task that the pendant made the text from.
 #[derive(Clone, Debug, PartialEq)]
 #[allow(missing_docs)]
-pub struct NodeMark {
+pub struct NodeDirective {
     /// Row of the task tree, from 1.
     pub number: u32,
     pub label: Box<str>,
@@ -411,12 +411,12 @@ pub struct NodeMark {
     pub start: u32,
     /// The node is shown when the motion that follows has ended, not before.
     pub after: bool,
-    pub place: NodePlace,
+    pub place: DirectiveAnchor,
 }
 
 /// When a thread passes a directive. Statements are known by where they start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum NodePlace {
+pub enum DirectiveAnchor {
     /// Before the statement, or the condition of an `elif`, that starts at this byte.
     Before(u32),
     /// When the statement that starts at this byte, the last of its block, has ended.

@@ -6,20 +6,20 @@ use super::{
     Arg, Comprehension, ComprehensionKind, DictItem, Expr, ExprKind, FStringPart, Ident,
     ImportAlias, Lambda, Module, Parameter, Parameters, Stmt, StmtKind,
 };
-use crate::limits::memory::Budget;
+use crate::limits::memory::WorkBudget;
 
 /// Work for one part.
 const PART: usize = 96;
 
 impl Module {
     /// Drops the tree, with pauses.
-    pub(crate) fn release(mut self, budget: &Budget<'_>) {
+    pub(crate) fn release(mut self, budget: &WorkBudget<'_>) {
         statements(std::mem::take(&mut self.body), budget);
         budget.drop_each(std::mem::take(&mut self.nodes));
     }
 }
 
-fn statements(body: Vec<Stmt>, budget: &Budget<'_>) {
+fn statements(body: Vec<Stmt>, budget: &WorkBudget<'_>) {
     for statement in body {
         budget.worked(PART);
         match statement.kind {
@@ -117,15 +117,15 @@ fn statements(body: Vec<Stmt>, budget: &Budget<'_>) {
     }
 }
 
-fn idents(names: Vec<Ident>, budget: &Budget<'_>) {
+fn idents(names: Vec<Ident>, budget: &WorkBudget<'_>) {
     budget.drop_each(names);
 }
 
-fn imports(names: Vec<ImportAlias>, budget: &Budget<'_>) {
+fn imports(names: Vec<ImportAlias>, budget: &WorkBudget<'_>) {
     budget.drop_each(names);
 }
 
-fn parameters(all: Parameters, budget: &Budget<'_>) {
+fn parameters(all: Parameters, budget: &WorkBudget<'_>) {
     let by_name = all.positional_only.into_iter().chain(all.positional);
     let by_name = by_name.chain(all.keyword_only);
     for parameter in by_name.chain(all.star).chain(all.double_star) {
@@ -139,7 +139,7 @@ fn parameters(all: Parameters, budget: &Budget<'_>) {
     }
 }
 
-pub(crate) fn arguments(args: Vec<Arg>, budget: &Budget<'_>) {
+pub(crate) fn arguments(args: Vec<Arg>, budget: &WorkBudget<'_>) {
     for arg in args {
         match arg {
             Arg::Positional(value)
@@ -150,11 +150,11 @@ pub(crate) fn arguments(args: Vec<Arg>, budget: &Budget<'_>) {
     }
 }
 
-pub(crate) fn expressions(all: impl IntoIterator<Item = Expr>, budget: &Budget<'_>) {
+pub(crate) fn expressions(all: impl IntoIterator<Item = Expr>, budget: &WorkBudget<'_>) {
     all.into_iter().for_each(|expr| expression(expr, budget));
 }
 
-pub(crate) fn format_parts(parts: Vec<FStringPart>, budget: &Budget<'_>) {
+pub(crate) fn format_parts(parts: Vec<FStringPart>, budget: &WorkBudget<'_>) {
     for part in parts {
         budget.worked(PART);
         if let FStringPart::Value {
@@ -171,7 +171,7 @@ pub(crate) fn format_parts(parts: Vec<FStringPart>, budget: &Budget<'_>) {
     }
 }
 
-fn comprehension(comprehension: Comprehension, budget: &Budget<'_>) {
+fn comprehension(comprehension: Comprehension, budget: &WorkBudget<'_>) {
     match comprehension.kind {
         ComprehensionKind::List(element)
         | ComprehensionKind::Set(element)
@@ -184,7 +184,7 @@ fn comprehension(comprehension: Comprehension, budget: &Budget<'_>) {
     }
 }
 
-fn expression(expr: Expr, budget: &Budget<'_>) {
+fn expression(expr: Expr, budget: &WorkBudget<'_>) {
     budget.worked(PART);
     match expr.kind {
         ExprKind::Constant(_) | ExprKind::Name(_) => {}
@@ -244,7 +244,7 @@ fn expression(expr: Expr, budget: &Budget<'_>) {
     }
 }
 
-pub(crate) fn dict_items(items: Vec<DictItem>, budget: &Budget<'_>) {
+pub(crate) fn dict_items(items: Vec<DictItem>, budget: &WorkBudget<'_>) {
     for item in items {
         match item {
             DictItem::Pair(key, value) => expressions([key, value], budget),

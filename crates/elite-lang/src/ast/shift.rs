@@ -2,8 +2,8 @@
 //! the same number.
 
 use super::{
-    Arg, ClassDef, Comprehension, ComprehensionKind, DictItem, Expr, ExprKind, FStringPart,
-    FunctionDef, Ident, ImportAlias, NodePlace, Parameters, ScopeId, Stmt, StmtKind,
+    Arg, ClassDef, Comprehension, ComprehensionKind, DictItem, DirectiveAnchor, Expr, ExprKind,
+    FStringPart, FunctionDef, Ident, ImportAlias, Parameters, ScopeId, Stmt, StmtKind,
 };
 use crate::source::Span;
 
@@ -37,11 +37,11 @@ impl Shift {
     }
 
     /// A directive's place.
-    pub(crate) fn node_place(self, place: NodePlace) -> NodePlace {
+    pub(crate) fn node_place(self, place: DirectiveAnchor) -> DirectiveAnchor {
         match place {
-            NodePlace::Before(at) => NodePlace::Before(self.offset(at)),
-            NodePlace::After(at) => NodePlace::After(self.offset(at)),
-            NodePlace::AtEnd => NodePlace::AtEnd,
+            DirectiveAnchor::Before(at) => DirectiveAnchor::Before(self.offset(at)),
+            DirectiveAnchor::After(at) => DirectiveAnchor::After(self.offset(at)),
+            DirectiveAnchor::AtEnd => DirectiveAnchor::AtEnd,
         }
     }
 

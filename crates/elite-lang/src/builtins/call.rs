@@ -7,7 +7,7 @@ use crate::eval::coroutine::RESERVE;
 use crate::eval::{Evaluator, Frame};
 use crate::native::NativeCall;
 use crate::value::symbol::known;
-use crate::value::{Class, R, Symbol, Value, Values};
+use crate::value::{Class, R, Symbol, Value, ValueVec};
 
 /// Derived classes that are looked at between two safepoints.
 const SUBCLASSES: usize = 1024;
@@ -39,8 +39,8 @@ impl Evaluator<'_> {
 
     /// The same for many, some at a time.
     #[inline(never)]
-    fn in_front(&self, first: Value, args: &mut [Value]) -> R<Values> {
-        let mut all = Values::from(self.room_for(args.len() + 1)?);
+    fn in_front(&self, first: Value, args: &mut [Value]) -> R<ValueVec> {
+        let mut all = ValueVec::from(self.room_for(args.len() + 1)?);
         all.push(first);
         self.take_values(args, &mut all)?;
         Ok(all)

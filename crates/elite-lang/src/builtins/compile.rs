@@ -7,15 +7,15 @@ use std::collections::HashMap;
 use std::rc::Rc;
 
 use super::evaluate::{VARIABLE, dictionary_namespace};
-use super::reading::{Tree, reading, release, source_file, source_text, tree};
+use super::reading::{ResolvedTree, reading, release, source_file, source_text, tree};
 use crate::ast::{Stmt, StmtKind};
 use crate::eval::Evaluator;
 use crate::eval::code::Code;
-use crate::value::data::Data;
+use crate::value::data::NativeData;
 use crate::value::data::no_values;
-use crate::value::instance::Payload;
+use crate::value::instance::InstancePayload;
 use crate::value::symbol::known;
-use crate::value::{CellVar, Dict, Function, Held, Instance, R, Value};
+use crate::value::{CellVar, Dict, Function, Instance, R, ScriptCell, Value};
 
 /// Flags that say how CPython's compiler reads a text: those of `__future__`, and its own.
 const FLAGS: i32 = 0x01fe_7600 | 0x10;
@@ -23,16 +23,16 @@ const FLAGS: i32 = 0x01fe_7600 | 0x10;
 const ONLY_TREE: i32 = 0x400;
 
 /// What `compile` makes: a text that is known to be right, for `eval` and `exec`.
-pub(super) struct CodeText {
+pub(super) struct CompiledSource {
     pub text: String,
     pub file_name: String,
     pub is_expression: bool,
 }
 
-no_values!(CodeText);
+no_values!(CompiledSource);
 
 /// What `compile` has made, if the value is that.
-pub(super) fn code_text(value: &Value) -> Option<&CodeText> {
+pub(super) fn code_text(value: &Value) -> Option<&CompiledSource> {
     match value {
         Value::Instance(instance) => instance.object(),
         _ => None,
@@ -81,7 +81,7 @@ pub(super) fn compile(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     ev.push_text(&mut copy, &text)?;
     let file = source_file(ev, &file_name, copy)?;
     reading(ev, |budget| {
-        let Tree { module, resolution } = tree(ev, &file, is_expression, budget)?;
+        let ResolvedTree { module, resolution } = tree(ev, &file, is_expression, budget)?;
         release(module, resolution, budget);
         Ok(())
     })?;
@@ -99,13 +99,13 @@ pub(super) fn compile(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         ("co_cellvars", Value::tuple(Vec::new())),
         ("co_freevars", Value::tuple(Vec::new())),
     ];
-    let code = CodeText {
+    let code = CompiledSource {
         text,
         file_name,
         is_expression,
     };
     let class = ev.core.types.code.clone();
-    let made = Instance::new(class, Payload::Object(Data::new(code)));
+    let made = Instance::new(class, InstancePayload::Object(NativeData::new(code)));
     let symbols = &ev.core.symbols;
     for (name, value) in shown {
         made.set(symbols.intern(name), value, symbols);
@@ -200,12 +200,12 @@ pub(super) fn function(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let by_name = code.params.names.len() - code.params.positional;
     let function = Rc::new(Function {
         code,
-        defaults: Held::new(Rc::from([])),
+        defaults: ScriptCell::new(Rc::from([])),
         keyword_defaults: vec![Value::Unbound; by_name].into(),
-        keyword_defaults_dict: Held::default(),
-        annotations: Held::default(),
+        keyword_defaults_dict: ScriptCell::default(),
+        annotations: ScriptCell::default(),
         closure: closure.into(),
-        attrs: Held::default(),
+        attrs: ScriptCell::default(),
         noted: std::cell::Cell::new(false),
         old: std::cell::Cell::new(false),
     });
@@ -242,7 +242,7 @@ impl Evaluator<'_> {
     }
 
     /// The code of a whole text for these globals.
-    fn code_of_text(&self, text: &CodeText, globals: &Rc<Dict>) -> R<Rc<Code>> {
+    fn code_of_text(&self, text: &CompiledSource, globals: &Rc<Dict>) -> R<Rc<Code>> {
         let mut copy = String::new();
         self.push_text(&mut copy, &text.text)?;
         let file = source_file(self, &text.file_name, copy)?;
@@ -268,7 +268,7 @@ impl Evaluator<'_> {
             }
         };
         let code = reading(self, |budget| {
-            let Tree { module, resolution } = tree(self, file, is_expression, budget)?;
+            let ResolvedTree { module, resolution } = tree(self, file, is_expression, budget)?;
             let code = match &module.body[..] {
                 [
                     Stmt {

@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use super::Args;
 use super::compile::code_text;
-use super::reading::{TEXT_NAME, Tree, reading, release, source_file, source_text, tree};
+use super::reading::{ResolvedTree, TEXT_NAME, reading, release, source_file, source_text, tree};
 use crate::ast::{Stmt, StmtKind};
 use crate::diagnostic::Severity;
 use crate::errors::ExceptionKind;
@@ -27,17 +27,17 @@ use crate::value::{CellVar, Dict, Function, R, Symbol, Value};
 pub(super) const VARIABLE: usize = 128;
 
 pub(super) fn eval(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
-    let Prepared { source, scope } = prepare(ev, args, true)?;
+    let EvalPlan { source, scope } = prepare(ev, args, true)?;
     match source {
-        Source::Code(code) => run_code(ev, &code, Box::default()),
-        Source::Text(file, true) => run_expression(ev, &file, &scope),
-        Source::Text(file, false) => run_statements(ev, &file, &scope).map(|()| Value::None),
+        EvalSource::Code(code) => run_code(ev, &code, Box::default()),
+        EvalSource::Text(file, true) => run_expression(ev, &file, &scope),
+        EvalSource::Text(file, false) => run_statements(ev, &file, &scope).map(|()| Value::None),
     }
 }
 
-fn run_expression(ev: &Evaluator<'_>, file: &Arc<SourceFile>, scope: &TextScope) -> R {
+fn run_expression(ev: &Evaluator<'_>, file: &Arc<SourceFile>, scope: &EvalScope) -> R {
     let code = reading(ev, |budget| {
-        let Tree { module, resolution } = tree(ev, file, true, budget)?;
+        let ResolvedTree { module, resolution } = tree(ev, file, true, budget)?;
         let [
             Stmt {
                 kind: StmtKind::Expr(expr),
@@ -59,21 +59,21 @@ fn run_expression(ev: &Evaluator<'_>, file: &Arc<SourceFile>, scope: &TextScope)
 
 pub(super) fn exec(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
     let closure = exec_closure(ev, args)?;
-    let Prepared { source, scope } = prepare(ev, args, false)?;
+    let EvalPlan { source, scope } = prepare(ev, args, false)?;
     match (source, closure) {
-        (Source::Code(code), closure) => {
+        (EvalSource::Code(code), closure) => {
             let cells = cells_for_exec(ev, &code, closure)?;
             run_code(ev, &code, cells)?;
         }
-        (Source::Text(..), Some(_)) if code_text(&args.positional[0]).is_some() => {
+        (EvalSource::Text(..), Some(_)) if code_text(&args.positional[0]).is_some() => {
             return Err(ev.type_error(NO_CLOSURE));
         }
-        (Source::Text(..), Some(_)) => {
+        (EvalSource::Text(..), Some(_)) => {
             let text = "closure can only be used when source is a code object";
             return Err(ev.type_error(text));
         }
-        (Source::Text(file, true), None) => drop(run_expression(ev, &file, &scope)?),
-        (Source::Text(file, false), None) => run_statements(ev, &file, &scope)?,
+        (EvalSource::Text(file, true), None) => drop(run_expression(ev, &file, &scope)?),
+        (EvalSource::Text(file, false), None) => run_statements(ev, &file, &scope)?,
     }
     Ok(Value::None)
 }
@@ -128,9 +128,9 @@ fn run_code(ev: &Evaluator<'_>, code: &Rc<Code>, closure: Box<[Rc<CellVar>]>) ->
     ev.call_function(&Function::plain(code.clone(), closure), &mut [], &[])
 }
 
-fn run_statements(ev: &Evaluator<'_>, file: &Arc<SourceFile>, scope: &TextScope) -> R<()> {
+fn run_statements(ev: &Evaluator<'_>, file: &Arc<SourceFile>, scope: &EvalScope) -> R<()> {
     let code = reading(ev, |budget| {
-        let Tree { module, resolution } = tree(ev, file, false, budget)?;
+        let ResolvedTree { module, resolution } = tree(ev, file, false, budget)?;
         for name in &resolution.bindings {
             if scope.is_separate && scope.mapping.is_none() {
                 budget.worked(VARIABLE);
@@ -147,7 +147,7 @@ fn run_statements(ev: &Evaluator<'_>, file: &Arc<SourceFile>, scope: &TextScope)
 }
 
 /// What a text gave that was run for a debugger.
-pub(crate) struct Given {
+pub(crate) struct EvalResult {
     /// Its value; None if it is no expression.
     pub value: Option<Value>,
     /// The variables it was given, as it has left them; those it has made as well.
@@ -160,7 +160,7 @@ pub(crate) fn run_in(
     ev: &Evaluator<'_>,
     text: String,
     variables: Option<Vec<(Symbol, Value)>>,
-) -> R<Given> {
+) -> R<EvalResult> {
     let file = source_file(ev, TEXT_NAME, text)?;
     let namespace = match variables {
         None => ev.core.globals.clone(),
@@ -184,7 +184,7 @@ pub(crate) fn run_in(
         Ok(is_right)
     })?;
     let code = reading(ev, |budget| {
-        let Tree { module, resolution } = tree(ev, &file, is_expression, budget)?;
+        let ResolvedTree { module, resolution } = tree(ev, &file, is_expression, budget)?;
         if is_separate {
             for name in &resolution.bindings {
                 namespace.own_cell(ev.core.symbols.take(name));
@@ -205,7 +205,7 @@ pub(crate) fn run_in(
         release(module, resolution, budget);
         Ok(code)
     })?;
-    let scope = TextScope {
+    let scope = EvalScope {
         namespace,
         is_separate,
         mapping: None,
@@ -218,14 +218,14 @@ pub(crate) fn run_in(
         true => scope.namespace.entries(),
         false => Vec::new(),
     };
-    Ok(Given {
+    Ok(EvalResult {
         value: is_expression.then_some(value),
         variables,
     })
 }
 
 /// Where a text runs.
-struct TextScope {
+struct EvalScope {
     namespace: Rc<Namespace>,
     /// The namespace is not that of the globals.
     is_separate: bool,
@@ -234,10 +234,10 @@ struct TextScope {
     /// The dictionary that the global variables are in.
     home: Option<Rc<Dict>>,
     /// How many references there were to each of its variables before the text was read.
-    before: Counts,
+    before: CellRefCounts,
 }
 
-impl TextScope {
+impl EvalScope {
     /// What the code refers to is listed exactly, or not at all.
     fn check(&self, ev: &Evaluator<'_>, code: &Code) -> R<()> {
         let mut worked = || ev.worked(VARIABLE);
@@ -275,7 +275,7 @@ impl TextScope {
 }
 
 /// What is evaluated.
-enum Source {
+enum EvalSource {
     /// A text, and whether it is an expression.
     Text(Arc<SourceFile>, bool),
     /// The code of a function, for the globals that are given.
@@ -283,13 +283,13 @@ enum Source {
 }
 
 /// What is evaluated, and where.
-struct Prepared {
-    source: Source,
-    scope: TextScope,
+struct EvalPlan {
+    source: EvalSource,
+    scope: EvalScope,
 }
 
 /// What `eval` or `exec` has to do, from the arguments `source, globals, locals`.
-fn prepare(ev: &Evaluator<'_>, args: &Args<'_>, is_eval: bool) -> R<Prepared> {
+fn prepare(ev: &Evaluator<'_>, args: &Args<'_>, is_eval: bool) -> R<EvalPlan> {
     let function = if is_eval { "eval" } else { "exec" };
     if is_eval && !args.keywords.is_empty() {
         return Err(ev.type_error("eval() takes no keyword arguments"));
@@ -348,22 +348,22 @@ fn prepare(ev: &Evaluator<'_>, args: &Args<'_>, is_eval: bool) -> R<Prepared> {
             (None, Some(frame)) => ev.globals_of(&frame.function.code),
             (None, None) => ev.globals_dict(),
         };
-        let source = Source::Code(ev.code_in(code, &dict)?);
-        return Ok(Prepared { source, scope });
+        let source = EvalSource::Code(ev.code_in(code, &dict)?);
+        return Ok(EvalPlan { source, scope });
     }
     let scope = text_scope(ev, args, globals, locals)?;
     let source = match code_text(source) {
         Some(code) => {
             let mut copy = String::new();
             ev.push_text(&mut copy, &code.text)?;
-            Source::Text(source_file(ev, &code.file_name, copy)?, code.is_expression)
+            EvalSource::Text(source_file(ev, &code.file_name, copy)?, code.is_expression)
         }
         None => {
             let text = source_text(ev, source, function, "code")?;
-            Source::Text(source_file(ev, TEXT_NAME, text)?, is_eval)
+            EvalSource::Text(source_file(ev, TEXT_NAME, text)?, is_eval)
         }
     };
-    Ok(Prepared { source, scope })
+    Ok(EvalPlan { source, scope })
 }
 
 /// Whether a value can be asked for the values of names.
@@ -379,7 +379,7 @@ fn text_scope(
     args: &Args<'_>,
     globals: Option<Rc<Dict>>,
     locals: Option<Value>,
-) -> R<TextScope> {
+) -> R<EvalScope> {
     let core = &ev.core;
     let given_globals = globals.is_some();
     let caller = args.caller.as_ref();
@@ -426,7 +426,7 @@ fn text_scope(
     if is_separate {
         namespace.set_of_text();
     }
-    Ok(TextScope {
+    Ok(EvalScope {
         namespace,
         is_separate,
         mapping,
@@ -436,13 +436,13 @@ fn text_scope(
 }
 
 /// How many references there are to each variable of a dictionary.
-type Counts = HashMap<*const CellVar, usize>;
+type CellRefCounts = HashMap<*const CellVar, usize>;
 
 /// A namespace of the variables in a dictionary, whose references it counts.
 pub(super) fn dictionary_namespace(
     ev: &Evaluator<'_>,
     dict: &Rc<Dict>,
-    before: &mut Counts,
+    before: &mut CellRefCounts,
 ) -> R<Rc<Namespace>> {
     let namespace = ev.core.new_namespace(None);
     namespace.set_in_dictionary();

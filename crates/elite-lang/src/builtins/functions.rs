@@ -5,17 +5,17 @@ use std::rc::Rc;
 use super::{Args, Builtin};
 use crate::ast::CompareOp;
 use crate::errors::ExceptionKind;
-use crate::eval::generator::{Stepped, ToGenerator};
+use crate::eval::generator::{GeneratorInput, StepResult};
 use crate::eval::pace::VALUE;
-use crate::eval::{Core, Evaluator};
-use crate::value::symbol::{Passing, known};
+use crate::eval::{Evaluator, InterpreterState};
+use crate::value::symbol::{TempSymbol, known};
 use crate::value::{Class, Iter, R, Symbol, Value};
 
 /// Items that are added up at once.
 const SHORT: usize = 4096;
 
 /// Puts the builtin functions in place.
-pub fn install(core: &Rc<Core>) {
+pub fn install(core: &Rc<InterpreterState>) {
     let bound: &[(&'static str, &str, super::BoundFn)] = &[
         ("all", "iterable /", all),
         ("any", "iterable /", any),
@@ -171,7 +171,7 @@ fn callable(_: &Evaluator<'_>, args: &mut [Value]) -> R {
 }
 
 /// The symbol of an attribute name given as a value.
-fn attribute_name<'e>(ev: &'e Evaluator<'_>, name: &Value) -> R<Passing<'e>> {
+fn attribute_name<'e>(ev: &'e Evaluator<'_>, name: &Value) -> R<TempSymbol<'e>> {
     match ev.plain(name) {
         Value::Str(text) => ev.ask_name(text.as_str()),
         _ => {
@@ -385,9 +385,9 @@ fn iter(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 fn next(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let result = match &args[0] {
         Value::Generator(generator) => {
-            match ev.step_generator(generator, ToGenerator::Send(Value::None)) {
-                Ok(Stepped::Yielded(value)) => return Ok(value),
-                Ok(Stepped::Returned(value)) => Err(value),
+            match ev.step_generator(generator, GeneratorInput::Send(Value::None)) {
+                Ok(StepResult::Yielded(value)) => return Ok(value),
+                Ok(StepResult::Returned(value)) => Err(value),
                 Err(raised) => return Err(ev.generator_error(raised)),
             }
         }

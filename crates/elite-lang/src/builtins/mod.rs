@@ -17,11 +17,11 @@ pub mod types;
 use std::rc::Rc;
 
 pub(crate) use call::EMBEDDER;
-pub use quick::Quick;
+pub use quick::FastPath;
 pub use signature::{Signature, is_slot};
 
 use crate::ast::BinaryOp;
-use crate::eval::{Core, Evaluator, Frame};
+use crate::eval::{Evaluator, Frame, InterpreterState};
 use crate::native::NativeFunction;
 use crate::value::{R, Symbol, Value, trash};
 
@@ -40,7 +40,7 @@ pub struct Builtin {
     /// It may put its arguments into its receiver, which then may become part of a cycle.
     pub fills: bool,
     /// What it answers at once.
-    pub quick: Option<Quick>,
+    pub quick: Option<FastPath>,
     /// What a method of a builtin sequence adds or repeats by, and whether its receiver stands on the right. As methods these
     /// refuse what they cannot take; as operators they leave it to the other operand.
     pub joins: Option<(BinaryOp, bool)>,
@@ -96,7 +96,12 @@ impl Args<'_> {
 
 impl Builtin {
     /// A function with bound arguments. For the form of `signature` see `Signature::parse`.
-    pub fn bound(core: &Core, name: &'static str, signature: &str, body: BoundFn) -> Value {
+    pub fn bound(
+        core: &InterpreterState,
+        name: &'static str,
+        signature: &str,
+        body: BoundFn,
+    ) -> Value {
         let signature = Signature::parse(signature, &core.symbols);
         Value::Builtin(Rc::new(Builtin {
             name,
@@ -113,7 +118,7 @@ impl Builtin {
 
     /// A function of a module, with bound arguments.
     pub fn of_module(
-        core: &Core,
+        core: &InterpreterState,
         module: &Rc<str>,
         name: &'static str,
         signature: &str,
@@ -182,7 +187,7 @@ impl Builtin {
     }
 
     /// A native of the embedder.
-    pub fn native(core: &Core, native: NativeFunction) -> Value {
+    pub fn native(core: &InterpreterState, native: NativeFunction) -> Value {
         let (name, signature) = (native.name, Signature::of_native(&native, &core.symbols));
         Value::Builtin(Rc::new(Builtin {
             name,
@@ -207,7 +212,7 @@ impl Drop for Builtin {
 }
 
 /// Puts all builtins in place.
-pub fn install(core: &Rc<Core>) {
+pub fn install(core: &Rc<InterpreterState>) {
     for class in core.types.all().into_iter().chain(core.types.exceptions()) {
         let name = class.name();
         if is_builtin_name(&name) {

@@ -5,7 +5,7 @@ use std::rc::Rc;
 use super::Builtin;
 use crate::ast::BinaryOp;
 use crate::errors::ExceptionKind;
-use crate::eval::{Core, Evaluator};
+use crate::eval::{Evaluator, InterpreterState};
 use crate::format::{float, prefixed};
 use crate::value::int::Int;
 use crate::value::surrogate::{char_of, code_of};
@@ -13,7 +13,7 @@ use crate::value::symbol::known;
 use crate::value::{R, Value};
 
 /// Puts them in place.
-pub fn install(core: &Rc<Core>) {
+pub fn install(core: &Rc<InterpreterState>) {
     let bound: &[(&'static str, &str, super::BoundFn)] = &[
         ("abs", "x /", abs),
         ("bin", "number /", |ev, args| {

@@ -5,21 +5,21 @@ use std::rc::Rc;
 
 use super::{Builtin, short};
 use crate::eval::Evaluator;
-use crate::eval::expr::attribute::Hint;
-use crate::eval::words::Words;
+use crate::eval::expr::attribute::CachedLookup;
+use crate::eval::words::PairOf;
 use crate::ops::hash::quick_hash;
 use crate::ops::unicode;
 use crate::stdlib::collections::deque;
 use crate::stdlib::heap;
-use crate::value::dict::Found;
+use crate::value::dict::KeySearch;
 use crate::value::int::from_f64;
 use crate::value::{BoundMethod, List, Value};
 
 /// The answer of a builtin to these arguments by position (the receiver is the first one), if it has one at once.
 #[derive(Clone, Copy)]
-pub struct Quick(fn(&Evaluator<'_>, &[&Value]) -> Words<Option<Value>>);
+pub struct FastPath(fn(&Evaluator<'_>, &[&Value]) -> PairOf<Option<Value>>);
 
-impl Quick {
+impl FastPath {
     /// Asks for it.
     #[inline(always)]
     pub fn ask(self, ev: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
@@ -30,9 +30,9 @@ impl Quick {
 /// The same function with its answer in registers.
 macro_rules! quick {
     ($answer:expr) => {
-        Quick(|ev, args| {
+        FastPath(|ev, args| {
             let answer: fn(&Evaluator<'_>, &[&Value]) -> Option<Value> = $answer;
-            Words::of(answer(ev, args))
+            PairOf::of(answer(ev, args))
         })
     };
 }
@@ -41,7 +41,7 @@ macro_rules! quick {
 const SHORT: usize = 64;
 
 /// The quick answers of a builtin: a method of a type, a function of a module, or a global one.
-pub fn find(owner: Option<&str>, module: Option<&str>, name: &str) -> Option<Quick> {
+pub fn find(owner: Option<&str>, module: Option<&str>, name: &str) -> Option<FastPath> {
     Some(match (owner, module, name) {
         (None, None, "abs") => quick!(abs),
         (None, None, "bool") => quick!(truth),
@@ -100,7 +100,7 @@ pub fn find(owner: Option<&str>, module: Option<&str>, name: &str) -> Option<Qui
 impl Builtin {
     /// What a call of a value is answered with at once; None if that is no builtin, or one that takes its time.
     #[inline]
-    pub fn quick_of(callee: &Value) -> Option<Quick> {
+    pub fn quick_of(callee: &Value) -> Option<FastPath> {
         match callee {
             Value::Builtin(builtin) => builtin.quick,
             Value::Class(class) if !class.is_script && class.metaclass().is_none() => {
@@ -235,13 +235,16 @@ fn attribute(ev: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
     let name = ev.core.symbols.find_text(name)?;
     let class = &instance.class;
     match ev.core.hints.about(class, name)? {
-        Hint::Slot(slot) => instance.slot(slot as usize),
-        Hint::Method(location) => Some(Value::BoundMethod(Rc::new(BoundMethod {
+        CachedLookup::Slot(slot) => instance.slot(slot as usize),
+        CachedLookup::Method(location) => Some(Value::BoundMethod(Rc::new(BoundMethod {
             receiver: (*receiver).clone(),
             function: Value::Function(class.function_at(location)?),
         }))),
-        Hint::Plain(location) => Some(class.at(location)),
-        Hint::Property(_) | Hint::Quick(_) | Hint::Static(_) | Hint::Other => None,
+        CachedLookup::Plain(location) => Some(class.at(location)),
+        CachedLookup::Property(_)
+        | CachedLookup::Quick(_)
+        | CachedLookup::Static(_)
+        | CachedLookup::Other => None,
     }
 }
 
@@ -252,8 +255,8 @@ fn add(_: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
     };
     let hash = quick_hash(item)?;
     match set.find(hash, item) {
-        Found::At(_) => Some(Value::None),
-        Found::Nowhere
+        KeySearch::At(_) => Some(Value::None),
+        KeySearch::Nowhere
             if (set.noted.get() || !item.holds_values())
                 && set.growth(1) == 0
                 && !set.grows_far() =>
@@ -261,7 +264,7 @@ fn add(_: &Evaluator<'_>, args: &[&Value]) -> Option<Value> {
             set.append(hash, (*item).clone());
             Some(Value::None)
         }
-        Found::Nowhere | Found::Ask(..) => None,
+        KeySearch::Nowhere | KeySearch::Ask(..) => None,
     }
 }
 
@@ -274,9 +277,9 @@ pub fn contains(container: &Value, item: &Value) -> Option<bool> {
         _ => return None,
     };
     match found {
-        Found::At(_) => Some(true),
-        Found::Nowhere => Some(false),
-        Found::Ask(..) => None,
+        KeySearch::At(_) => Some(true),
+        KeySearch::Nowhere => Some(false),
+        KeySearch::Ask(..) => None,
     }
 }
 

@@ -7,7 +7,7 @@ use crate::ast::{Module, Stmt, StmtKind};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::limits::memory::Budget;
+use crate::limits::memory::WorkBudget;
 use crate::parser::{TREE_MAX, parse_expression, parse_within};
 use crate::resolve::{KnownNames, Resolution, resolve_within};
 use crate::source::SourceFile;
@@ -17,7 +17,7 @@ use crate::value::{R, Raised, Value};
 const TEXT_MAX: usize = 1 << 20;
 
 /// Runs `work`, which reads a text of any length: on a deep stack, with pauses in which others have their turn.
-pub(crate) fn reading<T>(ev: &Evaluator<'_>, work: impl FnOnce(&Budget<'_>) -> R<T>) -> R<T> {
+pub(crate) fn reading<T>(ev: &Evaluator<'_>, work: impl FnOnce(&WorkBudget<'_>) -> R<T>) -> R<T> {
     let ended = RefCell::new(None);
     let pause = |units: usize| match ev.worked(units) {
         Ok(()) => true,
@@ -26,7 +26,7 @@ pub(crate) fn reading<T>(ev: &Evaluator<'_>, work: impl FnOnce(&Budget<'_>) -> R
             false
         }
     };
-    let budget = Budget::with_pauses(ev.core.memory_left().min(TREE_MAX), &pause);
+    let budget = WorkBudget::with_pauses(ev.core.memory_left().min(TREE_MAX), &pause);
     let result = ev.with_deep_stack(|| work(&budget));
     match ended.take() {
         // What was made of a text that was given up means nothing.
@@ -36,7 +36,7 @@ pub(crate) fn reading<T>(ev: &Evaluator<'_>, work: impl FnOnce(&Budget<'_>) -> R
 }
 
 /// A text that is right, and its names.
-pub(crate) struct Tree {
+pub(crate) struct ResolvedTree {
     pub module: Module,
     pub resolution: Resolution,
 }
@@ -46,8 +46,8 @@ pub(crate) fn tree(
     ev: &Evaluator<'_>,
     file: &Arc<SourceFile>,
     is_expression: bool,
-    budget: &Budget<'_>,
-) -> R<Tree> {
+    budget: &WorkBudget<'_>,
+) -> R<ResolvedTree> {
     let parsed = match is_expression {
         true => {
             let (expr, mut parsed) = parse_expression(file, budget);
@@ -74,14 +74,14 @@ pub(crate) fn tree(
         release(parsed.module, resolution, budget);
         return Err(raised);
     }
-    Ok(Tree {
+    Ok(ResolvedTree {
         module: parsed.module,
         resolution,
     })
 }
 
 /// Drops what is no longer needed of a text, with pauses.
-pub(crate) fn release(module: Module, resolution: Resolution, budget: &Budget<'_>) {
+pub(crate) fn release(module: Module, resolution: Resolution, budget: &WorkBudget<'_>) {
     module.release(budget);
     resolution.release(budget);
 }

@@ -15,7 +15,7 @@ const GALLOP: usize = 7;
 
 /// Sorts by `less`. After an error the items stand where they had come to.
 pub(super) fn sort<T: Copy>(items: &mut [T], less: impl FnMut(&T, &T) -> R<bool>) -> R<()> {
-    let mut merges = Merges {
+    let mut merges = MergeState {
         less,
         pending: Vec::new(),
         gallop: GALLOP,
@@ -49,7 +49,7 @@ struct Run {
     power: u32,
 }
 
-struct Merges<T, L> {
+struct MergeState<T, L> {
     less: L,
     pending: Vec<Run>,
     /// How often one side has to win now before a merge gallops.
@@ -57,7 +57,7 @@ struct Merges<T, L> {
     items: PhantomData<T>,
 }
 
-impl<T: Copy, L: FnMut(&T, &T) -> R<bool>> Merges<T, L> {
+impl<T: Copy, L: FnMut(&T, &T) -> R<bool>> MergeState<T, L> {
     /// Makes a run at the start of these items; its length.
     fn run(&mut self, items: &mut [T], least: usize) -> R<usize> {
         let mut count = items.len().min(2);
@@ -258,15 +258,15 @@ fn power(start: usize, first: usize, second: usize, length: usize) -> u32 {
 }
 
 /// One of two runs that are merged: what is left of it.
-struct Side<T> {
+struct MergeSide<T> {
     items: Vec<T>,
     from: usize,
     to: usize,
 }
 
-impl<T: Copy> Side<T> {
+impl<T: Copy> MergeSide<T> {
     fn new(items: &[T]) -> Self {
-        Side {
+        MergeSide {
             items: items.to_vec(),
             from: 0,
             to: items.len(),
@@ -287,8 +287,8 @@ impl<T: Copy> Side<T> {
 
 /// Two runs that are being merged, the shorter one of which is used up last but one: from its end on.
 struct Merge<T> {
-    first: Side<T>,
-    second: Side<T>,
+    first: MergeSide<T>,
+    second: MergeSide<T>,
     /// What has been taken, backwards from the end on.
     out: Vec<T>,
     backwards: bool,
@@ -299,13 +299,13 @@ impl<T: Copy> Merge<T> {
         Merge {
             backwards: first.len() > second.len(),
             out: Vec::with_capacity(first.len() + second.len()),
-            first: Side::new(first),
-            second: Side::new(second),
+            first: MergeSide::new(first),
+            second: MergeSide::new(second),
         }
     }
 
     fn heads(&self) -> (&T, &T) {
-        let of = |side| Side::head(side, self.backwards);
+        let of = |side| MergeSide::head(side, self.backwards);
         (of(&self.first), of(&self.second))
     }
 

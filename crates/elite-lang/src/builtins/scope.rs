@@ -9,17 +9,17 @@ use crate::eval::code::Code;
 use crate::eval::pace::VALUE;
 use crate::eval::run::with_slots;
 use crate::eval::stmt::layout;
-use crate::eval::{Core, Evaluator, Frame};
+use crate::eval::{Evaluator, Frame, InterpreterState};
 use crate::ops::dict::NAME;
-use crate::ops::hash::{Equal, quick_equal};
-use crate::value::class::Base;
+use crate::ops::hash::{Equality, quick_equal};
+use crate::value::class::BuiltinBase;
 use crate::value::dict::SOME;
 use crate::value::module::Namespace;
 use crate::value::symbol::known;
-use crate::value::{Dict, Function, Module, R, Symbol, Value, Values};
+use crate::value::{Dict, Function, Module, R, Symbol, Value, ValueVec};
 
 /// Puts them in place.
-pub fn install(core: &Rc<Core>) {
+pub fn install(core: &Rc<InterpreterState>) {
     let raw: &[(&'static str, super::RawFn)] = &[
         ("globals", |ev, args| {
             takes_none(ev, args, "globals")?;
@@ -345,11 +345,11 @@ fn dir(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
     };
     ev.sort(&mut names, None, false)?;
     // There may be hundreds of thousands.
-    let mut once = Values::from(ev.room_for(names.len())?);
+    let mut once = ValueVec::from(ev.room_for(names.len())?);
     for name in names {
         if !once
             .last()
-            .is_some_and(|last| quick_equal(last, &name) == Equal::Yes)
+            .is_some_and(|last| quick_equal(last, &name) == Equality::Yes)
         {
             once.push(name);
         }
@@ -359,9 +359,9 @@ fn dir(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
 }
 
 /// The names of an object's own attributes and those of its class, in no order, some of them twice.
-pub fn attribute_names(ev: &Evaluator<'_>, object: &Value) -> R<Values> {
+pub fn attribute_names(ev: &Evaluator<'_>, object: &Value) -> R<ValueVec> {
     let symbols = &ev.core.symbols;
-    let mut names = Values::default();
+    let mut names = ValueVec::default();
     match object {
         Value::Instance(instance) => match instance.shown_dict() {
             Some(dict) => {
@@ -392,7 +392,7 @@ pub fn attribute_names(ev: &Evaluator<'_>, object: &Value) -> R<Values> {
     }
     let is_module = match object {
         Value::Module(_) => true,
-        Value::Instance(instance) => instance.class.base == Base::Module,
+        Value::Instance(instance) => instance.class.base == BuiltinBase::Module,
         _ => false,
     };
     if is_module {
@@ -421,7 +421,7 @@ pub fn attribute_names(ev: &Evaluator<'_>, object: &Value) -> R<Values> {
         }
         let (mut from, mut more) = (0, true);
         while more {
-            let mut some = Values::default();
+            let mut some = ValueVec::default();
             more = class.own_attrs().some(from, SOME, &mut some);
             from += SOME;
             ev.grow(&mut *names, some.len())?;

@@ -11,7 +11,7 @@ use crate::value::{R, Raised, Symbol, Value};
 /// The parameters of a builtin.
 #[derive(Clone, Debug, Default)]
 pub struct Signature {
-    params: Vec<Param>,
+    params: Vec<SignatureParam>,
     /// How many must be given.
     required: usize,
     /// How many can be given by position.
@@ -23,7 +23,7 @@ pub struct Signature {
 }
 
 #[derive(Clone, Debug)]
-struct Param {
+struct SignatureParam {
     name: Symbol,
     aliases: Vec<Symbol>,
     optional: bool,
@@ -44,7 +44,7 @@ impl Signature {
                     signature.var_args |= var_args;
                     let optional = word.ends_with('?') || var_args;
                     let name = symbols.intern(word.trim_start_matches('*').trim_end_matches('?'));
-                    signature.params.push(Param {
+                    signature.params.push(SignatureParam {
                         name,
                         aliases: Vec::new(),
                         optional,
@@ -59,7 +59,7 @@ impl Signature {
 
     /// The parameters of a native of the embedder.
     pub fn of_native(native: &NativeFunction, symbols: &Symbols) -> Self {
-        let params = native.params.iter().map(|param| Param {
+        let params = native.params.iter().map(|param| SignatureParam {
             name: symbols.intern(param.name),
             aliases: param
                 .aliases
@@ -68,7 +68,7 @@ impl Signature {
                 .collect(),
             optional: param.kind != ParamKind::Required,
         });
-        let params: Vec<Param> = params.collect();
+        let params: Vec<SignatureParam> = params.collect();
         let var_args = native
             .params
             .last()

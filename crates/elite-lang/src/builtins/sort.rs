@@ -8,10 +8,10 @@ use crate::ast::CompareOp;
 use crate::eval::Evaluator;
 use crate::eval::bulk::{STRIDE, many};
 use crate::eval::pace::VALUE;
-use crate::value::instance::Payload;
+use crate::value::instance::InstancePayload;
 use crate::value::surrogate::may_have_surrogates;
 use crate::value::symbol::known;
-use crate::value::{Instance, R, Symbol, Value, Values};
+use crate::value::{Instance, R, Symbol, Value, ValueVec};
 
 /// Items that are sorted, merged or moved between two safepoints.
 const SOME: usize = if cfg!(debug_assertions) { 256 } else { 4096 };
@@ -26,7 +26,7 @@ impl Evaluator<'_> {
     pub fn sort(&self, items: &mut Vec<Value>, key: Option<&Value>, reverse: bool) -> R<()> {
         // Keys, ranks and places beside the items.
         self.check_allocation(items.len() * 3 * size_of::<Value>())?;
-        let mut keys = Values::default();
+        let mut keys = ValueVec::default();
         if let Some(key) = key.filter(|key| !key.is_none()) {
             keys.reserve_exact(items.len());
             for item in &*items {
@@ -51,7 +51,7 @@ impl Evaluator<'_> {
                 (order, result)
             }
         };
-        let mut sorted = Values::from(Vec::with_capacity(order.len()));
+        let mut sorted = ValueVec::from(Vec::with_capacity(order.len()));
         for number in 0..order.len() {
             let at = order[if reverse {
                 order.len() - 1 - number
@@ -142,7 +142,7 @@ impl Evaluator<'_> {
 
     /// Ranks of all values, if no comparison of two of them needs script code, fails or takes long; and whether the ranks
     /// alone are their order.
-    fn ranked(&self, values: &[Value]) -> R<Option<(Vec<Ranked>, bool)>> {
+    fn ranked(&self, values: &[Value]) -> R<Option<(Vec<RankedItem>, bool)>> {
         let is_short_text = |value: &Value| match value {
             Value::Str(text) if text.as_str().len() <= TEXT_MAX => {
                 // Surrogates lie elsewhere than where they are in the order.
@@ -166,7 +166,7 @@ impl Evaluator<'_> {
         for some in values.chunks(SOME) {
             let places = ranked.len() as u32..;
             let ranks = some.iter().map(rank).zip(places);
-            ranked.extend(ranks.map(|(rank, place)| Ranked { rank, place }));
+            ranked.extend(ranks.map(|(rank, place)| RankedItem { rank, place }));
             self.worked(some.len() * VALUE)?;
         }
         Ok(Some((ranked, exact)))
@@ -175,12 +175,12 @@ impl Evaluator<'_> {
     /// The places of `values` in their order, equal ones as they stand; from the last to the first if `reverse`.
     fn in_order(
         &self,
-        ranked: (Vec<Ranked>, bool),
+        ranked: (Vec<RankedItem>, bool),
         values: &[Value],
         reverse: bool,
     ) -> R<Vec<u32>> {
         let (ranked, exact) = ranked;
-        let tie = |a: &Ranked, b: &Ranked| {
+        let tie = |a: &RankedItem, b: &RankedItem| {
             let order = a.place.cmp(&b.place);
             if reverse { order.reverse() } else { order }
         };
@@ -252,7 +252,7 @@ impl Evaluator<'_> {
             let ([Value::Class(class)], [value]) = (held, &*args.positional) else {
                 return Err(ev.type_error("K() missing required argument 'obj' (pos 1)"));
             };
-            let key = Value::Instance(Instance::new(class.clone(), Payload::None));
+            let key = Value::Instance(Instance::new(class.clone(), InstancePayload::None));
             ev.set_attribute(&key, ev.core.symbols.intern("obj"), value.clone())?;
             Ok(key)
         }))
@@ -287,7 +287,7 @@ fn integer(value: &Value) -> i64 {
 
 /// A value to sort by, with a number that is in the same order as far as it tells them apart.
 #[derive(Clone, Copy)]
-struct Ranked {
+struct RankedItem {
     rank: i64,
     place: u32,
 }

@@ -3,12 +3,12 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use super::{Halt, NotSet};
+use super::{PausedProgram, SetVariableError};
 use crate::builtins::evaluate::run_in;
 use crate::errors::render_script_error;
 use crate::eval::coroutine::Resume;
 use crate::host::ThreadId;
-use crate::interpreter::{ScriptThread, Step};
+use crate::interpreter::{ResumeOutcome, ScriptThread};
 use crate::native::WaitToken;
 use crate::value::{R, Raised, Symbol, Value};
 
@@ -16,7 +16,7 @@ use crate::value::{R, Raised, Symbol, Value};
 const FUEL: u32 = 20_000;
 
 /// What an evaluation came to.
-pub enum Evaluated {
+pub enum EvalOutcome {
     /// A value; None for statements.
     Done(Option<Value>),
     /// An exception, as people read it.
@@ -24,34 +24,34 @@ pub enum Evaluated {
     /// It computes for too long and was given up.
     TooLong,
     /// It waits: who drives the program has to drive this as well.
-    Waits(Aside),
+    Waits(PendingEval),
 }
 
 /// An evaluation that waits for something.
-pub struct Aside {
+pub struct PendingEval {
     /// Its thread, to be resumed when the wait is over. Its end is no error of the program.
     pub thread: ScriptThread,
     /// What it waits for; None: another thread, or time.
     pub token: Option<WaitToken>,
     /// With the simulated time, s, at which it goes on at the latest, if it waits for time.
     pub until: Option<f64>,
-    outcome: Rc<RefCell<Option<Outcome>>>,
+    outcome: Rc<RefCell<Option<EvaluationOutcome>>>,
 }
 
 /// How it ended: the value, and the variables as they were left.
-type Outcome = Result<(Option<Value>, Vec<(Symbol, Value)>), String>;
+type EvaluationOutcome = Result<(Option<Value>, Vec<(Symbol, Value)>), String>;
 
-impl Aside {
+impl PendingEval {
     /// A look at how it ended, once it has, however it is driven.
-    pub fn outcome(&self) -> Pending {
-        Pending(self.outcome.clone())
+    pub fn outcome(&self) -> EvalHandle {
+        EvalHandle(self.outcome.clone())
     }
 }
 
 /// The end of an evaluation that waits.
-pub struct Pending(Rc<RefCell<Option<Outcome>>>);
+pub struct EvalHandle(Rc<RefCell<Option<EvaluationOutcome>>>);
 
-impl Pending {
+impl EvalHandle {
     /// One that has ended already.
     pub fn ended(result: Result<Option<Value>, String>) -> Self {
         let outcome = result.map(|value| (value, Vec::new()));
@@ -65,10 +65,10 @@ impl Pending {
     }
 }
 
-impl Halt<'_> {
+impl PausedProgram<'_> {
     /// Evaluates an expression, or executes statements, in a call: `index` counts from the innermost one. At most `slices`
     /// slices of work are done. What statements assign to local variables is written back as far as that is possible.
-    pub fn evaluate(&self, thread: ThreadId, index: usize, text: &str, slices: u32) -> Evaluated {
+    pub fn evaluate(&self, thread: ThreadId, index: usize, text: &str, slices: u32) -> EvalOutcome {
         let variables = match self.frame(thread, index) {
             Some((function, mut slots)) if !Self::is_module(&function) => {
                 Some(self.variables(&function, &mut slots))
@@ -77,7 +77,7 @@ impl Halt<'_> {
         };
         let before = variables.clone();
         let text = text.to_owned();
-        let outcome: Rc<RefCell<Option<Outcome>>> = Rc::default();
+        let outcome: Rc<RefCell<Option<EvaluationOutcome>>> = Rc::default();
         let result = outcome.clone();
         let newest = self.core.newest_thread();
         let mut script = ScriptThread::new(self.core, move |ev| {
@@ -93,8 +93,8 @@ impl Halt<'_> {
         });
         let step = self.run_aside(&mut script, slices);
         let (token, until) = match step {
-            Some(Step::Waiting(token)) => (Some(token), None),
-            Some(Step::Parked { until }) => (None, until),
+            Some(ResumeOutcome::Waiting(token)) => (Some(token), None),
+            Some(ResumeOutcome::Parked { until }) => (None, until),
             Some(_) => {
                 drop(script);
                 if self.core.newest_thread() == newest + 1 {
@@ -104,17 +104,17 @@ impl Halt<'_> {
                 return match ended {
                     Some(Ok((value, variables))) => {
                         match self.write_back(thread, index, before, variables) {
-                            Ok(()) => Evaluated::Done(value),
-                            Err(error) => Evaluated::Failed(error.to_string()),
+                            Ok(()) => EvalOutcome::Done(value),
+                            Err(error) => EvalOutcome::Failed(error.to_string()),
                         }
                     }
-                    Some(Err(report)) => Evaluated::Failed(report),
-                    None => Evaluated::Failed("it was stopped".to_owned()),
+                    Some(Err(report)) => EvalOutcome::Failed(report),
+                    None => EvalOutcome::Failed("it was stopped".to_owned()),
                 };
             }
-            None => return Evaluated::TooLong,
+            None => return EvalOutcome::TooLong,
         };
-        Evaluated::Waits(Aside {
+        EvalOutcome::Waits(PendingEval {
             thread: script,
             token,
             until,
@@ -153,14 +153,14 @@ impl Halt<'_> {
     }
 
     /// Runs a thread until it ends or waits, in the midst of another one; None if it takes too long.
-    fn run_aside(&self, script: &mut ScriptThread, slices: u32) -> Option<Step> {
+    fn run_aside(&self, script: &mut ScriptThread, slices: u32) -> Option<ResumeOutcome> {
         let (core, debugger) = (self.core, self.debugger);
         let outer = debugger.is_silent.replace(true);
         let (fuel, work) = (core.fuel_in_hand(), core.work.get());
         let mut ended = None;
         for _ in 0..slices {
             match script.resume(Resume::Continue, FUEL) {
-                Step::OutOfFuel => {}
+                ResumeOutcome::OutOfFuel => {}
                 step => {
                     ended = Some(step);
                     break;
@@ -183,7 +183,7 @@ impl Halt<'_> {
         index: usize,
         before: Option<Vec<(Symbol, Value)>>,
         after: Vec<(Symbol, Value)>,
-    ) -> Result<(), NotSet> {
+    ) -> Result<(), SetVariableError> {
         let Some(before) = before else {
             return Ok(());
         };
@@ -197,9 +197,9 @@ impl Halt<'_> {
                 None if value.is_unbound() => {}
                 None => match self.set_local(thread, index, &text, value) {
                     Ok(()) => {}
-                    Err(error @ NotSet::OfCaller(_)) => return Err(error),
+                    Err(error @ SetVariableError::OfCaller(_)) => return Err(error),
                     // A variable of the text itself.
-                    Err(NotSet::Unknown(_)) => {}
+                    Err(SetVariableError::Unknown(_)) => {}
                 },
             }
         }

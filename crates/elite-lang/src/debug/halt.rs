@@ -2,32 +2,32 @@
 
 use std::rc::Rc;
 
-use super::{Debugger, Level, Site};
-use crate::eval::Core;
+use super::{CallRecord, Debugger, StatementSite};
+use crate::eval::InterpreterState;
 use crate::host::ThreadId;
-use crate::value::{Function, Held, Value};
+use crate::value::{Function, ScriptCell, Value};
 
 /// The thread that stands in a statement.
-pub(super) struct Top<'h> {
+pub(super) struct TopFrame<'h> {
     pub(super) thread: ThreadId,
     pub(super) depth: u32,
-    pub(super) slots: Held<&'h mut [Value]>,
+    pub(super) slots: ScriptCell<&'h mut [Value]>,
 }
 
 /// A program that stands still, for as long as this is there.
-pub struct Halt<'h> {
-    pub(super) core: &'h Rc<Core>,
+pub struct PausedProgram<'h> {
+    pub(super) core: &'h Rc<InterpreterState>,
     pub(super) debugger: &'h Debugger,
-    pub(super) top: Option<Top<'h>>,
+    pub(super) top: Option<TopFrame<'h>>,
 }
 
 /// A call under way, as people see it.
 #[derive(Clone, Debug)]
-pub struct Call {
+pub struct StackFrame {
     /// The function, `<module>` for the program itself.
     pub function: Rc<str>,
     /// The statement it stands in.
-    pub site: Rc<Site>,
+    pub site: Rc<StatementSite>,
     /// The count of that statement.
     pub tick: u64,
     /// The count of the statement of this call before it, 0 if there was none.
@@ -41,14 +41,14 @@ pub struct Call {
 /// Why a variable was not set.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum NotSet {
+pub enum SetVariableError {
     /// There is none.
     Unknown(String),
     /// The call waits for another one.
     OfCaller(String),
 }
 
-impl std::fmt::Display for NotSet {
+impl std::fmt::Display for SetVariableError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Unknown(name) => write!(f, "there is no variable {name}"),
@@ -60,12 +60,12 @@ impl std::fmt::Display for NotSet {
     }
 }
 
-impl std::error::Error for NotSet {}
+impl std::error::Error for SetVariableError {}
 
-impl<'h> Halt<'h> {
+impl<'h> PausedProgram<'h> {
     /// A program of which no thread runs.
-    pub(crate) fn between(core: &'h Rc<Core>, debugger: &'h Debugger) -> Self {
-        Halt {
+    pub(crate) fn between(core: &'h Rc<InterpreterState>, debugger: &'h Debugger) -> Self {
+        PausedProgram {
             core,
             debugger,
             top: None,
@@ -88,8 +88,8 @@ impl<'h> Halt<'h> {
     }
 
     /// The calls of a thread, innermost first.
-    pub fn calls(&self, thread: ThreadId) -> Vec<Call> {
-        let call = |level: &Level| Call {
+    pub fn calls(&self, thread: ThreadId) -> Vec<StackFrame> {
+        let call = |level: &CallRecord| StackFrame {
             function: level.function.qualname(),
             site: level.site.clone(),
             tick: level.tick,
@@ -101,7 +101,7 @@ impl<'h> Halt<'h> {
     }
 
     /// Runs `look` on the calls of a thread that are still under way.
-    fn with_levels<T>(&self, thread: ThreadId, look: impl FnOnce(&[Level]) -> T) -> T {
+    fn with_levels<T>(&self, thread: ThreadId, look: impl FnOnce(&[CallRecord]) -> T) -> T {
         let traces = self.debugger.traces.borrow();
         let Some(trace) = traces.iter().find(|trace| trace.thread == thread.0) else {
             return look(&[]);
@@ -195,11 +195,11 @@ impl<'h> Halt<'h> {
     ///
     /// # Errors
     /// There is none of this name.
-    pub fn set_global(&self, name: &str, value: Value) -> Result<(), NotSet> {
+    pub fn set_global(&self, name: &str, value: Value) -> Result<(), SetVariableError> {
         let core = self.core;
         let symbol = core.symbols.find(name);
         let known = symbol.filter(|symbol| core.globals.get(*symbol).is_some());
-        let symbol = known.ok_or_else(|| NotSet::Unknown(name.to_owned()))?;
+        let symbol = known.ok_or_else(|| SetVariableError::Unknown(name.to_owned()))?;
         core.globals.set(symbol, value);
         Ok(())
     }
@@ -207,15 +207,15 @@ impl<'h> Halt<'h> {
     /// Sets a variable of a call.
     ///
     /// # Errors
-    /// [`NotSet`]
+    /// [`SetVariableError`]
     pub fn set_local(
         &self,
         thread: ThreadId,
         index: usize,
         name: &str,
         value: Value,
-    ) -> Result<(), NotSet> {
-        let unknown = || NotSet::Unknown(name.to_owned());
+    ) -> Result<(), SetVariableError> {
+        let unknown = || SetVariableError::Unknown(name.to_owned());
         let (function, slots) = self.frame(thread, index).ok_or_else(unknown)?;
         if Self::is_module(&function) {
             return self.set_global(name, value);
@@ -242,7 +242,7 @@ impl<'h> Halt<'h> {
                 drop(slots);
                 left.map(drop).map_err(|_| unknown())
             }
-            _ => Err(NotSet::OfCaller(name.to_owned())),
+            _ => Err(SetVariableError::OfCaller(name.to_owned())),
         }
     }
 }

@@ -10,7 +10,7 @@ use crate::stack::with_deep_stack;
 
 /// The beginning of a statement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Place {
+pub struct BreakpointLocation {
     /// Line, from 1.
     pub line: u32,
     /// Column, from 1.
@@ -18,7 +18,7 @@ pub struct Place {
 }
 
 /// All of them, in the order of the text. What cannot be read has none.
-pub fn places(file: &Arc<SourceFile>) -> Vec<Place> {
+pub fn places(file: &Arc<SourceFile>) -> Vec<BreakpointLocation> {
     with_deep_stack(|| {
         let parsed = parse(file);
         let mut places = Vec::new();
@@ -38,11 +38,11 @@ pub(crate) fn is_place(statement: &Stmt) -> bool {
     }
 }
 
-fn collect(file: &SourceFile, body: &[Stmt], places: &mut Vec<Place>) {
+fn collect(file: &SourceFile, body: &[Stmt], places: &mut Vec<BreakpointLocation>) {
     for statement in body {
         let mut add = |offset: u32| {
             let position = file.position(offset);
-            places.push(Place {
+            places.push(BreakpointLocation {
                 line: position.line,
                 column: position.column,
             });

@@ -1,8 +1,8 @@
 //! Values as people look at them in a debugger: a short text, and what is in them, a page at a time. Circles and great
 //! sizes do no harm: texts are cut, and what is in a value is listed only when it is asked for.
 
-use super::Halt;
-use crate::eval::Core;
+use super::PausedProgram;
+use crate::eval::InterpreterState;
 use crate::value::Value;
 
 /// Longest text of a value, in characters.
@@ -16,7 +16,7 @@ const REPR_SLICES: u32 = 10;
 
 /// A value on the screen.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Shown {
+pub struct ValuePreview {
     /// The value.
     pub text: String,
     /// The name of its type.
@@ -29,7 +29,7 @@ pub struct Shown {
 
 /// Something in a value.
 #[derive(Clone, Debug)]
-pub struct Child {
+pub struct ChildValue {
     /// Its name, its key, or its index.
     pub name: String,
     /// An expression for it, given one for the whole: `.x`, `[3]`; None where there is none.
@@ -40,7 +40,7 @@ pub struct Child {
 
 /// Which of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Children {
+pub enum ChildFilter {
     /// By index.
     Indexed,
     /// By name or key.
@@ -49,11 +49,11 @@ pub enum Children {
     Both,
 }
 
-impl Halt<'_> {
+impl PausedProgram<'_> {
     /// What is shown of a value.
-    pub fn show(&self, value: &Value) -> Shown {
+    pub fn show(&self, value: &Value) -> ValuePreview {
         let (indexed, named) = sizes(self.core, value);
-        Shown {
+        ValuePreview {
             text: cut(self.text(value, 0)),
             type_name: value.type_name().to_string(),
             indexed,
@@ -82,18 +82,18 @@ impl Halt<'_> {
     pub fn children(
         &self,
         value: &Value,
-        which: Children,
+        which: ChildFilter,
         from: usize,
         count: usize,
-    ) -> Vec<Child> {
-        let element = |(index, value): (usize, Value)| Child {
+    ) -> Vec<ChildValue> {
+        let element = |(index, value): (usize, Value)| ChildValue {
             name: format!("[{index}]"),
             suffix: Some(format!("[{index}]")),
             value,
         };
         let symbols = &self.core.symbols;
         match value {
-            Value::List(_) | Value::Tuple(_) if which == Children::Named => Vec::new(),
+            Value::List(_) | Value::Tuple(_) if which == ChildFilter::Named => Vec::new(),
             Value::List(list) => {
                 let items = list.borrow();
                 let page = items.iter().cloned().enumerate().skip(from).take(count);
@@ -106,14 +106,14 @@ impl Halt<'_> {
             Value::Set(set) | Value::FrozenSet(set) => {
                 let elements = set.elements().into_iter().map(|(_, value)| value);
                 let page = elements.enumerate().skip(from).take(count);
-                let child = |(index, value)| Child {
+                let child = |(index, value)| ChildValue {
                     name: format!("{{{index}}}"),
                     suffix: None,
                     value,
                 };
                 page.map(child).collect()
             }
-            _ if which == Children::Indexed => Vec::new(),
+            _ if which == ChildFilter::Indexed => Vec::new(),
             Value::Dict(dict) => {
                 let entries = dict.entries().into_iter().skip(from).take(count);
                 let child = |(_, key, value): (u64, Value, Value)| {
@@ -122,7 +122,7 @@ impl Halt<'_> {
                         Value::Str(_) | Value::Int(_) | Value::Float(_) | Value::Bool(_)
                     );
                     let name = cut(self.text(&key, 1));
-                    Child {
+                    ChildValue {
                         suffix: is_plain.then(|| format!("[{name}]")),
                         name,
                         value,
@@ -134,7 +134,7 @@ impl Halt<'_> {
                 let entries = instance.entries(symbols).into_iter();
                 let child = |(key, value): (Value, Value)| {
                     let name = key.as_str().unwrap_or_default().to_owned();
-                    Child {
+                    ChildValue {
                         suffix: Some(format!(".{name}")),
                         name,
                         value,
@@ -146,7 +146,7 @@ impl Halt<'_> {
                 let entries = module.namespace.entries().into_iter();
                 let child = |(name, value)| {
                     let name = symbols.name(name).to_string();
-                    Child {
+                    ChildValue {
                         suffix: Some(format!(".{name}")),
                         name,
                         value,
@@ -184,7 +184,7 @@ impl Halt<'_> {
                     return false;
                 };
                 match dict.find(*hash, key) {
-                    crate::value::dict::Found::At(index) => {
+                    crate::value::dict::KeySearch::At(index) => {
                         dict.set_value_at(index, value);
                         true
                     }
@@ -272,7 +272,7 @@ impl Halt<'_> {
 }
 
 /// How many things are in a value, by index and by name.
-fn sizes(core: &Core, value: &Value) -> (usize, usize) {
+fn sizes(core: &InterpreterState, value: &Value) -> (usize, usize) {
     match value {
         Value::List(list) => (list.len(), 0),
         Value::Tuple(tuple) => (tuple.items().len(), 0),

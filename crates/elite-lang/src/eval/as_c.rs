@@ -8,7 +8,7 @@ use crate::value::{Raised, Symbol, Value};
 const MODULE: &str = "datetime";
 
 /// What is wrong with the arguments of a call.
-pub(super) enum Misfit<'a> {
+pub(super) enum ArgumentMismatch<'a> {
     /// More than there are parameters, this many with the receiver.
     TooMany(usize),
     /// One is missing, of the parameter at this place; those before it are there.
@@ -18,7 +18,12 @@ pub(super) enum Misfit<'a> {
 }
 
 /// The same for what takes no argument, or one, and nothing by name.
-fn one_or_none(class: &str, method: &str, wanted: usize, misfit: &Misfit<'_>) -> Option<String> {
+fn one_or_none(
+    class: &str,
+    method: &str,
+    wanted: usize,
+    misfit: &ArgumentMismatch<'_>,
+) -> Option<String> {
     let zones = matches!(class, "tzinfo" | "timezone")
         && matches!(method, "utcoffset" | "dst" | "tzname" | "fromutc");
     let wants = match wanted {
@@ -27,9 +32,9 @@ fn one_or_none(class: &str, method: &str, wanted: usize, misfit: &Misfit<'_>) ->
         _ => return None,
     };
     let given = match *misfit {
-        Misfit::TooMany(given) => given.saturating_sub(1),
-        Misfit::Missing(..) => 0,
-        Misfit::Keyword(..) => {
+        ArgumentMismatch::TooMany(given) => given.saturating_sub(1),
+        ArgumentMismatch::Missing(..) => 0,
+        ArgumentMismatch::Keyword(..) => {
             return Some(format!("{class}.{method}() takes no keyword arguments"));
         }
     };
@@ -42,11 +47,13 @@ impl Evaluator<'_> {
         &self,
         function: &Function,
         method: &str,
-        misfit: &Misfit<'_>,
+        misfit: &ArgumentMismatch<'_>,
     ) -> Option<Raised> {
         let given = match *misfit {
-            Misfit::TooMany(given) | Misfit::Missing(given, _) => given.checked_sub(1)?,
-            Misfit::Keyword(..) => {
+            ArgumentMismatch::TooMany(given) | ArgumentMismatch::Missing(given, _) => {
+                given.checked_sub(1)?
+            }
+            ArgumentMismatch::Keyword(..) => {
                 let text = format!("wrapper {method}() takes no keyword arguments");
                 return Some(self.type_error(text));
             }
@@ -59,14 +66,18 @@ impl Evaluator<'_> {
 
     /// The error for a call of such a method; None for any other function.
     #[cold]
-    pub(super) fn misfit_as_c(&self, function: &Function, misfit: &Misfit<'_>) -> Option<Raised> {
+    pub(super) fn misfit_as_c(
+        &self,
+        function: &Function,
+        misfit: &ArgumentMismatch<'_>,
+    ) -> Option<Raised> {
         let qualname = function.qualname();
         let (class, method) = qualname.split_once('.')?;
         if !matches!(self.module_of(&function.code), Value::Str(name) if name.as_str() == MODULE) {
             return None;
         }
         let is_slot = crate::builtins::is_slot(Some(class), method) && method != "__init__";
-        if let Misfit::Missing(0, _) = misfit {
+        if let ArgumentMismatch::Missing(0, _) = misfit {
             return Some(self.type_error(match is_slot {
                 true => {
                     format!("descriptor '{method}' of '{MODULE}.{class}' object needs an argument")
@@ -110,8 +121,8 @@ impl Evaluator<'_> {
             ))
         };
         Some(self.type_error(match *misfit {
-            Misfit::TooMany(given) => too_many(given.checked_sub(1)?),
-            Misfit::Missing(place, slots) => {
+            ArgumentMismatch::TooMany(given) => too_many(given.checked_sub(1)?),
+            ArgumentMismatch::Missing(place, slots) => {
                 // Dates look at each argument before they miss the next.
                 let dates = called == "function";
                 let wrong = slots
@@ -123,7 +134,7 @@ impl Evaluator<'_> {
                 }
                 missing(place.checked_sub(1)?)?
             }
-            Misfit::Keyword(name, given, keywords) => {
+            ArgumentMismatch::Keyword(name, given, keywords) => {
                 let given = given.checked_sub(1)?;
                 let defaults = function.defaults.borrow().len();
                 let required = names

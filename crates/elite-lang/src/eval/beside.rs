@@ -11,8 +11,8 @@ use super::Evaluator;
 use super::bulk::{EACH, PIECE, STRIDE, many};
 use super::pace::VALUE;
 use crate::builtins::types::insertion_place;
-use crate::ops::item::slice::{Bounds, Indices};
-use crate::value::{ByteArray, List, R, Value, Values, trash};
+use crate::ops::item::slice::{SliceArgs, SliceBounds};
+use crate::value::{ByteArray, List, R, Value, ValueVec, trash};
 
 /// Items that are moved in place.
 const MOVED_MAX: usize = if cfg!(debug_assertions) {
@@ -30,13 +30,13 @@ const COPIED: usize = 4096;
 const TRIES: usize = 3;
 
 /// A new content that is being made.
-pub struct Beside<'e, 'y> {
+pub struct ListRebuild<'e, 'y> {
     ev: &'e Evaluator<'y>,
     list: &'e List,
-    out: Values,
+    out: ValueVec,
 }
 
-impl Beside<'_, '_> {
+impl ListRebuild<'_, '_> {
     /// Appends items of the old content, as far as they are there.
     fn copy(&mut self, range: Range<usize>) -> R<()> {
         let mut from = range.start;
@@ -74,14 +74,14 @@ impl Evaluator<'_> {
         &self,
         list: &List,
         length: usize,
-        make: impl Fn(&mut Beside<'_, '_>) -> R<()>,
+        make: impl Fn(&mut ListRebuild<'_, '_>) -> R<()>,
     ) -> R<Option<Vec<Value>>> {
         for _ in 0..TRIES {
             let before = list.changes();
             let Ok(out) = self.room_for(length) else {
                 return Ok(None);
             };
-            let mut beside = Beside {
+            let mut beside = ListRebuild {
                 ev: self,
                 list,
                 out: out.into(),
@@ -191,8 +191,8 @@ impl Evaluator<'_> {
     pub fn long_slice_is_set(
         &self,
         list: &List,
-        indices: Indices,
-        before: Bounds,
+        indices: SliceArgs,
+        before: SliceBounds,
         new: &[Value],
     ) -> R<bool> {
         let length = list.len();
@@ -225,7 +225,7 @@ impl Evaluator<'_> {
     }
 
     /// Takes out the items of a long slice; whether that is done.
-    pub fn long_slice_is_deleted(&self, list: &List, indices: Indices) -> R<bool> {
+    pub fn long_slice_is_deleted(&self, list: &List, indices: SliceArgs) -> R<bool> {
         let length = list.len();
         let bounds = indices.within(length);
         let count = bounds.len();
@@ -294,7 +294,7 @@ impl Evaluator<'_> {
     pub fn long_bytes_are_stepped(
         &self,
         bytes: &ByteArray,
-        indices: Indices,
+        indices: SliceArgs,
         new: Option<&[u8]>,
     ) -> R<bool> {
         self.bytes_made_beside(bytes, |before| {

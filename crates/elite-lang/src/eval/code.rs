@@ -6,17 +6,17 @@ use std::rc::{Rc, Weak};
 use std::sync::Arc;
 
 use super::coroutine::LEVEL;
-use super::expr::enter::Entries;
-use super::steps::Step;
-use super::stmt::handle::Guard;
-use super::words::Words;
-use super::{Evaluator, Executes, Expr, Flow, Frame, Statement};
+use super::expr::enter::EntryPoints;
+use super::steps::GeneratorStep;
+use super::stmt::handle::ProtectedRange;
+use super::words::PairOf;
+use super::{BoxExpr, DynStmt, Evaluator, Flow, Frame, StmtNode};
 use crate::source::{SourceFile, Span};
 use crate::stack::drop_tree;
 use crate::value::by_symbol::SymbolSet;
 use crate::value::module::Namespace;
-use crate::value::trash::{self, Nodes};
-use crate::value::{CellVar, Dict, Held, R, Raised, Symbol, Value};
+use crate::value::trash::{self, NodeList};
+use crate::value::{CellVar, Dict, R, Raised, ScriptCell, Symbol, Value};
 
 /// How calling a function with this code goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,11 +29,11 @@ pub enum CodeKind {
 
 /// The symbols in the code of one text. They stay while any of that code does.
 #[derive(Default)]
-pub struct TextNames {
+pub struct SourceSymbols {
     all: RefCell<Vec<Symbol>>,
 }
 
-impl TextNames {
+impl SourceSymbols {
     /// Notes one.
     pub fn note(&self, name: Symbol) {
         self.all.borrow_mut().push(name);
@@ -50,7 +50,7 @@ impl TextNames {
 /// What the body of code in an evaluated text refers to: variables of the text, which may hold functions with that very code.
 /// Each is referred to once by the body and once here.
 #[derive(Default)]
-pub struct Refers {
+pub struct CodeRefs {
     /// Variables of a namespace that is the text's own; empty for all other code.
     pub cells: RefCell<Vec<Rc<CellVar>>>,
     /// Code within this one.
@@ -58,10 +58,10 @@ pub struct Refers {
     /// The list is known to be right.
     is_exact: Cell<bool>,
     /// The dictionary that the text had its global variables from: what it evaluates later sees them there.
-    home: Held<Option<Rc<Dict>>>,
+    home: ScriptCell<Option<Rc<Dict>>>,
 }
 
-impl Refers {
+impl CodeRefs {
     /// Whether the search for cycles learns anything here.
     pub fn are_followed(&self) -> bool {
         self.is_exact.get() || self.home.borrow().is_some()
@@ -121,7 +121,7 @@ impl Refers {
     }
 
     /// Runs `each` on this and on what all code within refers to, however deep it lies.
-    fn walk(&self, each: &mut dyn FnMut(&Refers) -> R<()>) -> R<()> {
+    fn walk(&self, each: &mut dyn FnMut(&CodeRefs) -> R<()>) -> R<()> {
         let mut left = vec![self];
         while let Some(refers) = left.pop() {
             each(refers)?;
@@ -176,7 +176,7 @@ impl Refers {
     }
 }
 
-impl Drop for Refers {
+impl Drop for CodeRefs {
     fn drop(&mut self) {
         trash::leave_nodes(&mut self.codes);
     }
@@ -209,11 +209,11 @@ pub struct Code {
     /// What runs.
     pub body: Body,
     /// How calls enter it, and natives with values.
-    pub entries: Entries,
+    pub entries: EntryPoints,
     /// What the body refers to beyond itself.
-    pub refers: Refers,
+    pub refers: CodeRefs,
     /// The names in it and in the rest of the text.
-    pub names: Rc<TextNames>,
+    pub names: Rc<SourceSymbols>,
     /// The global variables it refers to.
     pub module: Option<Weak<Namespace>>,
     /// Native stack that evaluating the body may take between two checks.
@@ -235,7 +235,7 @@ impl Drop for Code {
     fn drop(&mut self) {
         // The body refers to them as well, and does not end them.
         let codes = std::mem::take(&mut self.refers.codes);
-        let body = std::mem::replace(&mut self.body, Body::Steps(Nodes::default()));
+        let body = std::mem::replace(&mut self.body, Body::Steps(NodeList::default()));
         match self.stack_bytes > DEEP {
             true => drop_tree(body),
             false => drop(body),
@@ -248,8 +248,8 @@ impl Drop for Code {
 
 fn drop_within(mut codes: Vec<Rc<Code>>) {
     /// Takes the mark away, also when a drop unwinds.
-    struct Outermost;
-    impl Drop for Outermost {
+    struct CodeDropGuard;
+    impl Drop for CodeDropGuard {
         fn drop(&mut self) {
             let _ = DROPS.try_with(|drops| drops.set(false));
         }
@@ -257,7 +257,7 @@ fn drop_within(mut codes: Vec<Rc<Code>>) {
     if DROPS.try_with(|drops| drops.replace(true)) == Ok(true) {
         return WITHIN.with(|within| within.borrow_mut().push(codes));
     }
-    let _outermost = Outermost;
+    let _outermost = CodeDropGuard;
     loop {
         trash::leave_nodes(&mut codes);
         drop(codes);
@@ -309,11 +309,11 @@ pub enum Body {
     /// Statements.
     Block(Block),
     /// A single expression (lambdas).
-    Expression(Expr),
+    Expression(BoxExpr),
     /// A single `return` of an expression, with its line.
-    Return(u32, Expr),
+    Return(u32, BoxExpr),
     /// The steps of a generator.
-    Steps(Nodes<Step>),
+    Steps(NodeList<GeneratorStep>),
 }
 
 impl Body {
@@ -339,7 +339,7 @@ impl Body {
 
     /// The steps of a generator that has no stack of its own.
     #[inline]
-    pub fn steps(&self) -> Option<&[Step]> {
+    pub fn steps(&self) -> Option<&[GeneratorStep]> {
         match self {
             Body::Steps(steps) => Some(steps),
             Body::Block(_) | Body::Expression(_) | Body::Return(..) => None,
@@ -356,18 +356,18 @@ const STATEMENT: usize = 128;
 /// enter and to leave it takes nothing.
 #[derive(Default)]
 pub struct Block {
-    statements: Nodes<Line>,
+    statements: NodeList<LineStmt>,
     /// By the end of what they protect, inner ones before those around them.
-    guards: Nodes<Guard>,
+    guards: NodeList<ProtectedRange>,
 }
 
 /// A statement and its line.
-pub struct Line {
+pub struct LineStmt {
     number: u32,
-    statement: Box<dyn Executes>,
+    statement: Box<dyn DynStmt>,
 }
 
-impl Line {
+impl LineStmt {
     /// Executes it.
     #[inline(always)]
     pub fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
@@ -378,10 +378,10 @@ impl Line {
 
 impl Block {
     /// A block of these statements, each with its line, and of what protects some of them, by where that ends, inner ones first.
-    pub fn new(statements: Vec<(u32, Box<dyn Executes>)>, guards: Vec<Guard>) -> Self {
+    pub fn new(statements: Vec<(u32, Box<dyn DynStmt>)>, guards: Vec<ProtectedRange>) -> Self {
         let lines = statements
             .into_iter()
-            .map(|(number, statement)| Line { number, statement });
+            .map(|(number, statement)| LineStmt { number, statement });
         Block {
             statements: lines.collect(),
             guards: guards.into(),
@@ -406,7 +406,7 @@ impl Block {
                 flow if self.guards.is_empty() => return flow,
                 flow => {
                     let at = self.statements.len() - lines.len() - 1;
-                    return self.exec_after(at, Words::of(flow), ev, f).whole();
+                    return self.exec_after(at, PairOf::of(flow), ev, f).whole();
                 }
             }
         }
@@ -418,11 +418,11 @@ impl Block {
     fn exec_after(
         &self,
         at: usize,
-        flow: Words<Flow>,
+        flow: PairOf<Flow>,
         ev: &Evaluator<'_>,
         f: &mut Frame<'_>,
-    ) -> Words<Flow> {
-        Words::of(match self.handle(at, flow.whole(), ev, f) {
+    ) -> PairOf<Flow> {
+        PairOf::of(match self.handle(at, flow.whole(), ev, f) {
             Ok(next) => self.exec_from(next, ev, f),
             Err(flow) => flow,
         })
@@ -477,7 +477,7 @@ impl Block {
 }
 
 /// A block as a statement.
-impl Statement for Block {
+impl StmtNode for Block {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         Block::exec(self, ev, f)

@@ -4,24 +4,24 @@ use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 use std::rc::Rc;
 
-use super::code::{Code, TextNames};
-use super::coroutine::{StackPool, Stopping, ThreadState};
-use super::count::Counters;
-use super::cycles::Cycles;
-use super::expr::attribute::Hints;
-use super::generator::LastActs;
-use super::node::Nodes;
+use super::code::{Code, SourceSymbols};
+use super::coroutine::{StackPool, StopState, ThreadState};
+use super::count::CoverageCounters;
+use super::cycles::CycleCollector;
+use super::expr::attribute::LookupCache;
+use super::generator::PendingFinalizers;
+use super::node::TaskNodes;
 use super::types::Types;
 use crate::debug::Debugger;
 use crate::host::{Host, ThreadId};
 use crate::limits::{Limits, memory};
-use crate::ops::repr::Shown;
-use crate::statement::Injected;
-use crate::stdlib::Kept;
+use crate::ops::repr::ReprStack;
+use crate::statement::InjectedNames;
+use crate::stdlib::ModuleState;
 use crate::value::module::Namespace;
 use crate::value::symbol::Symbols;
 use crate::value::weak::WeakList;
-use crate::value::{CellVar, Dict, Function, Held, Instance, Module, R, Value};
+use crate::value::{CellVar, Dict, Function, Instance, Module, R, ScriptCell, Value};
 
 /// Safepoints between two looks at the memory in use.
 pub(super) const SLICE: u32 = 4096;
@@ -35,7 +35,7 @@ const KEPT: usize = 64 << 20;
 pub const NATIVE_DEPTH_MAX: u32 = 500;
 
 /// The state of one interpreter. The cells describe the script thread that is running.
-pub struct Core {
+pub struct InterpreterState {
     /// The embedder.
     pub host: Rc<dyn Host>,
     /// Limits of the task.
@@ -43,7 +43,7 @@ pub struct Core {
     /// Names.
     pub symbols: Rc<Symbols>,
     /// What is known about attributes that are asked for by a text.
-    pub hints: Hints,
+    pub hints: LookupCache,
     /// Builtin types and exceptions.
     pub types: Types,
     /// Builtin functions, types and natives of the embedder.
@@ -74,19 +74,19 @@ pub struct Core {
     /// Calls within calls.
     pub depth: Cell<u32>,
     /// The exception whose handler steps the generator that runs.
-    pub handled_outside: Held<Option<Rc<Instance>>>,
+    pub handled_outside: ScriptCell<Option<Rc<Instance>>>,
     /// Nesting of native operations on data.
     pub native_depth: Cell<u32>,
     /// The containers whose texts are being made.
-    pub shown: Shown,
+    pub shown: ReprStack,
     /// The line being executed.
     pub line: Cell<u32>,
     /// The node of the pendant's task that is being executed.
-    pub nodes: Nodes,
+    pub nodes: TaskNodes,
     /// The running thread.
     pub thread: Cell<u64>,
     /// Whether the running thread is being stopped.
-    pub stopping: Cell<Stopping>,
+    pub stopping: Cell<StopState>,
     /// A native stack has overflowed: what is here may be half changed, and stays as it is.
     pub is_left: Cell<bool>,
     /// What the OS thread held when the interpreter was made.
@@ -101,7 +101,7 @@ pub struct Core {
     /// Namespaces of evaluated texts, to break their cycles at the end.
     pub namespaces: WeakList<Namespace>,
     /// Names in code, text by text, and functions that have attributes: what a sweep of names looks at.
-    pub text_names: WeakList<TextNames>,
+    pub text_names: WeakList<SourceSymbols>,
     pub named_functions: WeakList<Function>,
     /// A sweep of names is under way.
     pub sweeping: Cell<bool>,
@@ -111,17 +111,17 @@ pub struct Core {
     /// finds a module half made.
     pub loading: Cell<u32>,
     /// What statements run by natives have defined.
-    pub injected: RefCell<Injected>,
+    pub injected: RefCell<InjectedNames>,
     /// Executions of the lines of programs, where they are counted.
-    pub counters: RefCell<Option<Rc<Counters>>>,
+    pub counters: RefCell<Option<Rc<CoverageCounters>>>,
     /// Who watches statements, where somebody does.
     pub(crate) debugger: RefCell<Option<Rc<Debugger>>>,
     /// What generators that were given up still have to do.
-    pub last_acts: LastActs,
+    pub last_acts: PendingFinalizers,
     /// What modules of the library keep.
-    pub kept: Kept,
+    pub kept: ModuleState,
     /// Possible parts of reference cycles.
-    pub cycles: Cycles,
+    pub cycles: CycleCollector,
     /// Calls that the main thread makes as soon as it goes on (handlers of signals).
     interrupts: RefCell<VecDeque<(Value, Vec<Value>)>>,
     next_thread: Cell<u64>,
@@ -137,7 +137,7 @@ const MAIN_THREAD: u64 = 1;
 /// Most calls that wait for the main thread; further ones are dropped, as signals are.
 const INTERRUPTS_MAX: usize = 64;
 
-impl Core {
+impl InterpreterState {
     /// A core with Python's builtins.
     pub fn new(host: Rc<dyn Host>, limits: Limits) -> Rc<Self> {
         let memory_base = memory::held();
@@ -146,7 +146,7 @@ impl Core {
         let ascii = (0..128u8)
             .map(|byte| Value::str(char::from(byte).to_string()))
             .collect();
-        let core = Rc::new(Core {
+        let core = Rc::new(InterpreterState {
             host,
             limits,
             types,
@@ -164,11 +164,11 @@ impl Core {
             fuel_kept: Cell::new(None),
             work: Cell::new(0),
             depth: Cell::new(0),
-            handled_outside: Held::default(),
+            handled_outside: ScriptCell::default(),
             native_depth: Cell::new(0),
-            shown: Shown::default(),
+            shown: ReprStack::default(),
             line: Cell::new(0),
-            nodes: Nodes::default(),
+            nodes: TaskNodes::default(),
             thread: Cell::new(0),
             stopping: Cell::default(),
             is_left: Cell::new(false),
@@ -183,16 +183,16 @@ impl Core {
             sweeping: Cell::new(false),
             names_held: Cell::new(0),
             loading: Cell::new(0),
-            last_acts: LastActs::default(),
-            kept: Kept::default(),
-            cycles: Cycles::default(),
+            last_acts: PendingFinalizers::default(),
+            kept: ModuleState::default(),
+            cycles: CycleCollector::default(),
             injected: RefCell::default(),
             counters: RefCell::default(),
             debugger: RefCell::default(),
             interrupts: RefCell::default(),
             next_thread: Cell::new(0),
             symbols,
-            hints: Hints::default(),
+            hints: LookupCache::default(),
         });
         crate::builtins::install(&core);
         core
@@ -260,7 +260,7 @@ impl Core {
 
     /// Takes the next slice of fuel; false if all is used up.
     pub fn refuel(&self) -> bool {
-        if self.stopping.get() != Stopping::No && !self.host.unwinding_goes_on() {
+        if self.stopping.get() != StopState::No && !self.host.unwinding_goes_on() {
             self.fuel_left.set(0);
         }
         let left = self.fuel_left.get();
@@ -300,8 +300,8 @@ impl Core {
 
     /// The running thread is to stop.
     pub fn begin_stop(&self) {
-        if self.stopping.get() == Stopping::No {
-            self.stopping.set(Stopping::Unwinding);
+        if self.stopping.get() == StopState::No {
+            self.stopping.set(StopState::Unwinding);
             self.set_fuel(self.limits.stop_fuel);
         }
     }
@@ -459,16 +459,16 @@ impl super::Evaluator<'_> {
             return Err(self.recursion_error());
         }
         core.native_depth.set(depth + 1);
-        let _level = NativeLevel(&core.native_depth);
+        let _level = NativeDepthGuard(&core.native_depth);
         self.with_stack(super::coroutine::RESERVE, inner)
     }
 }
 
 /// One level of native nesting of the running thread, left when it goes out of scope. It counts down by one instead of
 /// restoring what was there: between threads the count goes with `ThreadState`.
-struct NativeLevel<'c>(&'c Cell<u32>);
+struct NativeDepthGuard<'c>(&'c Cell<u32>);
 
-impl Drop for NativeLevel<'_> {
+impl Drop for NativeDepthGuard<'_> {
     #[inline]
     fn drop(&mut self) {
         self.0.set(self.0.get().saturating_sub(1));

@@ -9,9 +9,9 @@ use corosensei::stack::{DefaultStack, Stack};
 use corosensei::{Yielder, on_stack};
 
 use super::Evaluator;
-use super::generator::{FromGenerator, ToGenerator};
-use super::node::NodeState;
-use crate::host::{Cut, ThreadId};
+use super::generator::{GeneratorInput, GeneratorOutput};
+use super::node::NodeCursor;
+use crate::host::{CleanupLimit, ThreadId};
 use crate::limits::memory;
 use crate::native::WaitToken;
 use crate::value::{R, Raised, trash};
@@ -33,7 +33,7 @@ const POOL_MAX: usize = 64;
 
 /// What a script thread asks of its driver.
 #[derive(Clone, Copy, Debug)]
-pub enum Request {
+pub enum SuspendRequest {
     /// The fuel is used up; resume whenever it suits.
     OutOfFuel,
     /// A native waits for something the embedder knows by this token.
@@ -57,11 +57,11 @@ pub enum Resume {
 }
 
 /// Where a coroutine hands its requests.
-pub enum Outlet<'y> {
+pub enum RequestSink<'y> {
     /// To the driver of the script thread.
-    Thread(&'y Yielder<Resume, Request>),
+    Thread(&'y Yielder<Resume, SuspendRequest>),
     /// To the coroutine that resumed the generator.
-    Generator(&'y Yielder<ToGenerator, FromGenerator>),
+    Generator(&'y Yielder<GeneratorInput, GeneratorOutput>),
 }
 
 /// Native stacks for reuse: making one costs microseconds, taking one from here nanoseconds.
@@ -146,19 +146,21 @@ pub fn limit_of(stack: &DefaultStack) -> usize {
 
 impl Evaluator<'_> {
     /// Suspends the script thread with a request; an error means that it is to stop.
-    pub fn suspend(&self, request: Request) -> R<()> {
-        if self.core.stopping.get() != Stopping::No {
+    pub fn suspend(&self, request: SuspendRequest) -> R<()> {
+        if self.core.stopping.get() != StopState::No {
             return self.suspend_while_stopping(request);
         }
         crate::value::held::nothing_is_open();
         let line = self.core.line.get();
         let resume = match &self.outlet {
-            Outlet::Thread(yielder) => yielder.suspend(request),
-            Outlet::Generator(yielder) => match yielder.suspend(FromGenerator::Request(request)) {
-                ToGenerator::Resumed(resume) => resume,
-                // Nobody steps a generator that has an open request.
-                ToGenerator::Send(_) | ToGenerator::Throw(_) => Resume::Stop,
-            },
+            RequestSink::Thread(yielder) => yielder.suspend(request),
+            RequestSink::Generator(yielder) => {
+                match yielder.suspend(GeneratorOutput::Request(request)) {
+                    GeneratorInput::Resumed(resume) => resume,
+                    // Nobody steps a generator that has an open request.
+                    GeneratorInput::Send(_) | GeneratorInput::Throw(_) => Resume::Stop,
+                }
+            }
         };
         self.core.line.set(line);
         match resume {
@@ -180,28 +182,28 @@ impl Evaluator<'_> {
     }
 
     /// While a thread is stopping, waits are refused and its fuel is all it gets.
-    fn suspend_while_stopping(&self, request: Request) -> R<()> {
+    fn suspend_while_stopping(&self, request: SuspendRequest) -> R<()> {
         let core = &*self.core;
         let cut = match request {
-            Request::OutOfFuel => Cut::Time,
-            _ => Cut::Wait,
+            SuspendRequest::OutOfFuel => CleanupLimit::Time,
+            _ => CleanupLimit::Wait,
         };
-        if core.stopping.get() == Stopping::Unwinding && core.loading.get() == 0 {
+        if core.stopping.get() == StopState::Unwinding && core.loading.get() == 0 {
             let thread = ThreadId(core.thread.get());
             core.host.unwinding_is_cut(thread, core.line.get(), cut);
         }
-        if cut == Cut::Time {
-            core.stopping.set(Stopping::Abandoned);
+        if cut == CleanupLimit::Time {
+            core.stopping.set(StopState::Abandoned);
         }
         Err(Raised::Stop)
     }
 
     /// Within a long native operation: other threads have their turn, and the thread may be told to stop.
     pub fn give_way(&self) -> R<()> {
-        if self.core.loading.get() > 0 || self.core.stopping.get() != Stopping::No {
+        if self.core.loading.get() > 0 || self.core.stopping.get() != StopState::No {
             return Ok(());
         }
-        self.suspend(Request::OutOfFuel)
+        self.suspend(SuspendRequest::OutOfFuel)
     }
 
     #[cold]
@@ -211,7 +213,7 @@ impl Evaluator<'_> {
         if alarmed || memory::fuel() > 0 || self.core.refuel() {
             return Ok(());
         }
-        self.suspend(Request::OutOfFuel)
+        self.suspend(SuspendRequest::OutOfFuel)
     }
 
     /// What is due from time to time: the look at the memory, last acts, a search for circles. Whether more memory is held
@@ -223,7 +225,7 @@ impl Evaluator<'_> {
         self.core.last_acts.catch_up(&self.core);
         let alarmed = memory::take_alarm();
         // While a module is loaded no search begins: the module must not be seen half loaded, and it makes little.
-        if self.core.stopping.get() == Stopping::No
+        if self.core.stopping.get() == StopState::No
             && self.core.loading.get() == 0
             && !self.core.is_searching()
             && self.core.begin_search_if_due()
@@ -231,7 +233,7 @@ impl Evaluator<'_> {
         {
             // The driver goes on with the search before it resumes this thread, which then has the fuel it has now.
             self.core.keep_fuel();
-            self.suspend(Request::OutOfFuel)?;
+            self.suspend(SuspendRequest::OutOfFuel)?;
         }
         self.core.memory_watch();
         self.check_memory()?;
@@ -300,7 +302,7 @@ impl Evaluator<'_> {
 
 /// How far the stop of a thread has come.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Stopping {
+pub enum StopState {
     /// It is not being stopped.
     #[default]
     No,
@@ -320,9 +322,9 @@ pub struct ThreadState {
     /// The line being executed.
     pub line: u32,
     /// Where it stands in the pendant's task.
-    pub node: NodeState,
+    pub node: NodeCursor,
     /// Whether it is being stopped.
-    pub stopping: Stopping,
+    pub stopping: StopState,
     /// Native operations within native operations.
     pub native_depth: u32,
 }

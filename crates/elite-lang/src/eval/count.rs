@@ -5,7 +5,7 @@ use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
-use super::{Evaluator, Expr, Expression, Flow, Frame, Statement};
+use super::{BoxExpr, Evaluator, ExprNode, Flow, Frame, StmtNode};
 use crate::value::R;
 
 /// Executions by line, from 1; lines with code that was never executed have 0.
@@ -13,20 +13,20 @@ pub type LineCounts = BTreeMap<u32, u64>;
 
 /// The counted lines of the programs of one interpreter, by the name of their text.
 #[derive(Default)]
-pub struct Counters {
-    texts: RefCell<BTreeMap<String, Lines>>,
+pub struct CoverageCounters {
+    texts: RefCell<BTreeMap<String, LineCounters>>,
 }
 
 /// Of one text. A line with several statements has several marks.
-type Lines = BTreeMap<u32, Vec<Rc<Cell<u64>>>>;
+type LineCounters = BTreeMap<u32, Vec<Rc<Cell<u64>>>>;
 
-impl Counters {
+impl CoverageCounters {
     /// A mark for a statement.
-    pub fn mark(&self, text: &str, line: u32) -> Mark {
+    pub fn mark(&self, text: &str, line: u32) -> CoverageMark {
         let executed = Rc::<Cell<u64>>::default();
         let mut texts = self.texts.borrow_mut();
         if !texts.contains_key(text) {
-            texts.insert(text.to_owned(), Lines::default());
+            texts.insert(text.to_owned(), LineCounters::default());
         }
         let marks = texts
             .get_mut(text)
@@ -34,7 +34,7 @@ impl Counters {
         marks
             .into_iter()
             .for_each(|marks| marks.push(executed.clone()));
-        Mark { executed }
+        CoverageMark { executed }
     }
 
     /// What was counted so far: of a line the statement that was executed most.
@@ -52,17 +52,17 @@ impl Counters {
 }
 
 /// Stands before a statement.
-pub struct Mark {
+pub struct CoverageMark {
     executed: Rc<Cell<u64>>,
 }
 
-impl Mark {
+impl CoverageMark {
     fn pass(&self) {
         self.executed.set(self.executed.get().saturating_add(1));
     }
 }
 
-impl Statement for Mark {
+impl StmtNode for CoverageMark {
     #[inline(always)]
     fn exec(&self, _: &Evaluator<'_>, _: &mut Frame<'_>) -> Flow {
         self.pass();
@@ -71,14 +71,14 @@ impl Statement for Mark {
 }
 
 /// The condition of an `elif`, which is a line of its own.
-pub struct MarkThen {
+pub struct CoverageCondition {
     /// The mark.
-    pub mark: Mark,
+    pub mark: CoverageMark,
     /// The condition.
-    pub then: Expr,
+    pub then: BoxExpr,
 }
 
-impl Expression for MarkThen {
+impl ExprNode for CoverageCondition {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         self.mark.pass();

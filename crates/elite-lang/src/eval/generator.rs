@@ -7,17 +7,17 @@ use std::rc::Rc;
 use corosensei::stack::DefaultStack;
 use corosensei::{Coroutine, CoroutineResult};
 
-use super::coroutine::{Outlet, Request, Resume, StackKind, Stopping, limit_of};
-use super::steps::{Standing, Step};
-use super::{Core, Evaluator, Frame};
+use super::coroutine::{RequestSink, Resume, StackKind, StopState, SuspendRequest, limit_of};
+use super::steps::{GeneratorFrame, GeneratorStep};
+use super::{Evaluator, Frame, InterpreterState};
 use crate::errors::ExceptionKind;
 use crate::limits::memory;
 use crate::value::held::nothing_is_open;
 use crate::value::symbol::known;
-use crate::value::{Function, Held, R, Raised, Value, trash};
+use crate::value::{Function, R, Raised, ScriptCell, Value, trash};
 
 /// What a generator is resumed with.
-pub enum ToGenerator {
+pub enum GeneratorInput {
     /// The value of the `yield` it stands at; ignored by the first step.
     Send(Value),
     /// Raised at the `yield` it stands at.
@@ -27,16 +27,16 @@ pub enum ToGenerator {
 }
 
 /// What a generator suspends with.
-pub enum FromGenerator {
+pub enum GeneratorOutput {
     /// The next value, and what is to be seen of the generator until it goes on.
-    Yield(Value, Seen),
+    Yield(Value, SuspendedFrame),
     /// A request for the script thread.
-    Request(Request),
+    Request(SuspendRequest),
 }
 
 /// What is to be seen of a suspended generator that has a stack of its own.
 #[derive(Default)]
-pub struct Seen {
+pub struct SuspendedFrame {
     /// Its variables, once more.
     slots: Vec<Value>,
     /// What it delegates to by `yield from`, once more; `Unbound` if to nothing.
@@ -44,27 +44,27 @@ pub struct Seen {
     line: u32,
 }
 
-type GeneratorCoroutine = Coroutine<ToGenerator, FromGenerator, R, DefaultStack>;
+type GeneratorCoroutine = Coroutine<GeneratorInput, GeneratorOutput, R, DefaultStack>;
 
 /// A generator object.
 pub struct Generator {
     /// The function it was made from.
     pub function: Rc<Function>,
-    core: Rc<Core>,
-    state: Held<State>,
+    core: Rc<InterpreterState>,
+    state: ScriptCell<GeneratorState>,
     /// Where it stands, if it has no stack of its own; taken out while it runs.
-    standing: Held<Option<Box<Standing>>>,
+    standing: ScriptCell<Option<Box<GeneratorFrame>>>,
     /// While it is suspended with a stack of its own.
-    seen: Held<Seen>,
+    seen: ScriptCell<SuspendedFrame>,
     /// `__name__` and `__qualname__`, if a script has changed them.
-    names: Held<Option<Box<[Option<Value>; 2]>>>,
+    names: ScriptCell<Option<Box<[Option<Value>; 2]>>>,
     /// A search for cycles has found it in use.
     pub old: Cell<bool>,
 }
 
-enum State {
+enum GeneratorState {
     /// Not started: its slots, parameters bound.
-    Fresh(Slots),
+    Fresh(InitialSlots),
     /// At the place in `standing`, or running from there.
     Standing,
     Suspended(GeneratorCoroutine),
@@ -73,16 +73,16 @@ enum State {
 }
 
 /// The slots of a generator that has not started. An argument may be a generator that has not started, and so on.
-struct Slots(Vec<Value>);
+struct InitialSlots(Vec<Value>);
 
-impl Drop for Slots {
+impl Drop for InitialSlots {
     fn drop(&mut self) {
         trash::dismantle(&mut self.0);
     }
 }
 
 /// What a step of a generator gave.
-pub enum Stepped {
+pub enum StepResult {
     /// The next value.
     Yielded(Value),
     /// It returned this.
@@ -91,18 +91,21 @@ pub enum Stepped {
 
 impl Generator {
     /// A generator of `function` that starts with these slots.
-    pub fn new(core: Rc<Core>, function: Rc<Function>, slots: Vec<Value>) -> Self {
+    pub fn new(core: Rc<InterpreterState>, function: Rc<Function>, slots: Vec<Value>) -> Self {
         let (state, standing) = match function.code.body.steps() {
-            Some(_) => (State::Standing, Some(Box::new(Standing::new(slots)))),
-            None => (State::Fresh(Slots(slots)), None),
+            Some(_) => (
+                GeneratorState::Standing,
+                Some(Box::new(GeneratorFrame::new(slots))),
+            ),
+            None => (GeneratorState::Fresh(InitialSlots(slots)), None),
         };
         Generator {
             function,
             core,
-            state: Held::new(state),
-            standing: Held::new(standing),
-            seen: Held::default(),
-            names: Held::default(),
+            state: ScriptCell::new(state),
+            standing: ScriptCell::new(standing),
+            seen: ScriptCell::default(),
+            names: ScriptCell::default(),
             old: Cell::new(false),
         }
     }
@@ -112,7 +115,7 @@ impl Generator {
     pub fn visit(&self, each: &mut dyn FnMut(&Value)) {
         each(&Value::Function(self.function.clone()));
         if let Some(state) = self.state.try_borrow()
-            && let State::Fresh(slots) = &*state
+            && let GeneratorState::Fresh(slots) = &*state
         {
             slots.0.iter().for_each(&mut *each);
         }
@@ -139,7 +142,7 @@ impl Generator {
     pub fn has_stack(&self) -> bool {
         matches!(
             self.state.try_borrow().as_deref(),
-            Some(State::Suspended(_))
+            Some(GeneratorState::Suspended(_))
         )
     }
 
@@ -153,27 +156,29 @@ impl Generator {
 
     /// Whether it has ended.
     pub fn is_finished(&self) -> bool {
-        matches!(&*self.state.borrow(), State::Finished)
+        matches!(&*self.state.borrow(), GeneratorState::Finished)
     }
 
     /// Whether it is executing right now.
     pub fn is_running(&self) -> bool {
         match &*self.state.borrow() {
-            State::Running => true,
-            State::Standing => self.standing.borrow().is_none(),
-            State::Fresh(_) | State::Suspended(_) | State::Finished => false,
+            GeneratorState::Running => true,
+            GeneratorState::Standing => self.standing.borrow().is_none(),
+            GeneratorState::Fresh(_) | GeneratorState::Suspended(_) | GeneratorState::Finished => {
+                false
+            }
         }
     }
 
     /// Whether it stands at a `yield`.
     pub fn is_suspended(&self) -> bool {
         match &*self.state.borrow() {
-            State::Suspended(_) => true,
-            State::Standing => {
+            GeneratorState::Suspended(_) => true,
+            GeneratorState::Standing => {
                 let standing = self.standing.borrow();
                 standing.as_ref().is_some_and(|standing| standing.waits())
             }
-            State::Fresh(_) | State::Running | State::Finished => false,
+            GeneratorState::Fresh(_) | GeneratorState::Running | GeneratorState::Finished => false,
         }
     }
 
@@ -215,7 +220,7 @@ impl Generator {
 
     /// The values of its slots, as far as they are to be seen: not while it runs.
     pub fn variables(&self) -> Vec<Value> {
-        if let State::Fresh(slots) = &*self.state.borrow() {
+        if let GeneratorState::Fresh(slots) = &*self.state.borrow() {
             return slots.0.clone();
         }
         match &*self.standing.borrow() {
@@ -254,15 +259,15 @@ impl Generator {
         }
     }
 
-    fn start(&self, slots: Slots) -> Option<GeneratorCoroutine> {
+    fn start(&self, slots: InitialSlots) -> Option<GeneratorCoroutine> {
         let stack = self.core.stacks.take(StackKind::Generator)?;
         let (core, function) = (self.core.clone(), self.function.clone());
         let limit = limit_of(&stack);
         Some(Coroutine::with_stack(stack, move |yielder, input| {
-            if let ToGenerator::Throw(raised) = input {
+            if let GeneratorInput::Throw(raised) = input {
                 return Err(raised);
             }
-            let ev = Evaluator::new(core, Outlet::Generator(yielder), limit);
+            let ev = Evaluator::new(core, RequestSink::Generator(yielder), limit);
             let mut slots = slots;
             let code = function.code.clone();
             ev.with_stack(code.stack_bytes, || {
@@ -278,12 +283,14 @@ impl Generator {
     /// Whether the slots of a generator that has not started are given up, so that it is over.
     fn finish_fresh(&self) -> bool {
         let fresh = match &*self.state.borrow() {
-            State::Fresh(_) => true,
-            State::Standing => {
+            GeneratorState::Fresh(_) => true,
+            GeneratorState::Standing => {
                 let standing = self.standing.borrow();
                 standing.as_ref().is_some_and(|standing| !standing.waits())
             }
-            State::Suspended(_) | State::Running | State::Finished => false,
+            GeneratorState::Suspended(_) | GeneratorState::Running | GeneratorState::Finished => {
+                false
+            }
         };
         if fresh {
             self.finish();
@@ -293,7 +300,7 @@ impl Generator {
 
     /// It is over: what it holds is dropped, which may run script code.
     fn finish(&self) {
-        let state = self.state.replace(State::Finished);
+        let state = self.state.replace(GeneratorState::Finished);
         let standing = self.standing.take();
         drop((state, standing));
     }
@@ -301,9 +308,9 @@ impl Generator {
 
 impl Evaluator<'_> {
     /// Steps a generator to its next `yield` or its end.
-    pub fn step_generator(&self, generator: &Generator, input: ToGenerator) -> R<Stepped> {
+    pub fn step_generator(&self, generator: &Generator, input: GeneratorInput) -> R<StepResult> {
         nothing_is_open();
-        if let ToGenerator::Throw(raised) = &input
+        if let GeneratorInput::Throw(raised) = &input
             && generator.finish_fresh()
         {
             return Err(raised.clone());
@@ -311,28 +318,28 @@ impl Evaluator<'_> {
         if let Some(steps) = generator.function.code.body.steps() {
             return self.step_standing(generator, steps, input);
         }
-        let state = generator.state.replace(State::Running);
+        let state = generator.state.replace(GeneratorState::Running);
         let mut coroutine = match state {
-            State::Suspended(coroutine) => coroutine,
-            State::Fresh(slots) => match generator.start(slots) {
+            GeneratorState::Suspended(coroutine) => coroutine,
+            GeneratorState::Fresh(slots) => match generator.start(slots) {
                 Some(coroutine) => coroutine,
                 None => {
-                    generator.state.put(State::Finished);
+                    generator.state.put(GeneratorState::Finished);
                     return Err(self.memory_error("the system has no memory for another generator"));
                 }
             },
-            State::Running => {
+            GeneratorState::Running => {
                 return Err(self.raise(ExceptionKind::ValueError, "generator already executing"));
             }
-            State::Finished | State::Standing => {
-                generator.state.put(State::Finished);
+            GeneratorState::Finished | GeneratorState::Standing => {
+                generator.state.put(GeneratorState::Finished);
                 return step_finished(input);
             }
         };
         let core = &self.core;
         let (depth, line) = (core.depth.get(), core.line.get());
         if depth >= core.limits.call_depth {
-            generator.state.put(State::Suspended(coroutine));
+            generator.state.put(GeneratorState::Suspended(coroutine));
             return Err(self.recursion_error());
         }
         core.depth.set(depth + 1);
@@ -342,23 +349,23 @@ impl Evaluator<'_> {
         let result = loop {
             core.handled_outside.put(handled.clone());
             match coroutine.resume(input) {
-                CoroutineResult::Yield(FromGenerator::Yield(value, seen)) => {
+                CoroutineResult::Yield(GeneratorOutput::Yield(value, seen)) => {
                     generator.seen.put(seen);
-                    generator.state.put(State::Suspended(coroutine));
-                    break Ok(Stepped::Yielded(value));
+                    generator.state.put(GeneratorState::Suspended(coroutine));
+                    break Ok(StepResult::Yielded(value));
                 }
-                CoroutineResult::Yield(FromGenerator::Request(request)) => {
+                CoroutineResult::Yield(GeneratorOutput::Request(request)) => {
                     let resume = match self.suspend(request) {
                         Ok(()) => Resume::Continue,
                         Err(_) => Resume::Stop,
                     };
-                    input = ToGenerator::Resumed(resume);
+                    input = GeneratorInput::Resumed(resume);
                 }
                 CoroutineResult::Return(result) => {
-                    generator.state.put(State::Finished);
+                    generator.state.put(GeneratorState::Finished);
                     core.stacks
                         .give(StackKind::Generator, coroutine.into_stack());
-                    break result.map(Stepped::Returned);
+                    break result.map(StepResult::Returned);
                 }
             }
         };
@@ -372,9 +379,9 @@ impl Evaluator<'_> {
     fn step_standing(
         &self,
         generator: &Generator,
-        steps: &[Step],
-        input: ToGenerator,
-    ) -> R<Stepped> {
+        steps: &[GeneratorStep],
+        input: GeneratorInput,
+    ) -> R<StepResult> {
         let core = &*self.core;
         let (depth, line) = (core.depth.get(), core.line.get());
         if generator.is_finished() {
@@ -392,7 +399,7 @@ impl Evaluator<'_> {
             self.go_on(steps, &mut standing, &generator.function, input)
         });
         generator.standing.put(Some(standing));
-        if !matches!(result, Ok(Stepped::Yielded(_))) {
+        if !matches!(result, Ok(StepResult::Yielded(_))) {
             generator.finish();
         }
         core.depth.set(depth);
@@ -403,28 +410,30 @@ impl Evaluator<'_> {
     /// `yield`: hands a value to whoever steps this generator; the value sent back is the result. `slots` are the
     /// variables of the generator.
     pub fn yield_value(&self, slots: &[Value], value: Value, delegate: Option<&Value>) -> R {
-        let Outlet::Generator(yielder) = &self.outlet else {
+        let RequestSink::Generator(yielder) = &self.outlet else {
             // The parser lets `yield` stand in functions only, and those with one run as generators.
             return Err(self.raise(ExceptionKind::SystemError, "yield outside a generator"));
         };
-        let seen = Seen {
+        let seen = SuspendedFrame {
             slots: slots.to_vec(),
             delegate: delegate.cloned().unwrap_or_default(),
             line: self.core.line.get(),
         };
-        match yielder.suspend(FromGenerator::Yield(value, seen)) {
-            ToGenerator::Send(value) => Ok(value),
-            ToGenerator::Throw(raised) => Err(raised),
-            ToGenerator::Resumed(_) => Err(Raised::Stop),
+        match yielder.suspend(GeneratorOutput::Yield(value, seen)) {
+            GeneratorInput::Send(value) => Ok(value),
+            GeneratorInput::Throw(raised) => Err(raised),
+            GeneratorInput::Resumed(_) => Err(Raised::Stop),
         }
     }
 }
 
 /// What stepping a generator gives that is over.
-fn step_finished(input: ToGenerator) -> R<Stepped> {
+fn step_finished(input: GeneratorInput) -> R<StepResult> {
     match input {
-        ToGenerator::Throw(raised) => Err(raised),
-        ToGenerator::Send(_) | ToGenerator::Resumed(_) => Ok(Stepped::Returned(Value::None)),
+        GeneratorInput::Throw(raised) => Err(raised),
+        GeneratorInput::Send(_) | GeneratorInput::Resumed(_) => {
+            Ok(StepResult::Returned(Value::None))
+        }
     }
 }
 
@@ -434,7 +443,7 @@ impl Generator {
         if !self.has_stack() {
             return;
         }
-        if let State::Suspended(coroutine) = self.state.replace(State::Finished) {
+        if let GeneratorState::Suspended(coroutine) = self.state.replace(GeneratorState::Finished) {
             drop(self.seen.take());
             self.core.last_acts.unwind(&self.core, coroutine);
         }
@@ -444,19 +453,19 @@ impl Generator {
 /// What generators that were given up still have to do. Usually that is done at once; while memory is being freed on behalf
 /// of a native that has its containers in its hands, no script code may run, so it waits for the next safepoint.
 #[derive(Default)]
-pub struct LastActs {
+pub struct PendingFinalizers {
     held_back: Cell<bool>,
     waiting: RefCell<Vec<GeneratorCoroutine>>,
 }
 
-impl LastActs {
+impl PendingFinalizers {
     /// From now on they wait (or, `false`, are done at once); what it was before.
     pub fn hold_back(&self, on: bool) -> bool {
         self.held_back.replace(on)
     }
 
     /// Does what has waited.
-    pub fn catch_up(&self, core: &Core) {
+    pub fn catch_up(&self, core: &InterpreterState) {
         while let Some(coroutine) = self.next() {
             self.unwind(core, coroutine);
         }
@@ -469,7 +478,7 @@ impl LastActs {
         }
     }
 
-    fn unwind(&self, core: &Core, mut coroutine: GeneratorCoroutine) {
+    fn unwind(&self, core: &InterpreterState, mut coroutine: GeneratorCoroutine) {
         if self.held_back.get() {
             return self.waiting.borrow_mut().push(coroutine);
         }
@@ -484,28 +493,28 @@ impl LastActs {
         let depth = saved.3 + saved.4;
         core.stopping.set(match saved.1 {
             // A `finally` block may give up a generator with a `finally` block, and so on without end.
-            _ if depth >= core.limits.call_depth => Stopping::Abandoned,
-            Stopping::No => {
+            _ if depth >= core.limits.call_depth => StopState::Abandoned,
+            StopState::No => {
                 memory::set_fuel(core.limits.drop_fuel);
-                Stopping::Unwinding
+                StopState::Unwinding
             }
             // One within another shares its fuel, so that all of them together are bounded.
             stopping => stopping,
         });
         core.depth.set(saved.3 + 1);
-        let mut input = ToGenerator::Throw(Raised::Stop);
+        let mut input = GeneratorInput::Throw(Raised::Stop);
         loop {
             match coroutine.resume(input) {
                 CoroutineResult::Return(_) => break,
                 // A `yield` in a `finally` block: nobody takes the value, no more code runs.
-                CoroutineResult::Yield(_) => core.stopping.set(Stopping::Abandoned),
+                CoroutineResult::Yield(_) => core.stopping.set(StopState::Abandoned),
             }
-            input = ToGenerator::Throw(Raised::Stop);
+            input = GeneratorInput::Throw(Raised::Stop);
         }
         core.stacks
             .give(StackKind::Generator, coroutine.into_stack());
         // What a generator within a stopping thread has used is used; all else goes on as if nothing had happened.
-        if saved.1 == Stopping::No {
+        if saved.1 == StopState::No {
             memory::set_fuel(saved.0);
         }
         core.stopping.set(saved.1);
@@ -519,7 +528,7 @@ impl Drop for Generator {
     fn drop(&mut self) {
         if self.core.is_left.get() {
             // What lies on its stack stays as it is.
-            return std::mem::forget(self.state.replace(State::Finished));
+            return std::mem::forget(self.state.replace(GeneratorState::Finished));
         }
         self.unwind();
     }

@@ -29,11 +29,11 @@ pub mod words;
 use std::cell::Cell;
 use std::rc::Rc;
 
-pub use self::core::Core;
-use self::coroutine::Outlet;
-use self::words::{Truth, Words};
+pub use self::core::InterpreterState;
+use self::coroutine::RequestSink;
+use self::words::{PairOf, Truth};
 use crate::limits::memory;
-use crate::value::{Function, Held, Instance, R, Raised, Value};
+use crate::value::{Function, Instance, R, Raised, ScriptCell, Value};
 
 /// The variables of a running function.
 pub struct Frame<'f> {
@@ -54,7 +54,7 @@ impl Frame<'_> {
 }
 
 /// An expression that can be evaluated.
-pub trait Expression: Sized {
+pub trait ExprNode: Sized {
     /// Its value.
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R;
 
@@ -76,16 +76,16 @@ pub trait Expression: Sized {
 }
 
 /// An expression as a part of another node: the same, with results in registers.
-pub trait Evaluates {
-    /// See `Expression::eval`.
-    fn eval_words(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Words<R>;
-    /// See `Expression::truth`.
+pub trait DynExpr {
+    /// See `ExprNode::eval`.
+    fn eval_words(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> PairOf<R>;
+    /// See `ExprNode::truth`.
     fn truth_words(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Truth;
 }
 
-impl<E: Expression> Evaluates for E {
-    fn eval_words(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Words<R> {
-        Words::of(self.eval(ev, f))
+impl<E: ExprNode> DynExpr for E {
+    fn eval_words(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> PairOf<R> {
+        PairOf::of(self.eval(ev, f))
     }
 
     fn truth_words(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Truth {
@@ -93,7 +93,7 @@ impl<E: Expression> Evaluates for E {
     }
 }
 
-impl dyn Evaluates {
+impl dyn DynExpr {
     /// Its value.
     #[inline(always)]
     pub fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
@@ -108,7 +108,7 @@ impl dyn Evaluates {
 }
 
 /// Whatever stands there.
-impl Expression for Expr {
+impl ExprNode for BoxExpr {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         (**self).eval(ev, f)
@@ -121,24 +121,24 @@ impl Expression for Expr {
 }
 
 /// A statement that can be executed.
-pub trait Statement {
+pub trait StmtNode {
     /// Executes it.
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow;
 }
 
 /// A statement as a part of a block: the same, with how it ended in registers.
-pub trait Executes {
-    /// See `Statement::exec`.
-    fn exec_words(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Words<Flow>;
+pub trait DynStmt {
+    /// See `StmtNode::exec`.
+    fn exec_words(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> PairOf<Flow>;
 }
 
-impl<S: Statement> Executes for S {
-    fn exec_words(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Words<Flow> {
-        Words::of(self.exec(ev, f))
+impl<S: StmtNode> DynStmt for S {
+    fn exec_words(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> PairOf<Flow> {
+        PairOf::of(self.exec(ev, f))
     }
 }
 
-impl dyn Executes {
+impl dyn DynStmt {
     /// Executes it.
     #[inline(always)]
     pub fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
@@ -147,7 +147,7 @@ impl dyn Executes {
 }
 
 /// A boxed expression.
-pub type Expr = Box<dyn Evaluates>;
+pub type BoxExpr = Box<dyn DynExpr>;
 
 /// How a statement ended.
 pub enum Flow {
@@ -174,7 +174,7 @@ impl From<R<()>> for Flow {
     }
 }
 
-/// Unwraps a result inside `Statement::exec`.
+/// Unwraps a result inside `StmtNode::exec`.
 macro_rules! attempt {
     ($result:expr) => {
         match $result {
@@ -188,22 +188,22 @@ pub(crate) use attempt;
 /// What runs script code: one per coroutine.
 pub struct Evaluator<'y> {
     /// What all coroutines of the interpreter share.
-    pub core: Rc<Core>,
-    outlet: Outlet<'y>,
+    pub core: Rc<InterpreterState>,
+    outlet: RequestSink<'y>,
     /// Lowest address of the native stack that calls may reach.
     stack_limit: Cell<usize>,
     /// The exception whose handler is running, for a bare `raise`.
-    handled: Held<Option<Rc<Instance>>>,
+    handled: ScriptCell<Option<Rc<Instance>>>,
 }
 
 impl<'y> Evaluator<'y> {
     /// An evaluator for a coroutine that hands its requests to `outlet` and must not use the stack below `stack_limit`.
-    pub fn new(core: Rc<Core>, outlet: Outlet<'y>, stack_limit: usize) -> Self {
+    pub fn new(core: Rc<InterpreterState>, outlet: RequestSink<'y>, stack_limit: usize) -> Self {
         Evaluator {
             core,
             outlet,
             stack_limit: Cell::new(stack_limit),
-            handled: Held::new(None),
+            handled: ScriptCell::new(None),
         }
     }
 
@@ -219,7 +219,7 @@ impl<'y> Evaluator<'y> {
     /// The exception whose handler is running.
     pub fn handled_exception(&self) -> Option<Rc<Instance>> {
         match (self.handled.get(), &self.outlet) {
-            (None, Outlet::Generator(_)) => self.core.handled_outside.get(),
+            (None, RequestSink::Generator(_)) => self.core.handled_outside.get(),
             (handled, _) => handled,
         }
     }
@@ -243,12 +243,12 @@ impl<'y> Evaluator<'y> {
 }
 
 /// Adds the place of an operation to whatever it raises.
-pub(crate) trait Located<T> {
+pub(crate) trait TraceExt<T> {
     /// See `Evaluator::trace`.
     fn at(self, ev: &Evaluator<'_>, f: &Frame<'_>, span: crate::source::Span) -> R<T>;
 }
 
-impl<T> Located<T> for R<T> {
+impl<T> TraceExt<T> for R<T> {
     #[inline]
     fn at(self, ev: &Evaluator<'_>, f: &Frame<'_>, span: crate::source::Span) -> R<T> {
         match self {

@@ -2,17 +2,17 @@
 //!
 //! Symbols are plain numbers, so nobody counts who has one. Instead the interpreter looks, whenever the names in use have
 //! doubled, at everything that is called by names: code, namespaces, classes, attributes of functions. Attributes of
-//! instances go by the layout of their class or by texts; who has a name only for a moment holds a `Passing`.
+//! instances go by the layout of their class or by texts; who has a name only for a moment holds a `TempSymbol`.
 
 use std::cell::Cell;
 use std::rc::Rc;
 
 use super::bulk::EACH;
-use super::code::TextNames;
-use super::{Core, Evaluator};
+use super::code::SourceSymbols;
+use super::{Evaluator, InterpreterState};
 use crate::value::by_symbol::SymbolSet;
 use crate::value::module::Namespace;
-use crate::value::symbol::Passing;
+use crate::value::symbol::TempSymbol;
 use crate::value::{Function, R, Symbol};
 
 /// Names that are looked at at once, and the work for one.
@@ -25,9 +25,9 @@ const SHORT: usize = 256;
 /// Work for a class.
 const CLASS: usize = 512;
 
-impl Core {
+impl InterpreterState {
     /// Where the names in the code of a new text are noted.
-    pub fn names_of_text(&self) -> Rc<TextNames> {
+    pub fn names_of_text(&self) -> Rc<SourceSymbols> {
         let names = Rc::default();
         self.text_names.push(&names);
         names
@@ -35,9 +35,9 @@ impl Core {
 }
 
 /// No name is given up while this lives, also when the thread is dropped meanwhile.
-pub struct HeldNames<'c>(&'c Cell<u32>);
+pub struct SweepPause<'c>(&'c Cell<u32>);
 
-impl Drop for HeldNames<'_> {
+impl Drop for SweepPause<'_> {
     fn drop(&mut self) {
         self.0.set(self.0.get() - 1);
     }
@@ -45,7 +45,7 @@ impl Drop for HeldNames<'_> {
 
 impl Evaluator<'_> {
     /// The symbol for a name that a program has made up, to look for what is called by it.
-    pub fn ask_name(&self, name: &str) -> R<Passing<'_>> {
+    pub fn ask_name(&self, name: &str) -> R<TempSymbol<'_>> {
         self.check_name(name)?;
         Ok(self.core.symbols.ask(name))
     }
@@ -71,10 +71,10 @@ impl Evaluator<'_> {
     }
 
     /// Keeps all names as long as the result lives: for who has taken some that nothing is called by yet.
-    pub fn hold_names(&self) -> HeldNames<'_> {
+    pub fn hold_names(&self) -> SweepPause<'_> {
         let held = &self.core.names_held;
         held.set(held.get() + 1);
-        HeldNames(held)
+        SweepPause(held)
     }
 
     /// Gives up the names that nothing is called by, if there may be many. Not while something is borrowed: others have their
@@ -91,8 +91,8 @@ impl Evaluator<'_> {
     #[inline(never)]
     fn sweep_names(&self) -> R<()> {
         /// The end of a sweep, also when the thread is dropped in the midst of it.
-        struct Over<'c>(&'c Core);
-        impl Drop for Over<'_> {
+        struct SweepGuard<'c>(&'c InterpreterState);
+        impl Drop for SweepGuard<'_> {
             fn drop(&mut self) {
                 self.0.sweeping.set(false);
             }
@@ -100,7 +100,7 @@ impl Evaluator<'_> {
         if self.core.names_held.get() > 0 || self.core.sweeping.replace(true) {
             return Ok(());
         }
-        let _over = Over(&self.core);
+        let _over = SweepGuard(&self.core);
         self.swept()
     }
 
@@ -140,7 +140,7 @@ impl Evaluator<'_> {
             self.forget_unused(&namespace)?;
             self.by_pieces(|from| namespace.add_some_names_to(&mut used, from, PIECE))?;
         }
-        let texts: Vec<Rc<TextNames>> = core.text_names.alive().into_iter().collect();
+        let texts: Vec<Rc<SourceSymbols>> = core.text_names.alive().into_iter().collect();
         for text in texts {
             self.by_pieces(|from| text.add_some_to(&mut used, from, PIECE))?;
         }

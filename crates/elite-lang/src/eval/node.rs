@@ -7,7 +7,7 @@ use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use super::{Evaluator, Expr, Expression, Flow, Frame, Statement};
+use super::{BoxExpr, Evaluator, ExprNode, Flow, Frame, StmtNode};
 use crate::findings::quoted;
 use crate::value::R;
 
@@ -44,7 +44,7 @@ impl std::fmt::Display for TaskNode {
 
 /// A thread came to a node: which one, and the line of the text it was in.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Passage {
+pub struct NodeChange {
     /// The node that is shown from now on.
     pub node: TaskNode,
     /// The line of the statement that follows, from 1.
@@ -57,7 +57,7 @@ pub struct NodeId(u32);
 
 /// The place of one script thread.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct NodeState {
+pub struct NodeCursor {
     /// The node of the last directive it passed.
     passed: NodeId,
     /// The node that is shown.
@@ -66,10 +66,10 @@ pub struct NodeState {
     due: NodeId,
 }
 
-impl NodeState {
+impl NodeCursor {
     /// The place of a thread that is started here.
     pub fn inherited(self) -> Self {
-        NodeState {
+        NodeCursor {
             shown: self.passed,
             due: NodeId::default(),
             ..self
@@ -79,14 +79,14 @@ impl NodeState {
 
 /// The nodes of one interpreter, and the place of the running thread.
 #[derive(Default)]
-pub struct Nodes {
+pub struct TaskNodes {
     table: RefCell<Vec<TaskNode>>,
     known: RefCell<HashMap<(u32, Arc<str>), NodeId>>,
-    state: Cell<NodeState>,
+    state: Cell<NodeCursor>,
     passages: RefCell<Vec<(NodeId, u32)>>,
 }
 
-impl Nodes {
+impl TaskNodes {
     /// The number of a node, which is the same for all directives that name it.
     pub fn intern(&self, number: u32, label: &str) -> NodeId {
         let key = (number, Arc::from(label));
@@ -110,7 +110,7 @@ impl Nodes {
     }
 
     /// The node that is shown for a thread.
-    pub fn shown(&self, state: NodeState) -> Option<TaskNode> {
+    pub fn shown(&self, state: NodeCursor) -> Option<TaskNode> {
         self.node(state.shown)
     }
 
@@ -120,12 +120,12 @@ impl Nodes {
     }
 
     /// The place of the running thread.
-    pub fn state(&self) -> NodeState {
+    pub fn state(&self) -> NodeCursor {
         self.state.get()
     }
 
     /// Makes `state` that of the running thread; returns the one before.
-    pub fn switch_to(&self, state: NodeState) -> NodeState {
+    pub fn switch_to(&self, state: NodeCursor) -> NodeCursor {
         self.state.replace(state)
     }
 
@@ -164,13 +164,13 @@ impl Nodes {
     }
 
     /// What the thread that was resumed last has passed since, in order.
-    pub fn take_passages(&self) -> Vec<Passage> {
+    pub fn take_passages(&self) -> Vec<NodeChange> {
         let mut passages = self.passages.borrow_mut();
         let passed = passages.drain(..);
         passed
             .filter_map(|(id, line)| {
                 let node = self.node(id)?;
-                Some(Passage { node, line })
+                Some(NodeChange { node, line })
             })
             .collect()
     }
@@ -178,14 +178,14 @@ impl Nodes {
 
 /// A directive as the thread passes it.
 #[derive(Clone, Copy)]
-pub struct Pass {
+pub struct EnterTaskNode {
     /// The node.
     pub node: NodeId,
     /// It is shown when the motion that follows has ended.
     pub after: bool,
 }
 
-impl Pass {
+impl EnterTaskNode {
     #[inline]
     fn run(self, ev: &Evaluator<'_>) {
         let core = &ev.core;
@@ -193,7 +193,7 @@ impl Pass {
     }
 }
 
-impl Statement for Pass {
+impl StmtNode for EnterTaskNode {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, _: &mut Frame<'_>) -> Flow {
         self.run(ev);
@@ -202,14 +202,14 @@ impl Statement for Pass {
 }
 
 /// The condition of an `elif` behind directives.
-pub struct PassThen {
+pub struct EnterTaskNodeThen {
     /// The directives.
-    pub passes: Box<[Pass]>,
+    pub passes: Box<[EnterTaskNode]>,
     /// The condition.
-    pub then: Expr,
+    pub then: BoxExpr,
 }
 
-impl Expression for PassThen {
+impl ExprNode for EnterTaskNodeThen {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         self.passes.iter().for_each(|pass| pass.run(ev));

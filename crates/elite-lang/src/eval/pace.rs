@@ -5,8 +5,8 @@
 //! measured: the same program gives way at the same places every time.
 
 use super::Evaluator;
-use super::coroutine::Stopping;
-use crate::value::{List, R, Value, Values};
+use super::coroutine::StopState;
+use crate::value::{List, R, Value, ValueVec};
 
 /// Work after which a native gives way, in units of about a nanosecond of optimised code on data that is at hand. On data that
 /// is not (tables of many megabytes, pages that are touched for the first time) the same takes up to ten times as long, which
@@ -52,7 +52,7 @@ impl Evaluator<'_> {
     #[inline(never)]
     fn give_way_after_work(&self) -> R<()> {
         self.core.work.set(0);
-        if self.core.stopping.get() != Stopping::No {
+        if self.core.stopping.get() != StopState::No {
             // What is left of a stopped thread's fuel is all it gets.
             self.core.spend_fuel();
             return self.safepoint();
@@ -63,7 +63,7 @@ impl Evaluator<'_> {
     }
 
     /// Appends the items of a list, some at a time.
-    pub fn copy_list(&self, list: &List, out: &mut Values) -> R<()> {
+    pub fn copy_list(&self, list: &List, out: &mut ValueVec) -> R<()> {
         let mut at: usize = 0;
         loop {
             let end = {
@@ -81,7 +81,7 @@ impl Evaluator<'_> {
     }
 
     /// Appends values, some at a time.
-    pub fn copy_values(&self, items: &[Value], out: &mut Values) -> R<()> {
+    pub fn copy_values(&self, items: &[Value], out: &mut ValueVec) -> R<()> {
         for some in items.chunks(COPIED) {
             out.extend_from_slice(some);
             self.worked(some.len() * VALUE)?;
@@ -94,13 +94,13 @@ impl Evaluator<'_> {
         if items.len() <= COPIED {
             return Ok(items.iter_mut().map(std::mem::take).collect());
         }
-        let mut out = Values::from(self.room_for(items.len())?);
+        let mut out = ValueVec::from(self.room_for(items.len())?);
         self.take_values(items, &mut out)?;
         Ok(out.into())
     }
 
     /// Appends the values of another vector.
-    pub fn append_values(&self, more: Values, out: &mut Vec<Value>) -> R<()> {
+    pub fn append_values(&self, more: ValueVec, out: &mut Vec<Value>) -> R<()> {
         self.grow(out, more.len())?;
         for value in more {
             out.push(value);
@@ -110,7 +110,7 @@ impl Evaluator<'_> {
     }
 
     /// Appends values that are taken out of their places, some at a time.
-    pub fn take_values(&self, values: &mut [Value], out: &mut Values) -> R<()> {
+    pub fn take_values(&self, values: &mut [Value], out: &mut ValueVec) -> R<()> {
         for some in values.chunks_mut(COPIED) {
             out.extend(some.iter_mut().map(std::mem::take));
             self.worked(some.len() * VALUE)?;
@@ -139,12 +139,12 @@ impl Evaluator<'_> {
     }
 
     /// These values `count` times over.
-    pub fn repeated(&self, items: Values, count: usize) -> R<Values> {
+    pub fn repeated(&self, items: ValueVec, count: usize) -> R<ValueVec> {
         if count == 0 || items.is_empty() {
-            return Ok(Values::default());
+            return Ok(ValueVec::default());
         }
         let whole = items.len().saturating_mul(count);
-        let mut out = Values::from(Vec::with_capacity(whole));
+        let mut out = ValueVec::from(Vec::with_capacity(whole));
         self.copy_values(&items, &mut out)?;
         while out.len() < whole {
             // The values from here on stand at the same place of the first round, and some rounds more may follow it.

@@ -8,9 +8,9 @@ use std::rc::Rc;
 
 use super::bulk::{STRIDE, many};
 use super::pace::WORK_MAX;
-use super::{Core, Evaluator};
-use crate::value::bytes::Data;
-use crate::value::{ByteArray, Held, List, R, Raised, trash};
+use super::{Evaluator, InterpreterState};
+use crate::value::bytes::BytesRef;
+use crate::value::{ByteArray, List, R, Raised, ScriptCell, trash};
 
 /// What a short text costs with its place in a list, and while the list grows.
 const PIECE: usize = 112;
@@ -18,7 +18,7 @@ const PIECE: usize = 112;
 const DOUBLES: usize = 1 << 20;
 
 /// A buffer that can be asked to grow.
-pub trait Buffer {
+pub trait GrowableBuffer {
     /// Size of one entry.
     const ENTRY: usize;
     /// Entries in it, and room for entries.
@@ -27,7 +27,7 @@ pub trait Buffer {
     fn take_room(&mut self, more: usize) -> bool;
 }
 
-impl<T> Buffer for Vec<T> {
+impl<T> GrowableBuffer for Vec<T> {
     const ENTRY: usize = size_of::<T>();
 
     fn extent(&self) -> (usize, usize) {
@@ -39,7 +39,7 @@ impl<T> Buffer for Vec<T> {
     }
 }
 
-impl<T> Buffer for VecDeque<T> {
+impl<T> GrowableBuffer for VecDeque<T> {
     const ENTRY: usize = size_of::<T>();
 
     fn extent(&self) -> (usize, usize) {
@@ -51,7 +51,7 @@ impl<T> Buffer for VecDeque<T> {
     }
 }
 
-impl Buffer for String {
+impl GrowableBuffer for String {
     const ENTRY: usize = 1;
 
     fn extent(&self) -> (usize, usize) {
@@ -65,7 +65,7 @@ impl Buffer for String {
 
 /// Entries by which a buffer has to grow for `more` of them; None if they fit as it is.
 #[inline]
-fn growth<B: Buffer>(buffer: &B, more: usize) -> Option<usize> {
+fn growth<B: GrowableBuffer>(buffer: &B, more: usize) -> Option<usize> {
     let (length, room) = buffer.extent();
     let needed = length.saturating_add(more);
     if needed <= room {
@@ -81,7 +81,7 @@ fn growth<B: Buffer>(buffer: &B, more: usize) -> Option<usize> {
 impl Evaluator<'_> {
     /// Makes room for `more` entries in a buffer of the caller's own.
     #[inline]
-    pub fn grow<B: Buffer>(&self, buffer: &mut B, more: usize) -> R<()> {
+    pub fn grow<B: GrowableBuffer>(&self, buffer: &mut B, more: usize) -> R<()> {
         match growth(buffer, more) {
             None => Ok(()),
             Some(by) => self.grow_by(buffer, more, by),
@@ -90,7 +90,7 @@ impl Evaluator<'_> {
 
     #[cold]
     #[inline(never)]
-    fn grow_by<B: Buffer>(&self, buffer: &mut B, more: usize, by: usize) -> R<()> {
+    fn grow_by<B: GrowableBuffer>(&self, buffer: &mut B, more: usize, by: usize) -> R<()> {
         let by = self.affordable::<B>(more, by)?;
         match buffer.take_room(by) {
             true => Ok(()),
@@ -99,7 +99,7 @@ impl Evaluator<'_> {
     }
 
     /// `by` if the account has that much, otherwise `more`; an exception if that is too much, too.
-    fn affordable<B: Buffer>(&self, more: usize, by: usize) -> R<usize> {
+    fn affordable<B: GrowableBuffer>(&self, more: usize, by: usize) -> R<usize> {
         if self.core.memory_allows(by.saturating_mul(B::ENTRY)) {
             return Ok(by);
         }
@@ -108,7 +108,7 @@ impl Evaluator<'_> {
     }
 
     /// Makes room for `more` entries in a buffer that scripts can reach: asked for first, then taken.
-    pub fn grow_held<B: Buffer>(&self, held: &Held<B>, more: usize) -> R<()> {
+    pub fn grow_held<B: GrowableBuffer>(&self, held: &ScriptCell<B>, more: usize) -> R<()> {
         let by = growth(&*held.borrow(), more);
         let Some(by) = by else { return Ok(()) };
         let by = self.affordable::<B>(more, by)?;
@@ -164,7 +164,7 @@ impl Evaluator<'_> {
     }
 
     /// Appends to a bytearray.
-    pub fn extend_bytes(&self, bytes: &ByteArray, more: Data) -> R<()> {
+    pub fn extend_bytes(&self, bytes: &ByteArray, more: BytesRef) -> R<()> {
         if more.len() <= STRIDE && !bytes.is_shared() {
             self.grow_bytes(bytes, more.len())?;
             bytes.append(|data| data.extend_from_slice(&more));
@@ -177,7 +177,9 @@ impl Evaluator<'_> {
             let whole = bytes.borrow_whole();
             whole.capacity() - whole.len()
         };
-        if spare < more.len() || matches!(&more, Data::Snapshot(own) if Rc::ptr_eq(own, &before)) {
+        if spare < more.len()
+            || matches!(&more, BytesRef::Snapshot(own) if Rc::ptr_eq(own, &before))
+        {
             self.grow(&mut data, before.len() + more.len())?;
             self.push_bytes(&mut data, &before)?;
             self.push_bytes(&mut data, &more)?;
@@ -275,7 +277,7 @@ impl Evaluator<'_> {
     }
 }
 
-impl Core {
+impl InterpreterState {
     /// Whether `more` bytes fit the limit.
     #[inline]
     pub fn memory_allows(&self, more: usize) -> bool {

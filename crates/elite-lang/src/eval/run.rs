@@ -3,23 +3,23 @@
 use std::mem::ManuallyDrop;
 use std::rc::Rc;
 
-use super::as_c::Misfit;
+use super::as_c::ArgumentMismatch;
 use super::code::{Code, CodeKind};
 use super::generator::Generator;
 use super::pace::VALUE;
-use super::words::Words;
+use super::words::PairOf;
 use super::{Evaluator, Frame};
 use crate::value::held::nothing_is_open;
 use crate::value::{CellVar, Dict, Function, R, Symbol, Value};
 
 /// Slots on the native stack.
-pub struct Slots<const N: usize>(ManuallyDrop<[Value; N]>);
+pub struct StackSlots<const N: usize>(ManuallyDrop<[Value; N]>);
 
-impl<const N: usize> Slots<N> {
+impl<const N: usize> StackSlots<N> {
     /// Empty ones.
     #[inline(always)]
     pub fn empty() -> Self {
-        Slots(ManuallyDrop::new([const { Value::Unbound }; N]))
+        StackSlots(ManuallyDrop::new([const { Value::Unbound }; N]))
     }
 
     /// The first `count` of them, at most all.
@@ -29,7 +29,7 @@ impl<const N: usize> Slots<N> {
     }
 }
 
-impl<const N: usize> Drop for Slots<N> {
+impl<const N: usize> Drop for StackSlots<N> {
     #[inline(always)]
     fn drop(&mut self) {
         for slot in self.0.iter_mut() {
@@ -42,10 +42,10 @@ impl<const N: usize> Drop for Slots<N> {
 #[inline(always)]
 pub fn with_slots<T>(count: usize, inner: impl FnOnce(&mut [Value]) -> T) -> T {
     match count {
-        0..=2 => inner(&mut Slots::<2>::empty().0[..count]),
-        3..=4 => inner(&mut Slots::<4>::empty().0[..count]),
-        5..=8 => inner(&mut Slots::<8>::empty().0[..count]),
-        9..=16 => inner(&mut Slots::<16>::empty().0[..count]),
+        0..=2 => inner(&mut StackSlots::<2>::empty().0[..count]),
+        3..=4 => inner(&mut StackSlots::<4>::empty().0[..count]),
+        5..=8 => inner(&mut StackSlots::<8>::empty().0[..count]),
+        9..=16 => inner(&mut StackSlots::<16>::empty().0[..count]),
         _ => inner(&mut vec![Value::Unbound; count]),
     }
 }
@@ -112,7 +112,7 @@ impl Evaluator<'_> {
         keywords: &[(Symbol, Value)],
     ) -> R {
         match keywords {
-            [] => (function.code.entries.given)(function, Words::of(Value::Unbound), args, self)
+            [] => (function.code.entries.given)(function, PairOf::of(Value::Unbound), args, self)
                 .whole(),
             _ => self.call_bound(function, args, keywords),
         }
@@ -121,7 +121,7 @@ impl Evaluator<'_> {
     /// The same without keywords and with one more argument before the others.
     #[inline]
     pub fn call_method(&self, function: &Rc<Function>, first: Value, args: &mut [Value]) -> R {
-        (function.code.entries.given)(function, Words::of(first), args, self).whole()
+        (function.code.entries.given)(function, PairOf::of(first), args, self).whole()
     }
 
     /// Calls a script function of any kind, its arguments bound as Python does.
@@ -278,7 +278,7 @@ impl Evaluator<'_> {
                 names.join(", ")
             ));
         }
-        let misfit = Misfit::Keyword(name, given, keywords);
+        let misfit = ArgumentMismatch::Keyword(name, given, keywords);
         if let Some(error) = self.misfit_as_c(function, &misfit) {
             return error;
         }
@@ -296,7 +296,7 @@ impl Evaluator<'_> {
         given: usize,
         slots: &[Value],
     ) -> crate::value::Raised {
-        if let Some(error) = self.misfit_as_c(function, &Misfit::TooMany(given)) {
+        if let Some(error) = self.misfit_as_c(function, &ArgumentMismatch::TooMany(given)) {
             return error;
         }
         let params = &function.code.params;
@@ -342,7 +342,8 @@ impl Evaluator<'_> {
         let without_default = params.positional.saturating_sub(defaults);
         let missing = (0..without_default).filter(|index| slots[*index].is_unbound());
         if let Some(place) = missing.clone().next()
-            && let Some(error) = self.misfit_as_c(function, &Misfit::Missing(place, slots))
+            && let Some(error) =
+                self.misfit_as_c(function, &ArgumentMismatch::Missing(place, slots))
         {
             return error;
         }

@@ -7,48 +7,48 @@
 use std::rc::Rc;
 
 use super::expr::operand::Operand;
-use super::generator::{Stepped, ToGenerator};
+use super::generator::{GeneratorInput, StepResult};
 use super::stmt::loops::LoopTarget;
 use super::stmt::target::Target;
-use super::walk::Walk;
-use super::{Evaluator, Executes, Expr, Flow, Frame, Located};
+use super::walk::LoopCursor;
+use super::{BoxExpr, DynStmt, Evaluator, Flow, Frame, TraceExt};
 use crate::errors::ExceptionKind;
 use crate::source::Span;
 use crate::value::{Function, R, Raised, Value, trash};
 
 /// Index of a step.
-pub type Place = u32;
+pub type StepIndex = u32;
 
 /// One step of a body.
-pub enum Step {
+pub enum GeneratorStep {
     /// A statement without `yield`, and where `break` and `continue` in it lead.
     Run {
         line: u32,
-        statement: Box<dyn Executes>,
-        on_break: Place,
-        on_continue: Place,
+        statement: Box<dyn DynStmt>,
+        on_break: StepIndex,
+        on_continue: StepIndex,
     },
     /// Goes on elsewhere.
-    Jump(Place),
+    Jump(StepIndex),
     /// Goes on elsewhere unless the test holds.
     Unless {
         line: u32,
-        test: Expr,
-        otherwise: Place,
+        test: BoxExpr,
+        otherwise: StepIndex,
     },
     /// The end of a turn of a loop: a safepoint, then its next turn.
-    Turn { line: u32, head: Place },
+    Turn { line: u32, head: StepIndex },
     /// Begins a `for` loop.
     Begin {
         line: u32,
-        iterable: Expr,
+        iterable: BoxExpr,
         span: Span,
     },
     /// Binds the next item of the innermost `for` loop; at its end goes on elsewhere.
     Next {
         target: LoopTarget,
         span: Span,
-        end: Place,
+        end: StepIndex,
     },
     /// Leaves the innermost `for` loop before its end.
     Leave,
@@ -62,7 +62,7 @@ pub enum Step {
     /// `sent = yield from iterable`
     Delegate {
         line: u32,
-        iterable: Expr,
+        iterable: BoxExpr,
         sent: Option<Box<dyn Target>>,
         span: Span,
     },
@@ -71,19 +71,19 @@ pub enum Step {
 }
 
 /// Where a generator stands.
-pub struct Standing {
+pub struct GeneratorFrame {
     slots: Vec<Value>,
     /// The `for` loops and `yield from`s it is in, innermost last.
-    walks: Vec<Walk>,
+    walks: Vec<LoopCursor>,
     at: usize,
     /// It stands at the `yield` there, which has handed its value out.
     waits: bool,
 }
 
-impl Standing {
+impl GeneratorFrame {
     /// At the beginning, parameters bound.
     pub fn new(slots: Vec<Value>) -> Self {
-        Standing {
+        GeneratorFrame {
             slots,
             walks: Vec::new(),
             at: 0,
@@ -110,29 +110,31 @@ impl Standing {
     }
 
     /// What it delegates to, if it stands at a `yield from`.
-    pub fn delegate(&self, steps: &[Step]) -> Option<Value> {
+    pub fn delegate(&self, steps: &[GeneratorStep]) -> Option<Value> {
         let at = steps.get(self.at).filter(|_| self.waits);
         match (at, self.walks.last()) {
-            (Some(Step::Delegate { .. }), Some(Walk::Iterator(iterator))) => Some(iterator.clone()),
+            (Some(GeneratorStep::Delegate { .. }), Some(LoopCursor::Iterator(iterator))) => {
+                Some(iterator.clone())
+            }
             _ => None,
         }
     }
 
     /// The line of the `yield` it stands at; 0 at the beginning.
-    pub fn line(&self, steps: &[Step]) -> u32 {
+    pub fn line(&self, steps: &[GeneratorStep]) -> u32 {
         match steps.get(self.at).filter(|_| self.waits) {
-            Some(Step::Yield { line, .. } | Step::Delegate { line, .. }) => *line,
+            Some(GeneratorStep::Yield { line, .. } | GeneratorStep::Delegate { line, .. }) => *line,
             _ => 0,
         }
     }
 }
 
-impl Drop for Standing {
+impl Drop for GeneratorFrame {
     fn drop(&mut self) {
         let mut values = std::mem::take(&mut self.slots);
         // A generator may stand in the loop of a generator in the loop of a generator …
         values.extend(self.walks.drain(..).filter_map(|walk| match walk {
-            Walk::Iterator(iterator) => Some(iterator),
+            LoopCursor::Iterator(iterator) => Some(iterator),
             _ => None,
         }));
         trash::dismantle(&mut values);
@@ -143,12 +145,12 @@ impl Evaluator<'_> {
     /// Goes on to the next `yield` or the end.
     pub(super) fn go_on(
         &self,
-        steps: &[Step],
-        standing: &mut Standing,
+        steps: &[GeneratorStep],
+        standing: &mut GeneratorFrame,
         function: &Rc<Function>,
-        input: ToGenerator,
-    ) -> R<Stepped> {
-        let Standing {
+        input: GeneratorInput,
+    ) -> R<StepResult> {
+        let GeneratorFrame {
             slots,
             walks,
             at,
@@ -159,10 +161,10 @@ impl Evaluator<'_> {
         if std::mem::take(waits) {
             match (&steps[*at], input) {
                 (
-                    Step::Yield {
+                    GeneratorStep::Yield {
                         line: number, sent, ..
                     },
-                    ToGenerator::Send(value),
+                    GeneratorInput::Send(value),
                 ) => {
                     line.set(*number);
                     if let Some(sent) = sent {
@@ -170,7 +172,7 @@ impl Evaluator<'_> {
                     }
                 }
                 (
-                    Step::Delegate {
+                    GeneratorStep::Delegate {
                         line: number,
                         sent,
                         span,
@@ -179,15 +181,15 @@ impl Evaluator<'_> {
                     input,
                 ) => {
                     line.set(*number);
-                    let Some(Walk::Iterator(iterator)) = walks.last() else {
+                    let Some(LoopCursor::Iterator(iterator)) = walks.last() else {
                         return Err(Raised::Stop);
                     };
                     match self.pass_on(iterator, input).at(self, f, *span)? {
-                        Stepped::Yielded(value) => {
+                        StepResult::Yielded(value) => {
                             *waits = true;
-                            return Ok(Stepped::Yielded(value));
+                            return Ok(StepResult::Yielded(value));
                         }
-                        Stepped::Returned(value) => {
+                        StepResult::Returned(value) => {
                             walks.pop();
                             if let Some(sent) = sent {
                                 sent.assign(self, f, value)?;
@@ -196,10 +198,10 @@ impl Evaluator<'_> {
                     }
                 }
                 (
-                    Step::Yield {
+                    GeneratorStep::Yield {
                         line: number, span, ..
                     },
-                    ToGenerator::Throw(raised),
+                    GeneratorInput::Throw(raised),
                 ) => {
                     line.set(*number);
                     return Err(self.trace(f, *span, raised));
@@ -211,7 +213,7 @@ impl Evaluator<'_> {
         }
         while let Some(step) = steps.get(*at) {
             match step {
-                Step::Run {
+                GeneratorStep::Run {
                     line: number,
                     statement,
                     on_break,
@@ -228,15 +230,15 @@ impl Evaluator<'_> {
                             *at = *on_continue as usize;
                             continue;
                         }
-                        Flow::Return(value) => return Ok(Stepped::Returned(value)),
+                        Flow::Return(value) => return Ok(StepResult::Returned(value)),
                         Flow::Raise(raised) => return Err(raised),
                     }
                 }
-                Step::Jump(place) => {
+                GeneratorStep::Jump(place) => {
                     *at = *place as usize;
                     continue;
                 }
-                Step::Unless {
+                GeneratorStep::Unless {
                     line: number,
                     test,
                     otherwise,
@@ -247,22 +249,22 @@ impl Evaluator<'_> {
                         continue;
                     }
                 }
-                Step::Turn { line: number, head } => {
+                GeneratorStep::Turn { line: number, head } => {
                     line.set(*number);
                     self.safepoint()?;
                     *at = *head as usize;
                     continue;
                 }
-                Step::Begin {
+                GeneratorStep::Begin {
                     line: number,
                     iterable,
                     span,
                 } => {
                     line.set(*number);
                     let iterable = iterable.eval(self, f)?;
-                    walks.push(Walk::over(iterable, self, f, *span)?);
+                    walks.push(LoopCursor::over(iterable, self, f, *span)?);
                 }
-                Step::Next { target, span, end } => {
+                GeneratorStep::Next { target, span, end } => {
                     let bound = match walks.last_mut() {
                         Some(walk) => target.bind_next(walk, self, f, *span)?,
                         None => false,
@@ -273,8 +275,8 @@ impl Evaluator<'_> {
                         continue;
                     }
                 }
-                Step::Leave => drop(walks.pop()),
-                Step::Yield {
+                GeneratorStep::Leave => drop(walks.pop()),
+                GeneratorStep::Yield {
                     line: number,
                     value,
                     ..
@@ -282,9 +284,9 @@ impl Evaluator<'_> {
                     line.set(*number);
                     let value = value.eval(self, f)?;
                     *waits = true;
-                    return Ok(Stepped::Yielded(value));
+                    return Ok(StepResult::Yielded(value));
                 }
-                Step::Delegate {
+                GeneratorStep::Delegate {
                     line: number,
                     iterable,
                     sent,
@@ -294,41 +296,43 @@ impl Evaluator<'_> {
                     let iterable = iterable.eval(self, f)?;
                     let iterator = self.iter(&iterable).at(self, f, *span)?;
                     match self.step_with(&iterator, Value::None).at(self, f, *span)? {
-                        Stepped::Yielded(value) => {
-                            walks.push(Walk::Iterator(iterator));
+                        StepResult::Yielded(value) => {
+                            walks.push(LoopCursor::Iterator(iterator));
                             *waits = true;
-                            return Ok(Stepped::Yielded(value));
+                            return Ok(StepResult::Yielded(value));
                         }
-                        Stepped::Returned(value) => {
+                        StepResult::Returned(value) => {
                             if let Some(sent) = sent {
                                 sent.assign(self, f, value)?;
                             }
                         }
                     }
                 }
-                Step::Return {
+                GeneratorStep::Return {
                     line: number,
                     value,
                 } => {
                     line.set(*number);
-                    return Ok(Stepped::Returned(value.eval(self, f)?));
+                    return Ok(StepResult::Returned(value.eval(self, f)?));
                 }
             }
             *at += 1;
         }
-        Ok(Stepped::Returned(Value::None))
+        Ok(StepResult::Returned(Value::None))
     }
 
     /// Hands what a generator was resumed with to the iterator it delegates to.
-    pub fn pass_on(&self, iterator: &Value, input: ToGenerator) -> R<Stepped> {
+    pub fn pass_on(&self, iterator: &Value, input: GeneratorInput) -> R<StepResult> {
         match input {
-            ToGenerator::Send(sent) => self.step_with(iterator, sent),
-            ToGenerator::Throw(Raised::Stop) | ToGenerator::Resumed(_) => Err(Raised::Stop),
-            ToGenerator::Throw(raised) if self.is_kind(&raised, ExceptionKind::GeneratorExit) => {
+            GeneratorInput::Send(sent) => self.step_with(iterator, sent),
+            GeneratorInput::Throw(Raised::Stop) | GeneratorInput::Resumed(_) => Err(Raised::Stop),
+            GeneratorInput::Throw(raised)
+                if self.is_kind(&raised, ExceptionKind::GeneratorExit) =>
+            {
                 self.close_iterator(iterator)?;
                 Err(raised)
             }
-            ToGenerator::Throw(raised) => self.throw_into(iterator, raised),
+            GeneratorInput::Throw(raised) => self.throw_into(iterator, raised),
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::rc::Rc;
 
 use crate::errors::ExceptionKind;
-use crate::value::class::Base;
+use crate::value::class::BuiltinBase;
 use crate::value::dict::ViewKind;
 use crate::value::symbol::Symbols;
 use crate::value::{Class, Iter, Value};
@@ -24,9 +24,9 @@ macro_rules! builtin_types {
         pub const NAMES: &[&str] = &[$($text,)*];
 
         impl Types {
-            fn make(object: Rc<Class>, exceptions: Vec<Rc<Class>>, make: impl Fn(&str, Base) -> Rc<Class>) -> Self {
-                let natural = Class::new("object", Base::Object, Vec::new(), Vec::new(), false);
-                Types { object, natural, $($field: make($text, Base::$base),)* exceptions }
+            fn make(object: Rc<Class>, exceptions: Vec<Rc<Class>>, make: impl Fn(&str, BuiltinBase) -> Rc<Class>) -> Self {
+                let natural = Class::new("object", BuiltinBase::Object, Vec::new(), Vec::new(), false);
+                Types { object, natural, $($field: make($text, BuiltinBase::$base),)* exceptions }
             }
 
             /// All types that are no exceptions.
@@ -110,14 +110,14 @@ fn exception_group(known: &[Rc<Class>]) -> Rc<Class> {
     let mut ancestors = bases.to_vec();
     ancestors.extend(bases[1].ancestors().iter().cloned());
     let name = ExceptionKind::ExceptionGroup.name();
-    Class::new(name, Base::Exception, bases.into(), ancestors, false)
+    Class::new(name, BuiltinBase::Exception, bases.into(), ancestors, false)
 }
 
 impl Types {
     /// The types, without their methods.
     pub fn new(_symbols: &Symbols) -> Self {
-        let object = Class::new("object", Base::Object, Vec::new(), Vec::new(), false);
-        let derive = |name: &str, base: Base, parent: &Rc<Class>| {
+        let object = Class::new("object", BuiltinBase::Object, Vec::new(), Vec::new(), false);
+        let derive = |name: &str, base: BuiltinBase, parent: &Rc<Class>| {
             let mut ancestors = vec![parent.clone()];
             ancestors.extend(parent.ancestors().iter().cloned());
             Class::new(name, base, vec![parent.clone()], ancestors, false)
@@ -132,12 +132,12 @@ impl Types {
                 exceptions.push(exception_group(&exceptions));
                 continue;
             }
-            exceptions.push(derive(kind.name(), Base::Exception, &parent));
+            exceptions.push(derive(kind.name(), BuiltinBase::Exception, &parent));
         }
         let mut types = Types::make(object.clone(), exceptions, |name, base| {
             derive(name, base, &object)
         });
-        types.bool = derive("bool", Base::Bool, &types.int);
+        types.bool = derive("bool", BuiltinBase::Bool, &types.int);
         types
     }
 
@@ -250,7 +250,7 @@ impl Types {
     pub fn iterators(&self) -> Vec<&Rc<Class>> {
         self.all()
             .into_iter()
-            .filter(|class| class.base == Base::Iterator)
+            .filter(|class| class.base == BuiltinBase::Iterator)
             .collect()
     }
 

@@ -2,12 +2,12 @@
 
 use std::rc::Rc;
 
-use super::{Evaluator, Frame, Located};
+use super::{Evaluator, Frame, TraceExt};
 use crate::source::Span;
 use crate::value::{List, R, Str, Tuple, Value};
 
 /// What a loop with two targets gets each turn.
-pub enum Pair {
+pub enum LoopItem {
     /// Both values: no tuple has been made.
     Two(Value, Value),
     /// Something to unpack.
@@ -15,7 +15,7 @@ pub enum Pair {
 }
 
 /// A loop's place in what it walks through.
-pub enum Walk {
+pub enum LoopCursor {
     /// A range: the next integer, the step, how many are left.
     Range(i64, i64, u64),
     /// A list, which may change meanwhile, and the next index.
@@ -28,27 +28,27 @@ pub enum Walk {
     Iterator(Value),
 }
 
-impl Walk {
+impl LoopCursor {
     /// Runs `each` on what it refers to.
     pub fn visit(&self, each: &mut dyn FnMut(&Value)) {
         match self {
-            Walk::Range(..) | Walk::Text(..) => {}
-            Walk::List(list, _) => each(&Value::List(list.clone())),
-            Walk::Tuple(tuple, _) => each(&Value::Tuple(tuple.clone())),
-            Walk::Iterator(iterator) => each(iterator),
+            LoopCursor::Range(..) | LoopCursor::Text(..) => {}
+            LoopCursor::List(list, _) => each(&Value::List(list.clone())),
+            LoopCursor::Tuple(tuple, _) => each(&Value::Tuple(tuple.clone())),
+            LoopCursor::Iterator(iterator) => each(iterator),
         }
     }
 
     /// Begins to walk through `iterable`, which is written at `span`.
     #[inline]
-    pub fn over(iterable: Value, ev: &Evaluator<'_>, f: &Frame<'_>, span: Span) -> R<Walk> {
+    pub fn over(iterable: Value, ev: &Evaluator<'_>, f: &Frame<'_>, span: Span) -> R<LoopCursor> {
         Ok(match iterable {
-            Value::Range(range) => Walk::Range(range.start, range.step, range.len()),
-            Value::List(list) => Walk::List(list, 0),
-            Value::Tuple(tuple) => Walk::Tuple(tuple, 0),
-            Value::Str(text) if text.is_ascii() => Walk::Text(text, 0),
-            iterator @ (Value::Iter(_) | Value::Generator(_)) => Walk::Iterator(iterator),
-            other => Walk::Iterator(ev.iter(&other).at(ev, f, span)?),
+            Value::Range(range) => LoopCursor::Range(range.start, range.step, range.len()),
+            Value::List(list) => LoopCursor::List(list, 0),
+            Value::Tuple(tuple) => LoopCursor::Tuple(tuple, 0),
+            Value::Str(text) if text.is_ascii() => LoopCursor::Text(text, 0),
+            iterator @ (Value::Iter(_) | Value::Generator(_)) => LoopCursor::Iterator(iterator),
+            other => LoopCursor::Iterator(ev.iter(&other).at(ev, f, span)?),
         })
     }
 
@@ -56,7 +56,7 @@ impl Walk {
     #[inline(always)]
     pub fn next(&mut self, ev: &Evaluator<'_>, f: &Frame<'_>, span: Span) -> R<Option<Value>> {
         match self {
-            Walk::Range(next, step, left) => {
+            LoopCursor::Range(next, step, left) => {
                 if *left == 0 {
                     return Ok(None);
                 }
@@ -65,31 +65,36 @@ impl Walk {
                 *next = value.wrapping_add(*step);
                 Ok(Some(Value::Int(value)))
             }
-            Walk::List(list, index) => {
+            LoopCursor::List(list, index) => {
                 *index += 1;
                 Ok(list.get(*index - 1))
             }
-            Walk::Tuple(tuple, index) => {
+            LoopCursor::Tuple(tuple, index) => {
                 *index += 1;
                 Ok(tuple.items().get(*index - 1).cloned())
             }
-            Walk::Text(text, index) => {
+            LoopCursor::Text(text, index) => {
                 let byte = text.as_str().as_bytes().get(*index);
                 *index += 1;
                 Ok(byte.and_then(|byte| ev.core.ascii.get(usize::from(*byte)).cloned()))
             }
-            Walk::Iterator(iterator) => ev.next(iterator).at(ev, f, span),
+            LoopCursor::Iterator(iterator) => ev.next(iterator).at(ev, f, span),
         }
     }
 
     /// The next item for a loop with two targets; None at the end.
     #[inline]
-    pub fn next_pair(&mut self, ev: &Evaluator<'_>, f: &Frame<'_>, span: Span) -> R<Option<Pair>> {
-        if let Walk::Iterator(Value::Iter(iter)) = self
+    pub fn next_pair(
+        &mut self,
+        ev: &Evaluator<'_>,
+        f: &Frame<'_>,
+        span: Span,
+    ) -> R<Option<LoopItem>> {
+        if let LoopCursor::Iterator(Value::Iter(iter)) = self
             && let Some(pair) = ev.next_pair(iter).at(ev, f, span)?
         {
-            return Ok(pair.map(|(first, second)| Pair::Two(first, second)));
+            return Ok(pair.map(|(first, second)| LoopItem::Two(first, second)));
         }
-        Ok(self.next(ev, f, span)?.map(Pair::One))
+        Ok(self.next(ev, f, span)?.map(LoopItem::One))
     }
 }

@@ -2,26 +2,26 @@
 
 use std::rc::Rc;
 
-use super::{Evaluator, Executes, Expr, Expression, Flow, Frame, Statement};
-use crate::debug::{Debugger, Site};
+use super::{BoxExpr, DynStmt, Evaluator, ExprNode, Flow, Frame, StmtNode};
+use crate::debug::{Debugger, StatementSite};
 use crate::eval::stmt::target::Target;
 use crate::value::{R, Raised, Value};
 
 /// A statement that is watched.
-pub struct Watched {
+pub struct DebugStatement {
     /// Who is told.
     pub debugger: Rc<Debugger>,
     /// Where it stands.
-    pub site: Rc<Site>,
+    pub site: Rc<StatementSite>,
     /// The statement; None for one that does nothing.
-    pub inner: Option<Box<dyn Executes>>,
+    pub inner: Option<Box<dyn DynStmt>>,
     /// It has no statements in it.
     pub is_simple: bool,
     /// Something in it may call, so that its variables may be looked at meanwhile.
     pub keeps: bool,
 }
 
-impl Statement for Watched {
+impl StmtNode for DebugStatement {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let debugger = &self.debugger;
@@ -45,18 +45,18 @@ impl Statement for Watched {
 }
 
 /// The condition of an `elif`, or that of a `while` when it is met again: a place to stop at.
-pub struct WatchedTest {
+pub struct DebugCondition {
     /// Who is told.
     pub debugger: Rc<Debugger>,
     /// Where it stands.
-    pub site: Rc<Site>,
+    pub site: Rc<StatementSite>,
     /// The statement whose condition it is, if its beginning counts for the first time.
-    pub begun_at: Option<Rc<Site>>,
+    pub begun_at: Option<Rc<StatementSite>>,
     /// The condition.
-    pub then: Expr,
+    pub then: BoxExpr,
 }
 
-impl Expression for WatchedTest {
+impl ExprNode for DebugCondition {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let debugger = &self.debugger;
@@ -80,9 +80,9 @@ pub struct WatchedTarget {
     /// Who is told.
     pub debugger: Rc<Debugger>,
     /// Where it stands.
-    pub site: Rc<Site>,
+    pub site: Rc<StatementSite>,
     /// The statement, whose beginning counts for the first round.
-    pub begun_at: Rc<Site>,
+    pub begun_at: Rc<StatementSite>,
     /// What is bound.
     pub target: Box<dyn Target>,
 }

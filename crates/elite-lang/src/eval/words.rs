@@ -15,44 +15,44 @@ use crate::value::{R, Raised, Value};
 /// # Safety
 /// The type has the size and the alignment of two words.
 #[allow(unsafe_code)]
-pub unsafe trait TwoWords: Sized {}
+pub unsafe trait RegisterPair: Sized {}
 
-const _: () = assert!(size_of::<R>() == size_of::<Words<R>>());
-const _: () = assert!(align_of::<R>() == align_of::<Words<R>>());
-const _: () = assert!(size_of::<Value>() == size_of::<Words<Value>>());
-const _: () = assert!(align_of::<Value>() == align_of::<Words<Value>>());
-const _: () = assert!(size_of::<Option<Value>>() == size_of::<Words<Value>>());
-const _: () = assert!(align_of::<Option<Value>>() == align_of::<Words<Value>>());
-const _: () = assert!(size_of::<Flow>() == size_of::<Words<Flow>>());
-const _: () = assert!(align_of::<Flow>() == align_of::<Words<Flow>>());
-
-// SAFETY: asserted above.
-#[allow(unsafe_code)]
-unsafe impl TwoWords for Value {}
+const _: () = assert!(size_of::<R>() == size_of::<PairOf<R>>());
+const _: () = assert!(align_of::<R>() == align_of::<PairOf<R>>());
+const _: () = assert!(size_of::<Value>() == size_of::<PairOf<Value>>());
+const _: () = assert!(align_of::<Value>() == align_of::<PairOf<Value>>());
+const _: () = assert!(size_of::<Option<Value>>() == size_of::<PairOf<Value>>());
+const _: () = assert!(align_of::<Option<Value>>() == align_of::<PairOf<Value>>());
+const _: () = assert!(size_of::<Flow>() == size_of::<PairOf<Flow>>());
+const _: () = assert!(align_of::<Flow>() == align_of::<PairOf<Flow>>());
 
 // SAFETY: asserted above.
 #[allow(unsafe_code)]
-unsafe impl TwoWords for Option<Value> {}
+unsafe impl RegisterPair for Value {}
 
 // SAFETY: asserted above.
 #[allow(unsafe_code)]
-unsafe impl TwoWords for R {}
+unsafe impl RegisterPair for Option<Value> {}
 
 // SAFETY: asserted above.
 #[allow(unsafe_code)]
-unsafe impl TwoWords for Flow {}
+unsafe impl RegisterPair for R {}
+
+// SAFETY: asserted above.
+#[allow(unsafe_code)]
+unsafe impl RegisterPair for Flow {}
 
 /// A `T` on its way from one node to another.
 #[must_use = "what is in it is never dropped otherwise"]
 #[repr(C)]
-pub struct Words<T> {
+pub struct PairOf<T> {
     first: MaybeUninit<u64>,
     /// A pointer, so that the compiler knows that an object may be behind it.
     second: MaybeUninit<*const ()>,
     of: PhantomData<T>,
 }
 
-impl<T: TwoWords> Words<T> {
+impl<T: RegisterPair> PairOf<T> {
     /// Packs it.
     #[inline(always)]
     pub fn of(whole: T) -> Self {
@@ -81,14 +81,14 @@ impl<T: TwoWords> Words<T> {
 pub fn next_without(old: Value) -> Flow {
     match old.last() {
         None => Flow::Next,
-        Some(last) => next_after(Words::of(last)).whole(),
+        Some(last) => next_after(PairOf::of(last)).whole(),
     }
 }
 
 #[inline(never)]
-fn next_after(last: Words<Value>) -> Words<Flow> {
+fn next_after(last: PairOf<Value>) -> PairOf<Flow> {
     drop(last.whole());
-    Words::of(Flow::Next)
+    PairOf::of(Flow::Next)
 }
 
 /// A truth, or why there is none: two words in registers as it is.

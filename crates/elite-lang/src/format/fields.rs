@@ -23,7 +23,7 @@ const DEPTH_MAX: u32 = 2;
 
 /// Where the values of fields come from.
 #[derive(Clone, Copy)]
-struct Source<'a> {
+struct FieldArgs<'a> {
     positional: &'a [Value],
     keywords: &'a [(Symbol, Value)],
     /// That of `format_map`, instead of both.
@@ -39,7 +39,7 @@ struct Field<'t> {
 }
 
 /// From a value to a part of it.
-enum Step<'t> {
+enum PathStep<'t> {
     Attribute(&'t str),
     Item(Value),
 }
@@ -47,7 +47,7 @@ enum Step<'t> {
 impl Evaluator<'_> {
     /// `format.format(*args, **kwargs)`
     pub fn format_fields(&self, format: &str, args: &Args<'_>) -> R {
-        let source = Source {
+        let source = FieldArgs {
             positional: args.positional,
             keywords: args.keywords,
             mapping: None,
@@ -57,7 +57,7 @@ impl Evaluator<'_> {
 
     /// `format.format_map(mapping)`
     pub fn format_map(&self, format: &str, mapping: &Value) -> R {
-        let source = Source {
+        let source = FieldArgs {
             positional: &[],
             keywords: &[],
             mapping: Some(mapping),
@@ -65,7 +65,7 @@ impl Evaluator<'_> {
         self.format_from(format, source)
     }
 
-    fn format_from(&self, format: &str, source: Source<'_>) -> R {
+    fn format_from(&self, format: &str, source: FieldArgs<'_>) -> R {
         let mut numbering = Numbering::Undecided;
         // A field alone gives the text that the object made, which may be of a class derived from `str`.
         if let Some(inner) = format.strip_prefix('{')
@@ -133,8 +133,8 @@ impl Evaluator<'_> {
         let mut steps: Vec<Value> = Vec::new();
         while let Some((step, rest)) = self.path_step(path)? {
             let (is_attribute, key) = match step {
-                Step::Attribute(name) => (true, self.string_of(name)?),
-                Step::Item(key) => (false, key),
+                PathStep::Attribute(name) => (true, self.string_of(name)?),
+                PathStep::Item(key) => (false, key),
             };
             self.grow(&mut steps, 1)?;
             steps.push(Value::pair(Value::Bool(is_attribute), key));
@@ -163,7 +163,7 @@ impl Evaluator<'_> {
     fn fields(
         &self,
         format: &str,
-        args: Source<'_>,
+        args: FieldArgs<'_>,
         numbering: &mut Numbering,
         depth: u32,
         out: &mut String,
@@ -262,7 +262,7 @@ impl Evaluator<'_> {
     }
 
     /// The value of a field, converted if the field says so.
-    fn converted(&self, field: &Field<'_>, args: Source<'_>, numbering: &mut Numbering) -> R {
+    fn converted(&self, field: &Field<'_>, args: FieldArgs<'_>, numbering: &mut Numbering) -> R {
         let value = self.field_value(field.name, args, numbering)?;
         let conversion = match field.conversion {
             None => Conversion::None,
@@ -283,7 +283,7 @@ impl Evaluator<'_> {
     fn field(
         &self,
         field: &Field<'_>,
-        args: Source<'_>,
+        args: FieldArgs<'_>,
         numbering: &mut Numbering,
         depth: u32,
         out: &mut String,
@@ -298,15 +298,15 @@ impl Evaluator<'_> {
         self.format_into(&value, &resolved, out)
     }
 
-    fn field_value(&self, name: &str, args: Source<'_>, numbering: &mut Numbering) -> R {
+    fn field_value(&self, name: &str, args: FieldArgs<'_>, numbering: &mut Numbering) -> R {
         self.check_name(name)?;
         let first_end = name.find(['.', '[']).unwrap_or(name.len());
         let (first, mut path) = name.split_at(first_end);
         let mut value = self.first_value(first, args, numbering)?;
         while let Some((step, rest)) = self.path_step(path)? {
             value = match step {
-                Step::Attribute(name) => self.attribute(&value, *self.ask_name(name)?)?,
-                Step::Item(key) => self.item(&value, &key)?,
+                PathStep::Attribute(name) => self.attribute(&value, *self.ask_name(name)?)?,
+                PathStep::Item(key) => self.item(&value, &key)?,
             };
             path = rest;
         }
@@ -314,7 +314,7 @@ impl Evaluator<'_> {
     }
 
     /// The first step of a path from a value to a part of it, and the path behind it; None at its end.
-    fn path_step<'t>(&self, path: &'t str) -> R<Option<(Step<'t>, &'t str)>> {
+    fn path_step<'t>(&self, path: &'t str) -> R<Option<(PathStep<'t>, &'t str)>> {
         if path.is_empty() {
             return Ok(None);
         }
@@ -323,7 +323,7 @@ impl Evaluator<'_> {
             if end == 0 {
                 return Err(self.value_error("Empty attribute in format string"));
             }
-            return Ok(Some((Step::Attribute(&after[..end]), &after[end..])));
+            return Ok(Some((PathStep::Attribute(&after[..end]), &after[end..])));
         }
         let Some(after) = path.strip_prefix('[') else {
             let text = "Only '.' or '[' may follow ']' in format field specifier";
@@ -345,10 +345,10 @@ impl Evaluator<'_> {
             }
             _ => Value::str(key),
         };
-        Ok(Some((Step::Item(key), &after[end + 1..])))
+        Ok(Some((PathStep::Item(key), &after[end + 1..])))
     }
 
-    fn first_value(&self, name: &str, args: Source<'_>, numbering: &mut Numbering) -> R {
+    fn first_value(&self, name: &str, args: FieldArgs<'_>, numbering: &mut Numbering) -> R {
         let index = if name.is_empty() {
             let next = match numbering {
                 Numbering::Undecided => 0,

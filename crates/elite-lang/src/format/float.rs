@@ -88,7 +88,7 @@ pub fn complex_repr(re: f64, im: f64) -> String {
 
 /// A number in a format: what a double has of digits, then so many zeros, then what follows them.
 #[derive(Debug, Default, PartialEq)]
-pub struct Digits {
+pub struct FloatText {
     /// Up to the last exact digit.
     pub head: String,
     /// Further decimals, which are zero; there may be any number of them.
@@ -97,17 +97,17 @@ pub struct Digits {
     pub tail: String,
 }
 
-impl Digits {
+impl FloatText {
     fn plain(head: impl Into<String>) -> Self {
-        Digits {
+        FloatText {
             head: head.into(),
-            ..Digits::default()
+            ..FloatText::default()
         }
     }
 
     /// With big letters.
     pub fn to_uppercase(&self) -> Self {
-        Digits {
+        FloatText {
             head: self.head.to_uppercase(),
             zeros: self.zeros,
             tail: self.tail.to_uppercase(),
@@ -116,10 +116,10 @@ impl Digits {
 }
 
 /// `f` format of a non-negative number.
-pub fn fixed(value: f64, precision: usize, alternate: bool) -> Digits {
+pub fn fixed(value: f64, precision: usize, alternate: bool) -> FloatText {
     let mut head = String::new();
     let zeros = push_fixed(value, precision, alternate, &mut head);
-    Digits {
+    FloatText {
         head,
         zeros,
         tail: String::new(),
@@ -192,16 +192,16 @@ fn push_fixed_by_integers(value: f64, precision: usize, out: &mut String) -> boo
 }
 
 /// `e` format of a non-negative number.
-pub fn exponent(value: f64, precision: usize, alternate: bool) -> Digits {
+pub fn exponent(value: f64, precision: usize, alternate: bool) -> FloatText {
     if let Some(text) = not_finite(value) {
-        return Digits::plain(text);
+        return FloatText::plain(text);
     }
     let text = format!("{value:.*e}", precision.min(EXACT));
     let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
     let exponent: i32 = exponent.parse().unwrap_or(0);
     let point = if alternate && precision == 0 { "." } else { "" };
     let sign = if exponent < 0 { '-' } else { '+' };
-    Digits {
+    FloatText {
         head: format!("{digits}{point}"),
         zeros: zeros_beyond(precision),
         tail: format!("e{sign}{:02}", exponent.abs()),
@@ -210,9 +210,9 @@ pub fn exponent(value: f64, precision: usize, alternate: bool) -> Digits {
 
 /// `g` format of a non-negative number with `precision` significant digits. With `with_point` (no type given) the
 /// result always looks like a float.
-pub fn general(value: f64, precision: usize, alternate: bool, with_point: bool) -> Digits {
+pub fn general(value: f64, precision: usize, alternate: bool, with_point: bool) -> FloatText {
     if let Some(text) = not_finite(value) {
-        return Digits::plain(text);
+        return FloatText::plain(text);
     }
     // The exponent after rounding to the precision decides between the layouts.
     let rounded = format!("{value:.*e}", (precision - 1).min(EXACT));
@@ -226,7 +226,7 @@ pub fn general(value: f64, precision: usize, alternate: bool, with_point: bool) 
             return digits;
         }
         // Without the alternate form there are no more digits than exact ones.
-        return Digits {
+        return FloatText {
             head: trim_zeros(&digits.head).to_owned(),
             ..digits
         };
@@ -240,7 +240,7 @@ pub fn general(value: f64, precision: usize, alternate: bool, with_point: bool) 
         return digits;
     }
     let text = trim_zeros(&digits.head).to_owned();
-    Digits::plain(if with_point && !text.contains('.') {
+    FloatText::plain(if with_point && !text.contains('.') {
         text + ".0"
     } else {
         text
@@ -360,7 +360,7 @@ mod tests {
                 let general = format!("{value:.precision$}");
                 assert_eq!(
                     fixed(value, precision, false),
-                    Digits::plain(general),
+                    FloatText::plain(general),
                     "{value:e} {precision}"
                 );
             }

@@ -1,6 +1,6 @@
 //! Numbers by a specification: they are written where they go and filled up to the width there.
 
-use super::float::Digits;
+use super::float::FloatText;
 use super::{Spec, float, pad, unknown_kind};
 use crate::eval::Evaluator;
 use crate::eval::bulk::EACH;
@@ -47,7 +47,14 @@ pub(super) fn integer(
     let sign = sign_of(int.is_negative(), spec);
     let prefix = if spec.alternate { prefix } else { "" };
     let sign = format!("{sign}{prefix}");
-    grouped_number(&sign, (&digits, &Digits::default()), every, spec, ev, out)
+    grouped_number(
+        &sign,
+        (&digits, &FloatText::default()),
+        every,
+        spec,
+        ev,
+        out,
+    )
 }
 
 fn character(int: &Int, spec: &Spec, ev: &Evaluator<'_>, out: &mut String) -> R<()> {
@@ -184,7 +191,7 @@ pub(super) fn real(
         sign_of(negative, spec),
         (
             digits,
-            &Digits {
+            &FloatText {
                 head: fraction.to_owned(),
                 zeros: body.zeros,
                 tail: body.tail.clone(),
@@ -197,7 +204,7 @@ pub(super) fn real(
     )
 }
 
-fn push_digits_of(digits: &Digits, ev: &Evaluator<'_>, out: &mut String) -> R<()> {
+fn push_digits_of(digits: &FloatText, ev: &Evaluator<'_>, out: &mut String) -> R<()> {
     out.push_str(&digits.head);
     ev.push_repeated(out, "0", digits.zeros)?;
     out.push_str(&digits.tail);
@@ -205,14 +212,14 @@ fn push_digits_of(digits: &Digits, ev: &Evaluator<'_>, out: &mut String) -> R<()
 }
 
 /// The digits of a non-negative float as the specification wants them.
-fn real_body(value: f64, spec: &Spec, type_name: &str, ev: &Evaluator<'_>) -> R<Digits> {
+fn real_body(value: f64, spec: &Spec, type_name: &str, ev: &Evaluator<'_>) -> R<FloatText> {
     let precision = spec.precision.unwrap_or(6);
     let alternate = spec.alternate;
     Ok(match spec.kind {
         None => match spec.precision {
-            None => Digits {
+            None => FloatText {
                 head: float::repr(value),
-                ..Digits::default()
+                ..FloatText::default()
             },
             Some(precision) => float::general(value, precision.max(1), alternate, true),
         },
@@ -222,7 +229,7 @@ fn real_body(value: f64, spec: &Spec, type_name: &str, ev: &Evaluator<'_>) -> R<
         Some('E') => float::exponent(value, precision, alternate).to_uppercase(),
         Some('g' | 'n') => float::general(value, precision.max(1), alternate, false),
         Some('G') => float::general(value, precision.max(1), alternate, false).to_uppercase(),
-        Some('%') => Digits {
+        Some('%') => FloatText {
             tail: "%".to_owned(),
             ..float::fixed(value * 100.0, precision, alternate)
         },
@@ -279,7 +286,7 @@ pub(super) fn complex(
 /// Appends sign, digits (grouped) and the rest, padded to the width.
 fn grouped_number(
     sign: &str,
-    (digits, rest): (&str, &Digits),
+    (digits, rest): (&str, &FloatText),
     every: usize,
     spec: &Spec,
     ev: &Evaluator<'_>,

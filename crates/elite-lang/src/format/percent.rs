@@ -13,7 +13,7 @@ use crate::value::{Bytes, Instance, R, Raised, Value};
 
 /// A conversion specifier: `%[(key)][flags][width][.precision]type`.
 #[derive(Default)]
-struct Conversion {
+struct PercentSpec {
     left: bool,
     plus: bool,
     blank: bool,
@@ -24,7 +24,7 @@ struct Conversion {
 }
 
 /// Where the values come from.
-struct Source<'v> {
+struct PercentArgs<'v> {
     mapping: Option<&'v Value>,
     items: &'v [Value],
     next: usize,
@@ -34,9 +34,9 @@ struct Source<'v> {
     what: &'static str,
 }
 
-impl<'v> Source<'v> {
+impl<'v> PercentArgs<'v> {
     fn of_items(items: &'v [Value], what: &'static str) -> Self {
-        Source {
+        PercentArgs {
             mapping: None,
             items,
             next: 0,
@@ -47,7 +47,7 @@ impl<'v> Source<'v> {
 
     fn of(args: &'v Value, what: &'static str) -> Self {
         if let Value::Tuple(tuple) = args {
-            return Source::of_items(tuple.items(), what);
+            return PercentArgs::of_items(tuple.items(), what);
         }
         // Anything with items counts, as in CPython.
         let is_mapping = matches!(
@@ -56,9 +56,9 @@ impl<'v> Source<'v> {
         ) || what != "bytes"
             && matches!(args, Value::Bytes(_) | Value::ByteArray(_))
             || matches!(args, Value::Instance(instance) if has_items(instance, what));
-        Source {
+        PercentArgs {
             mapping: is_mapping.then_some(args),
-            ..Source::of_items(std::slice::from_ref(args), what)
+            ..PercentArgs::of_items(std::slice::from_ref(args), what)
         }
     }
 
@@ -95,14 +95,14 @@ impl Evaluator<'_> {
     fn percent_format(&self, format: &str, args: &Value) -> R<String> {
         let mut out = String::with_capacity(format.len() + 16);
         let args = self.arguments(args);
-        self.percent(format, Source::of(&args, "string"), &mut out)?;
+        self.percent(format, PercentArgs::of(&args, "string"), &mut out)?;
         Ok(out)
     }
 
     /// `format % (item, …)`
     pub fn percent_format_items(&self, format: &str, items: &[Value]) -> R<String> {
         let mut out = String::with_capacity(format.len() + 16);
-        self.percent(format, Source::of_items(items, "string"), &mut out)?;
+        self.percent(format, PercentArgs::of_items(items, "string"), &mut out)?;
         Ok(out)
     }
 
@@ -112,7 +112,7 @@ impl Evaluator<'_> {
         let text = self.of_latin1(&data)?;
         let mut out = String::new();
         let args = self.arguments(args);
-        self.percent(&text, Source::of(&args, "bytes"), &mut out)?;
+        self.percent(&text, PercentArgs::of(&args, "bytes"), &mut out)?;
         let mut data = Vec::new();
         self.grow(&mut data, out.len())?;
         for piece in pieces(&out) {
@@ -131,7 +131,7 @@ impl Evaluator<'_> {
         })
     }
 
-    fn percent(&self, format: &str, mut source: Source<'_>, out: &mut String) -> R<()> {
+    fn percent(&self, format: &str, mut source: PercentArgs<'_>, out: &mut String) -> R<()> {
         let mut rest = format;
         while let Some(percent) = self.find_bytes(rest.as_bytes(), b"%")? {
             self.push_text(out, &rest[..percent])?;
@@ -150,7 +150,7 @@ impl Evaluator<'_> {
         self.check_allocation(out.len())
     }
 
-    fn next_argument(&self, source: &mut Source<'_>) -> R {
+    fn next_argument(&self, source: &mut PercentArgs<'_>) -> R {
         if source.keyed {
             return Err(self.type_error("not enough arguments for format string"));
         }
@@ -165,7 +165,7 @@ impl Evaluator<'_> {
         text_after: &'t str,
         format: &str,
         at: usize,
-        source: &mut Source<'_>,
+        source: &mut PercentArgs<'_>,
         out: &mut String,
     ) -> R<&'t str> {
         let mut rest = text_after;
@@ -187,7 +187,7 @@ impl Evaluator<'_> {
             keyed = Some(self.item(mapping, &key)?);
             rest = &after[end + 1..];
         }
-        let mut conversion = Conversion::default();
+        let mut conversion = PercentSpec::default();
         while let Some(flag) = rest.chars().next() {
             self.worked(EACH)?;
             match flag {
@@ -317,7 +317,7 @@ impl Evaluator<'_> {
     }
 
     /// A width: digits, or `*` for the next argument.
-    fn width(&self, rest: &mut &str, source: &mut Source<'_>) -> R<i64> {
+    fn width(&self, rest: &mut &str, source: &mut PercentArgs<'_>) -> R<i64> {
         if let Some(value) = self.starred(rest, source)? {
             return self.index(&value);
         }
@@ -326,7 +326,7 @@ impl Evaluator<'_> {
     }
 
     /// A precision, which is an `int` of C.
-    fn precision(&self, rest: &mut &str, source: &mut Source<'_>) -> R<i32> {
+    fn precision(&self, rest: &mut &str, source: &mut PercentArgs<'_>) -> R<i32> {
         if let Some(value) = self.starred(rest, source)? {
             return self.c_int(&value);
         }
@@ -340,7 +340,7 @@ impl Evaluator<'_> {
     }
 
     /// The next argument, if `*` stands here.
-    fn starred(&self, rest: &mut &str, source: &mut Source<'_>) -> R<Option<Value>> {
+    fn starred(&self, rest: &mut &str, source: &mut PercentArgs<'_>) -> R<Option<Value>> {
         let Some(after) = rest.strip_prefix('*') else {
             return Ok(None);
         };
@@ -373,7 +373,7 @@ impl Evaluator<'_> {
     fn convert_percent(
         &self,
         kind: char,
-        conversion: &Conversion,
+        conversion: &PercentSpec,
         value: &Value,
         out: &mut String,
     ) -> R<()> {

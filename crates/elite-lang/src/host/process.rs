@@ -9,7 +9,7 @@ use super::ThreadId;
 
 /// Where a standard stream of a process goes.
 #[derive(Debug)]
-pub enum Stream {
+pub enum StdioTarget {
     /// Where the controller's own goes; for input: nothing.
     Inherit,
     /// Nowhere.
@@ -24,7 +24,7 @@ pub enum Stream {
 
 /// A process to start.
 #[derive(Debug)]
-pub struct Command {
+pub struct ProcessCommand {
     /// The program and its arguments; at least one.
     pub words: Vec<String>,
     /// The folder it runs in.
@@ -32,18 +32,18 @@ pub struct Command {
     /// Its environment, if not the controller's.
     pub environment: Option<Vec<(String, String)>>,
     /// Standard input.
-    pub input: Stream,
+    pub input: StdioTarget,
     /// Standard output.
-    pub output: Stream,
+    pub output: StdioTarget,
     /// Standard error.
-    pub errors: Stream,
+    pub errors: StdioTarget,
 }
 
 /// The processes that programs may start and signal.
 #[allow(clippy::missing_errors_doc)]
 pub trait HostProcesses {
     /// Starts a process. It is killed at the end of the task, with what it has started.
-    fn spawn(&self, command: Command) -> io::Result<Rc<dyn HostProcess>>;
+    fn spawn(&self, command: ProcessCommand) -> io::Result<Rc<dyn HostProcess>>;
     /// Sends a signal to any process.
     fn signal(&self, process: i32, signal: i32) -> io::Result<()>;
     /// Sends a signal to a group of processes.
@@ -54,7 +54,7 @@ pub trait HostProcesses {
 
 /// An output of a process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Output {
+pub enum OutputStream {
     /// Standard output.
     Output,
     /// Standard error.
@@ -71,7 +71,7 @@ pub trait HostProcess: Debug {
     /// Sends it a signal; one that has ended gets none.
     fn signal(&self, signal: i32) -> io::Result<()>;
     /// Takes what it has written; empty at the end, `WouldBlock` while there is nothing.
-    fn read(&self, stream: Output, most: usize) -> io::Result<Vec<u8>>;
+    fn read(&self, stream: OutputStream, most: usize) -> io::Result<Vec<u8>>;
     /// Gives it input; `WouldBlock` while there is no room.
     fn write(&self, data: &[u8]) -> io::Result<usize>;
     /// The end of its input.

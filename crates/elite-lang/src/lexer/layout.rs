@@ -1,6 +1,6 @@
 //! Lines and blocks: indentation, `end`, line ends. A part of the lexer.
 
-use super::oneline::{OneLine, PartKind};
+use super::oneline::{LinePartKind, OneLineForm};
 use super::{Lexer, TokenKind};
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
@@ -13,16 +13,16 @@ const LINE: usize = 64;
 
 /// Where the lexer stands with respect to lines and blocks.
 #[derive(Default)]
-pub(super) struct Layout {
+pub(super) struct IndentState {
     /// Columns of the open blocks; the outermost, column 0, is not stored.
     columns: Vec<u32>,
     /// False only before the first token of a logical line.
     inside_line: bool,
-    one_line: Option<OneLine>,
+    one_line: Option<OneLineForm>,
     warned_about_tabs: bool,
 }
 
-impl Layout {
+impl IndentState {
     pub(super) fn at_line_start(&self) -> bool {
         !self.inside_line
     }
@@ -75,7 +75,8 @@ impl Lexer<'_> {
         }
         self.settle_directives();
         let mut column = self.column_after(&self.text[start..self.at], start);
-        self.layout.one_line = OneLine::scan(self.text, (self.at, self.end), column, self.budget);
+        self.layout.one_line =
+            OneLineForm::scan(self.text, (self.at, self.end), column, self.budget);
         if column == 0 {
             column = self.column_behind_backslashes();
         }
@@ -291,7 +292,10 @@ impl Lexer<'_> {
             one_line.synthetic += 1;
             self.push(TokenKind::Indent, at, at);
         }
-        let closes = matches!(part.kind, PartKind::Continuation | PartKind::Terminator);
+        let closes = matches!(
+            part.kind,
+            LinePartKind::Continuation | LinePartKind::Terminator
+        );
         if let Some(one_line) = &mut self.layout.one_line
             && closes
             && one_line.synthetic > 0

@@ -11,8 +11,8 @@ pub use directive::Directive;
 pub use token::{Token, TokenKind};
 
 use crate::diagnostic::Diagnostic;
-use crate::findings::{Findings, quoted};
-use crate::limits::memory::Budget;
+use crate::findings::{DiagnosticList, quoted};
+use crate::limits::memory::WorkBudget;
 use crate::source::{SourceFile, Span};
 
 /// Work for one character, and bytes of long tokens that are looked at at once.
@@ -26,7 +26,7 @@ pub struct Tokens {
     /// The tokens.
     pub tokens: Vec<Token>,
     /// Errors and warnings.
-    pub diagnostics: Findings,
+    pub diagnostics: DiagnosticList,
     /// Offsets at which a line was cut short because a bracket in it is never closed.
     pub cuts: Vec<u32>,
     /// The directives, in the order of the text.
@@ -34,14 +34,14 @@ pub struct Tokens {
 }
 
 /// What is said of a text whose tokens or tree would take more than `budget`.
-pub(crate) fn too_large(budget: &Budget<'_>) -> Diagnostic {
+pub(crate) fn too_large(budget: &WorkBudget<'_>) -> Diagnostic {
     let most = budget.most() >> 20;
     let message = format!("the text is too large: to read it would take more than {most} MiB");
     Diagnostic::error("too-large", Span::default(), message)
 }
 
 /// Lexes a whole file. A text whose tokens would take more than `budget` has none, and one error.
-pub(crate) fn lex(file: &SourceFile, budget: &Budget<'_>) -> Tokens {
+pub(crate) fn lex(file: &SourceFile, budget: &WorkBudget<'_>) -> Tokens {
     let mut lexer = Lexer::new(file.text(), 0, file.text().len(), budget);
     lexer.takes_directives = true;
     lexer.run();
@@ -50,7 +50,7 @@ pub(crate) fn lex(file: &SourceFile, budget: &Budget<'_>) -> Tokens {
 
 /// Lexes a single expression that lies at `span` of a file (a replacement field of an f-string): line ends and
 /// indentation mean nothing, as between brackets.
-pub(crate) fn lex_expression(file: &SourceFile, span: Span, budget: &Budget<'_>) -> Tokens {
+pub(crate) fn lex_expression(file: &SourceFile, span: Span, budget: &WorkBudget<'_>) -> Tokens {
     let mut lexer = Lexer::new(file.text(), span.start as usize, span.end as usize, budget);
     lexer.brackets.push((TokenKind::LeftParen, span));
     lexer.run_expression();
@@ -62,7 +62,7 @@ struct Lexer<'t> {
     at: usize,
     end: usize,
     tokens: Vec<Token>,
-    diagnostics: Findings,
+    diagnostics: DiagnosticList,
     /// Open brackets, innermost last.
     brackets: Vec<(TokenKind, Span)>,
     cuts: Vec<u32>,
@@ -72,20 +72,20 @@ struct Lexer<'t> {
     /// A program is read, not an expression.
     takes_directives: bool,
     /// What tokens and tree may take.
-    budget: &'t Budget<'t>,
+    budget: &'t WorkBudget<'t>,
     /// The tokens take more than that; the rest of the text is not looked at.
     is_full: bool,
-    layout: layout::Layout,
+    layout: layout::IndentState,
 }
 
 impl<'t> Lexer<'t> {
-    fn new(text: &'t str, start: usize, end: usize, budget: &'t Budget<'t>) -> Self {
+    fn new(text: &'t str, start: usize, end: usize, budget: &'t WorkBudget<'t>) -> Self {
         let start = if start == 0 && text.starts_with('\u{feff}') {
             '\u{feff}'.len_utf8()
         } else {
             start
         };
-        let (tokens, diagnostics, brackets) = (Vec::new(), Findings::default(), Vec::new());
+        let (tokens, diagnostics, brackets) = (Vec::new(), DiagnosticList::default(), Vec::new());
         Lexer {
             text,
             at: start,
@@ -99,7 +99,7 @@ impl<'t> Lexer<'t> {
             takes_directives: false,
             budget,
             is_full: false,
-            layout: layout::Layout::default(),
+            layout: layout::IndentState::default(),
         }
     }
 

@@ -1,14 +1,14 @@
 //! The one-line form `def f():; a(); b();end;` (manual 2.1.1, language.md 4.2): where its parts start and how
 //! blocks are read from them. A part of the lexer; makes no tokens itself.
 
-use crate::limits::memory::Budget;
+use crate::limits::memory::WorkBudget;
 
 /// Work for one byte.
 const BYTE: usize = 4;
 
 /// One physical line in which a `;` stands for a line end.
-pub(super) struct OneLine {
-    parts: Vec<Part>,
+pub(super) struct OneLineForm {
+    parts: Vec<LinePart>,
     /// Blocks cannot be read from blanks, so they are read from headers and `end`.
     pub(super) by_terminators: bool,
     /// Only by terminators: the part before was a header, the next one opens its block.
@@ -19,7 +19,7 @@ pub(super) struct OneLine {
 
 /// What a part does to the blocks around it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum PartKind {
+pub(super) enum LinePartKind {
     Plain,
     /// `else`, `elif`, `except`, `finally`.
     Continuation,
@@ -28,23 +28,23 @@ pub(super) enum PartKind {
 }
 
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Part {
+pub(super) struct LinePart {
     start: usize,
     pub(super) column: u32,
-    pub(super) kind: PartKind,
+    pub(super) kind: LinePartKind,
     /// It ends with `:`.
     pub(super) is_header: bool,
 }
 
-impl OneLine {
+impl OneLineForm {
     /// Looks at the physical line that starts at `start` (after its indentation, which reaches `column`).
     /// None if it is not in this form, which is the case unless a part ends with `:` before a `;`.
     pub(super) fn scan(
         text: &str,
         (start, end): (usize, usize),
         column: u32,
-        budget: &Budget<'_>,
-    ) -> Option<OneLine> {
+        budget: &WorkBudget<'_>,
+    ) -> Option<OneLineForm> {
         let line = &text[start..end];
         let line = &line[..line.find(['\n', '\r']).unwrap_or(line.len())];
         // Cheap test first: nearly every line ends here.
@@ -59,7 +59,7 @@ impl OneLine {
         }
         let by_terminators = !blocks_by_columns(&parts);
         let header_open = parts.first().is_some_and(|part| part.is_header);
-        Some(OneLine {
+        Some(OneLineForm {
             parts,
             by_terminators,
             header_open,
@@ -67,7 +67,7 @@ impl OneLine {
         })
     }
 
-    pub(super) fn part_at(&self, at: usize) -> Option<Part> {
+    pub(super) fn part_at(&self, at: usize) -> Option<LinePart> {
         let index = self.parts.binary_search_by_key(&at, |part| part.start);
         index.ok().map(|index| self.parts[index])
     }
@@ -75,7 +75,7 @@ impl OneLine {
 
 /// Splits at `;` outside strings, brackets and comments; empty parts are dropped. The column of the first part is
 /// that of the line, every `;` starts a new line whose indentation is the blanks after it.
-fn split(line: &str, offset: usize, column: u32, budget: &Budget<'_>) -> Vec<Part> {
+fn split(line: &str, offset: usize, column: u32, budget: &WorkBudget<'_>) -> Vec<LinePart> {
     let bytes = line.as_bytes();
     let mut parts = Vec::new();
     let mut depth = 0u32;
@@ -112,14 +112,14 @@ fn split(line: &str, offset: usize, column: u32, budget: &Budget<'_>) -> Vec<Par
     parts
 }
 
-fn part(content: &str, start: usize, column: u32) -> Option<Part> {
+fn part(content: &str, start: usize, column: u32) -> Option<LinePart> {
     let word = content.split(|c| !super::names::continues_name(c)).next()?;
     let kind = match word {
-        _ if content == "end" => PartKind::Terminator,
-        "else" | "elif" | "except" | "finally" => PartKind::Continuation,
-        _ => PartKind::Plain,
+        _ if content == "end" => LinePartKind::Terminator,
+        "else" | "elif" | "except" | "finally" => LinePartKind::Continuation,
+        _ => LinePartKind::Plain,
     };
-    (!content.is_empty()).then_some(Part {
+    (!content.is_empty()).then_some(LinePart {
         start,
         column,
         kind,
@@ -142,7 +142,7 @@ fn skip_string(bytes: &[u8], start: usize) -> usize {
 }
 
 /// Whether the columns of the parts make blocks as those of lines would.
-fn blocks_by_columns(parts: &[Part]) -> bool {
+fn blocks_by_columns(parts: &[LinePart]) -> bool {
     let mut open: Vec<u32> = Vec::new();
     let mut header = true;
     for part in parts {

@@ -18,7 +18,7 @@ use std::cell::Cell;
 use platform::memory::{self as pages, PAGE, System};
 use platform::overflow::touch_ahead;
 
-use super::shelves::{self, Size};
+use super::shelves::{self, SizeClass};
 
 /// Hands requests to the system and counts them.
 pub struct CountingAllocator;
@@ -26,7 +26,7 @@ pub struct CountingAllocator;
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
-struct Account {
+struct ThreadAccount {
     /// Bytes that this thread has from the system, those on its shelves included; less than nothing if it frees what others
     /// have made.
     taken: Cell<isize>,
@@ -43,8 +43,8 @@ struct Account {
 }
 
 thread_local! {
-    static ACCOUNT: Account = const {
-        Account {
+    static ACCOUNT: ThreadAccount = const {
+        ThreadAccount {
             taken: Cell::new(0),
             alarm: Cell::new(isize::MAX),
             fuel: Cell::new(0),
@@ -80,7 +80,7 @@ fn cost(size: usize, align: usize) -> isize {
 /// How the system aligns what it is asked for without more words.
 const ALIGN: usize = 16;
 
-impl Account {
+impl ThreadAccount {
     #[inline(always)]
     fn add(&self, bytes: isize) {
         let taken = self.taken.get() + bytes;
@@ -118,7 +118,7 @@ unsafe fn alloc_anew(layout: Layout) -> *mut u8 {
     let block = if is_mapped(layout.size(), layout.align()) {
         pages::map(layout.size())
     } else {
-        let whole = Size::of(layout).map_or(layout, Size::layout);
+        let whole = SizeClass::of(layout).map_or(layout, SizeClass::layout);
         // SAFETY: the caller's promises; a layout of a shelf is not empty.
         unsafe { System.alloc(whole) }
     };
@@ -136,7 +136,7 @@ unsafe fn alloc_anew(layout: Layout) -> *mut u8 {
 unsafe impl GlobalAlloc for CountingAllocator {
     #[inline]
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        if let Some(size) = Size::of(layout) {
+        if let Some(size) = SizeClass::of(layout) {
             let block = shelves::take(size);
             if !block.is_null() {
                 return block;
@@ -148,7 +148,7 @@ unsafe impl GlobalAlloc for CountingAllocator {
 
     #[inline]
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        if Size::of(layout).is_none() {
+        if SizeClass::of(layout).is_none() {
             touch_ahead();
             let block = if is_mapped(layout.size(), layout.align()) {
                 // Fresh pages are zero.
@@ -174,7 +174,7 @@ unsafe impl GlobalAlloc for CountingAllocator {
 
     #[inline]
     unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
-        if let Some(size) = Size::of(layout) {
+        if let Some(size) = SizeClass::of(layout) {
             // SAFETY: the block was made for this layout, so for this size, and nobody uses it any more.
             return unsafe { shelves::put(block, size) };
         }
@@ -193,7 +193,7 @@ unsafe impl GlobalAlloc for CountingAllocator {
     unsafe fn realloc(&self, block: *mut u8, layout: Layout, size: usize) -> *mut u8 {
         // SAFETY: the caller says that the size is one a layout can have with this alignment.
         let new = unsafe { Layout::from_size_align_unchecked(size, layout.align()) };
-        if Size::of(layout).is_none() && Size::of(new).is_none() {
+        if SizeClass::of(layout).is_none() && SizeClass::of(new).is_none() {
             touch_ahead();
             let is_mapped =
                 is_mapped(layout.size(), layout.align()) || is_mapped(size, layout.align());
@@ -235,7 +235,7 @@ pub(crate) fn put_off(on: bool) {
 /// As `pages::unmap`.
 #[allow(unsafe_code)]
 unsafe fn give_back(block: *mut u8, size: usize) {
-    let later = |account: &Account| {
+    let later = |account: &ThreadAccount| {
         let is_put_off = size > AT_ONCE && account.puts_off.get();
         if is_put_off {
             // SAFETY: the caller's promise.
@@ -312,11 +312,11 @@ pub(crate) fn let_go(bytes: usize) {
 /// else is made here and freed elsewhere, or the other way round.
 pub fn outside<T>(work: impl FnOnce() -> T) -> T {
     /// Puts the account back, also when `work` unwinds.
-    struct Back {
+    struct RestoreAccount {
         held: isize,
         alarm: isize,
     }
-    impl Drop for Back {
+    impl Drop for RestoreAccount {
         fn drop(&mut self) {
             let _ = ACCOUNT.try_with(|account| {
                 account.taken.set(self.held + shelves::cost());
@@ -325,7 +325,7 @@ pub fn outside<T>(work: impl FnOnce() -> T) -> T {
         }
     }
     let held = held();
-    let back = ACCOUNT.with(|account| Back {
+    let back = ACCOUNT.with(|account| RestoreAccount {
         held,
         alarm: account.alarm.replace(isize::MAX),
     });
@@ -343,7 +343,7 @@ pub fn copied<T: Clone>(work: impl FnOnce() -> T) -> T {
 }
 
 /// What work on a text may take on this thread: bytes that it comes to hold, and time until others have their turn.
-pub(crate) struct Budget<'p> {
+pub(crate) struct WorkBudget<'p> {
     base: Cell<isize>,
     most: usize,
     /// Units of work (`eval::pace`) since the last pause.
@@ -358,10 +358,10 @@ pub(crate) const DROP: usize = 96;
 /// Work after which a pause is asked for.
 const PAUSE_AFTER: usize = 1 << 13;
 
-impl<'p> Budget<'p> {
+impl<'p> WorkBudget<'p> {
     /// `most` bytes more than this thread holds now, and no pauses.
     pub(crate) fn of(most: usize) -> Self {
-        Budget {
+        WorkBudget {
             base: Cell::new(held()),
             most,
             work: Cell::new(0),
@@ -372,9 +372,9 @@ impl<'p> Budget<'p> {
 
     /// The same with pauses: `pause` is told how much work has been done, and says whether to go on.
     pub(crate) fn with_pauses(most: usize, pause: &'p dyn Fn(usize) -> bool) -> Self {
-        Budget {
+        WorkBudget {
             pause: Some(pause),
-            ..Budget::of(most)
+            ..WorkBudget::of(most)
         }
     }
 
@@ -477,7 +477,7 @@ pub(crate) fn set_fuel(fuel: u32) {
 
 /// Gives back some of what `put_off` has left; whether there is more.
 pub(crate) fn tidy() -> bool {
-    let given_back = |account: &Account| {
+    let given_back = |account: &ThreadAccount| {
         let left = account.left.get().without(AT_ONCE);
         account.left.set(left);
         !left.is_empty()

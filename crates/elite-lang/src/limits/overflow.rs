@@ -11,10 +11,10 @@ use corosensei::Yielder;
 use corosensei::stack::{DefaultStack, Stack};
 use platform::overflow::{Refuge, change_refuge};
 
-use crate::eval::coroutine::{Request, Resume};
+use crate::eval::coroutine::{Resume, SuspendRequest};
 
 /// Where a script thread can be suspended from any place in it; null before it has begun.
-pub(crate) type Exit = Cell<*const Yielder<Resume, Request>>;
+pub(crate) type Exit = Cell<*const Yielder<Resume, SuspendRequest>>;
 
 /// Enough to suspend a coroutine.
 const REFUGE_STACK: usize = 32 << 10;
@@ -75,7 +75,7 @@ extern "C" fn leave() -> ! {
     #[allow(unsafe_code)]
     unsafe {
         if let Some(yielder) = EXIT.get().as_ref().and_then(|exit| exit.get().as_ref()) {
-            yielder.suspend(Request::Overflow);
+            yielder.suspend(SuspendRequest::Overflow);
         }
     }
     // Nobody resumes it.

@@ -18,14 +18,14 @@ const SHELF: usize = 32 << 10;
 
 /// One of the small sizes.
 #[derive(Clone, Copy)]
-pub(super) struct Size(usize);
+pub(super) struct SizeClass(usize);
 
-impl Size {
+impl SizeClass {
     /// The size of a block for this layout; None if it is not small, or aligned more than usual.
     #[inline(always)]
-    pub(super) fn of(layout: Layout) -> Option<Size> {
+    pub(super) fn of(layout: Layout) -> Option<SizeClass> {
         let index = layout.size().saturating_sub(1) / 16;
-        (index < SIZES && layout.align() <= 16).then_some(Size(index))
+        (index < SIZES && layout.align() <= 16).then_some(SizeClass(index))
     }
 
     #[inline(always)]
@@ -56,42 +56,42 @@ impl Size {
 }
 
 /// A block on a shelf: its first word leads to the next one.
-struct Block {
-    next: *mut Block,
+struct FreeBlock {
+    next: *mut FreeBlock,
 }
 
 /// The blocks of one size.
-struct Shelf {
-    first: Cell<*mut Block>,
+struct FreeList {
+    first: Cell<*mut FreeBlock>,
     /// Blocks that may still be put there.
     room: Cell<usize>,
 }
 
-struct Shelves([Shelf; SIZES]);
+struct FreeLists([FreeList; SIZES]);
 
 /// Empty shelves.
-const fn empty() -> [Shelf; SIZES] {
+const fn empty() -> [FreeList; SIZES] {
     let mut shelves = [const {
-        Shelf {
+        FreeList {
             first: Cell::new(null_mut()),
             room: Cell::new(0),
         }
     }; SIZES];
     let mut index = 0;
     while index < SIZES {
-        shelves[index].room = Cell::new(Size(index).most());
+        shelves[index].room = Cell::new(SizeClass(index).most());
         index += 1;
     }
     shelves
 }
 
 thread_local! {
-    static SHELVES: Shelves = const { Shelves(empty()) };
+    static SHELVES: FreeLists = const { FreeLists(empty()) };
 }
 
 /// A block of this size; null if none lies there.
 #[inline(always)]
-pub(super) fn take(size: Size) -> *mut u8 {
+pub(super) fn take(size: SizeClass) -> *mut u8 {
     let taken = SHELVES.try_with(|shelves| {
         let shelf = &shelves.0[size.0];
         let block = shelf.first.get();
@@ -112,16 +112,16 @@ pub(super) fn take(size: Size) -> *mut u8 {
 /// `block` comes from `take` with the same size, or from the system with the layout of the size, and nobody uses it any more.
 #[inline(always)]
 #[allow(unsafe_code)]
-pub(super) unsafe fn put(block: *mut u8, size: Size) {
+pub(super) unsafe fn put(block: *mut u8, size: SizeClass) {
     let kept = SHELVES.try_with(|shelves| {
         let shelf = &shelves.0[size.0];
         let Some(room) = shelf.room.get().checked_sub(1) else {
             return false;
         };
-        let block: *mut Block = block.cast();
+        let block: *mut FreeBlock = block.cast();
         // SAFETY: the block has at least one word, is aligned for it, and is ours.
         unsafe {
-            block.write(Block {
+            block.write(FreeBlock {
                 next: shelf.first.get(),
             });
         }
@@ -138,7 +138,7 @@ pub(super) unsafe fn put(block: *mut u8, size: Size) {
 #[cold]
 #[inline(never)]
 #[allow(unsafe_code)]
-unsafe fn give_back(block: *mut u8, size: Size) {
+unsafe fn give_back(block: *mut u8, size: SizeClass) {
     platform::overflow::touch_ahead();
     super::memory::let_go(size.cost() as usize);
     // SAFETY: the caller's promise.
@@ -147,10 +147,10 @@ unsafe fn give_back(block: *mut u8, size: Size) {
 
 /// What the blocks on the shelves of this thread cost.
 pub(super) fn cost() -> isize {
-    let cost = |shelves: &Shelves| {
+    let cost = |shelves: &FreeLists| {
         let each = shelves.0.iter().zip(0..).map(|(shelf, index)| {
-            let blocks = Size(index).most() - shelf.room.get();
-            blocks as isize * Size(index).cost()
+            let blocks = SizeClass(index).most() - shelf.room.get();
+            blocks as isize * SizeClass(index).cost()
         });
         each.sum()
     };
@@ -159,20 +159,20 @@ pub(super) fn cost() -> isize {
 
 /// Gives what lies on the shelves of this thread back to the system.
 pub(super) fn clear() {
-    let _ = SHELVES.try_with(Shelves::clear);
+    let _ = SHELVES.try_with(FreeLists::clear);
 }
 
-impl Shelves {
+impl FreeLists {
     fn clear(&self) {
         for (shelf, index) in self.0.iter().zip(0..) {
             let mut block = shelf.first.replace(null_mut());
-            shelf.room.set(Size(index).most());
+            shelf.room.set(SizeClass(index).most());
             while !block.is_null() {
                 // SAFETY: as in `take`; the shelf no longer has any of these blocks.
                 #[allow(unsafe_code)]
                 unsafe {
                     let next = (*block).next;
-                    give_back(block.cast(), Size(index));
+                    give_back(block.cast(), SizeClass(index));
                     block = next;
                 }
             }
@@ -180,7 +180,7 @@ impl Shelves {
     }
 }
 
-impl Drop for Shelves {
+impl Drop for FreeLists {
     fn drop(&mut self) {
         self.clear();
     }
@@ -196,15 +196,15 @@ mod tests {
     fn every_small_layout_fits_its_size_and_no_block_is_given_twice() {
         for bytes in 1..=16 * SIZES {
             let layout = Layout::from_size_align(bytes, 16).unwrap();
-            let size = Size::of(layout).unwrap();
+            let size = SizeClass::of(layout).unwrap();
             assert!(
                 size.bytes() >= bytes && size.bytes() < bytes + 16,
                 "{bytes}"
             );
             assert_eq!(size.cost(), rounded(bytes) as isize);
         }
-        assert!(Size::of(Layout::from_size_align(16 * SIZES + 1, 8).unwrap()).is_none());
-        assert!(Size::of(Layout::from_size_align(32, 32).unwrap()).is_none());
+        assert!(SizeClass::of(Layout::from_size_align(16 * SIZES + 1, 8).unwrap()).is_none());
+        assert!(SizeClass::of(Layout::from_size_align(32, 32).unwrap()).is_none());
         let mut blocks: Vec<Box<[u8; 40]>> = (0..5000).map(|_| Box::new([7; 40])).collect();
         let mut places: Vec<usize> = blocks.iter().map(|b| b.as_ptr() as usize).collect();
         places.sort_unstable();

@@ -29,13 +29,13 @@ pub struct CallArgument<'t> {
     /// The keyword it is given by.
     pub name: Option<&'t str>,
     /// What can be read of it.
-    pub value: Literal<'t>,
+    pub value: ArgumentLiteral<'t>,
     span: Span,
 }
 
 /// A value as far as the text tells it.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Literal<'t> {
+pub enum ArgumentLiteral<'t> {
     /// A whole number, with its sign.
     Integer(i64),
     /// Another number, with its sign.
@@ -45,7 +45,7 @@ pub enum Literal<'t> {
     /// A string.
     Text(&'t str),
     /// A list or tuple.
-    List(Vec<Literal<'t>>),
+    List(Vec<ArgumentLiteral<'t>>),
     /// The result of a function called by its plain name.
     CallOf(&'t str),
     /// Anything else.
@@ -70,12 +70,12 @@ pub type CallHook = fn(&CallSite<'_>) -> Vec<CallHint>;
 
 /// What was found about calls, with the name that each finding stands or falls with. Of each name the first ones are kept.
 #[derive(Debug, Default)]
-pub(crate) struct CallFindings {
+pub(crate) struct CallDiagnostics {
     kept: Vec<(Box<str>, Diagnostic)>,
     counts: HashMap<Box<str>, usize>,
 }
 
-impl CallFindings {
+impl CallDiagnostics {
     fn push(&mut self, name: &str, finding: Diagnostic) {
         let count = self.counts.entry(name.into()).or_default();
         if *count < FINDINGS_MAX {
@@ -95,7 +95,7 @@ impl CallFindings {
     }
 }
 
-pub(super) fn check(body: &[Stmt], known: &KnownNames, found: &mut CallFindings) {
+pub(super) fn check(body: &[Stmt], known: &KnownNames, found: &mut CallDiagnostics) {
     let Some(hook) = known.call_hook() else {
         return;
     };
@@ -107,7 +107,7 @@ pub(super) fn check(body: &[Stmt], known: &KnownNames, found: &mut CallFindings)
     }
 }
 
-fn expression(expr: &Expr, known: &KnownNames, hook: CallHook, found: &mut CallFindings) {
+fn expression(expr: &Expr, known: &KnownNames, hook: CallHook, found: &mut CallDiagnostics) {
     if is_meant_to_fail(expr, known) {
         return;
     }
@@ -181,27 +181,29 @@ fn call_site(expr: &Expr) -> Option<CallSite<'_>> {
     })
 }
 
-fn literal(expr: &Expr) -> Literal<'_> {
+fn literal(expr: &Expr) -> ArgumentLiteral<'_> {
     match &expr.kind {
-        ExprKind::Constant(Constant::Int(int)) => Literal::Integer(*int),
-        ExprKind::Constant(Constant::Bool(level)) => Literal::Boolean(*level),
-        ExprKind::Constant(Constant::Float(float)) => Literal::Number(*float),
-        ExprKind::Constant(Constant::Str(text)) => Literal::Text(text),
+        ExprKind::Constant(Constant::Int(int)) => ArgumentLiteral::Integer(*int),
+        ExprKind::Constant(Constant::Bool(level)) => ArgumentLiteral::Boolean(*level),
+        ExprKind::Constant(Constant::Float(float)) => ArgumentLiteral::Number(*float),
+        ExprKind::Constant(Constant::Str(text)) => ArgumentLiteral::Text(text),
         ExprKind::Unary { op, operand } => match (op, literal(operand)) {
-            (UnaryOp::Neg, Literal::Integer(int)) => {
-                int.checked_neg().map_or(Literal::Other, Literal::Integer)
+            (UnaryOp::Neg, ArgumentLiteral::Integer(int)) => int
+                .checked_neg()
+                .map_or(ArgumentLiteral::Other, ArgumentLiteral::Integer),
+            (UnaryOp::Neg, ArgumentLiteral::Number(number)) => ArgumentLiteral::Number(-number),
+            (UnaryOp::Pos, number @ (ArgumentLiteral::Integer(_) | ArgumentLiteral::Number(_))) => {
+                number
             }
-            (UnaryOp::Neg, Literal::Number(number)) => Literal::Number(-number),
-            (UnaryOp::Pos, number @ (Literal::Integer(_) | Literal::Number(_))) => number,
-            _ => Literal::Other,
+            _ => ArgumentLiteral::Other,
         },
         ExprKind::List(items) | ExprKind::Tuple(items) => {
-            Literal::List(items.iter().map(literal).collect())
+            ArgumentLiteral::List(items.iter().map(literal).collect())
         }
         ExprKind::Call { function, .. } => match &function.kind {
-            ExprKind::Name(name) => Literal::CallOf(name),
-            _ => Literal::Other,
+            ExprKind::Name(name) => ArgumentLiteral::CallOf(name),
+            _ => ArgumentLiteral::Other,
         },
-        _ => Literal::Other,
+        _ => ArgumentLiteral::Other,
     }
 }

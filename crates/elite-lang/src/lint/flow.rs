@@ -4,11 +4,16 @@ use super::imports;
 use super::visit::{blocks, own_expressions, parts};
 use crate::ast::{Constant, Expr, ExprKind, Stmt, StmtKind};
 use crate::diagnostic::Diagnostic;
-use crate::findings::Findings;
+use crate::findings::DiagnosticList;
 use crate::resolve::KnownNames;
 use crate::source::{SourceFile, Span};
 
-pub(super) fn check(body: &[Stmt], file: &SourceFile, known: &KnownNames, found: &mut Findings) {
+pub(super) fn check(
+    body: &[Stmt],
+    file: &SourceFile,
+    known: &KnownNames,
+    found: &mut DiagnosticList,
+) {
     within(body, file, known, false, found);
 }
 
@@ -18,7 +23,7 @@ fn within(
     file: &SourceFile,
     known: &KnownNames,
     may_miss: bool,
-    found: &mut Findings,
+    found: &mut DiagnosticList,
 ) {
     if found.is_full() {
         return;
@@ -32,7 +37,7 @@ pub(super) fn check_each(
     body: &[Stmt],
     file: &SourceFile,
     known: &KnownNames,
-    found: &mut Findings,
+    found: &mut DiagnosticList,
 ) {
     each(body, file, known, false, found);
 }
@@ -42,7 +47,7 @@ fn each(
     file: &SourceFile,
     known: &KnownNames,
     may_miss: bool,
-    found: &mut Findings,
+    found: &mut DiagnosticList,
 ) {
     for statement in body {
         if !may_miss {
@@ -60,7 +65,7 @@ fn each(
 }
 
 /// What is never reached in a block.
-pub(crate) fn unreachable(body: &[Stmt], file: &SourceFile, found: &mut Findings) {
+pub(crate) fn unreachable(body: &[Stmt], file: &SourceFile, found: &mut DiagnosticList) {
     let Some(last) = body.iter().position(ends) else {
         return;
     };
@@ -111,7 +116,7 @@ fn ends(statement: &Stmt) -> bool {
         StmtKind::If { branches, orelse } => {
             block_ends(orelse) && branches.iter().all(|(_, body)| block_ends(body))
         }
-        StmtKind::While { test, body, .. } => is_true(test) && !leaves(body, Leave::Break),
+        StmtKind::While { test, body, .. } => is_true(test) && !leaves(body, LoopExit::Break),
         StmtKind::Try {
             body,
             handlers,
@@ -136,7 +141,7 @@ fn is_true(test: &Expr) -> bool {
 
 /// Ways out of a loop.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Leave {
+enum LoopExit {
     /// `break` of this very loop.
     Break,
     /// That, `return` or `raise`.
@@ -144,14 +149,16 @@ enum Leave {
 }
 
 /// Whether a loop with this body can be left.
-fn leaves(body: &[Stmt], how: Leave) -> bool {
+fn leaves(body: &[Stmt], how: LoopExit) -> bool {
     body.iter().any(|statement| match &statement.kind {
         StmtKind::Break => true,
-        StmtKind::Return(_) | StmtKind::Raise { .. } | StmtKind::Assert { .. } => how == Leave::Any,
+        StmtKind::Return(_) | StmtKind::Raise { .. } | StmtKind::Assert { .. } => {
+            how == LoopExit::Any
+        }
         StmtKind::Function(_) | StmtKind::Class(_) => false,
         StmtKind::While { body, orelse, .. } | StmtKind::For { body, orelse, .. } => {
             // A `break` in there leaves that loop only.
-            leaves(orelse, how) || how == Leave::Any && returns(body)
+            leaves(orelse, how) || how == LoopExit::Any && returns(body)
         }
         _ => blocks(statement)
             .into_iter()
@@ -168,11 +175,11 @@ fn returns(body: &[Stmt]) -> bool {
 }
 
 /// A loop that asks the robot again and again, or goes on for ever, and waits nowhere (manual 1.2.5).
-fn busy_loop(test: &Expr, body: &[Stmt], known: &KnownNames, found: &mut Findings) {
-    let mut calls = Calls::default();
+fn busy_loop(test: &Expr, body: &[Stmt], known: &KnownNames, found: &mut DiagnosticList) {
+    let mut calls = LoopCalls::default();
     calls.expression(test, known);
     calls.block(body, known);
-    let endless = is_true(test) && !leaves(body, Leave::Any);
+    let endless = is_true(test) && !leaves(body, LoopExit::Any);
     let message = if calls.may_wait {
         if !endless || !Ways::through(body, known).turn() {
             return;
@@ -216,7 +223,7 @@ impl Ways {
     }
 
     fn of(statement: &Stmt, known: &KnownNames) -> Self {
-        let mut calls = Calls::default();
+        let mut calls = LoopCalls::default();
         let branches = match &statement.kind {
             StmtKind::If { branches, orelse } => {
                 own_expressions(statement, &mut |expr| calls.expression(expr, known));
@@ -261,14 +268,14 @@ impl Ways {
 
 /// What the calls in a loop do.
 #[derive(Default)]
-struct Calls {
+struct LoopCalls {
     /// One of them waits, or may: what methods and functions of scripts do is not looked into.
     may_wait: bool,
     /// One of them is a function of the embedder that returns at once.
     asks: bool,
 }
 
-impl Calls {
+impl LoopCalls {
     fn block(&mut self, body: &[Stmt], known: &KnownNames) {
         for statement in body {
             if let StmtKind::Function(_) | StmtKind::Class(_) = statement.kind {

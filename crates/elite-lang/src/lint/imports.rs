@@ -3,12 +3,12 @@
 
 use crate::ast::{Expr, ExprKind, Ident, Stmt, StmtKind};
 use crate::diagnostic::Diagnostic;
-use crate::findings::{Findings, quoted};
+use crate::findings::{DiagnosticList, quoted};
 use crate::spelling::nearest;
 use crate::stdlib::{is_own, module_names};
 
 /// What a statement imports that is not there.
-pub(super) fn check(statement: &Stmt, found: &mut Findings) {
+pub(super) fn check(statement: &Stmt, found: &mut DiagnosticList) {
     match &statement.kind {
         StmtKind::Import(names) => {
             for alias in names {
@@ -46,7 +46,7 @@ fn catches_missing(exception: &Expr) -> bool {
     }
 }
 
-fn module(name: &Ident, can_be_replaced: bool, found: &mut Findings) {
+fn module(name: &Ident, can_be_replaced: bool, found: &mut DiagnosticList) {
     // Of dotted names the first part that is missing is told.
     let ends = name.name.match_indices('.').map(|(at, _)| at);
     let mut parts = ends.chain([name.name.len()]).map(|end| &name.name[..end]);

@@ -8,23 +8,23 @@ pub mod visit;
 
 use crate::ast::{Module, Stmt};
 use crate::diagnostic::Diagnostic;
-use crate::findings::Findings;
-use crate::limits::memory::Budget;
+use crate::findings::DiagnosticList;
+use crate::limits::memory::WorkBudget;
 use crate::resolve::{KnownNames, bound_natives, unused_names};
 use crate::source::SourceFile;
 
-pub(crate) use calls::CallFindings;
-pub use calls::{CallArgument, CallHint, CallHook, CallSite, Literal};
+pub(crate) use calls::CallDiagnostics;
+pub use calls::{ArgumentLiteral, CallArgument, CallHint, CallHook, CallSite};
 pub(crate) use flow::unreachable;
 
 /// All warnings, in no particular order.
 pub fn lint(module: &Module, file: &SourceFile, known: &KnownNames) -> Vec<Diagnostic> {
-    let [mut unused, mut flow, mut calls]: [Findings; 3] = Default::default();
+    let [mut unused, mut flow, mut calls]: [DiagnosticList; 3] = Default::default();
     unused_names(module, &mut unused);
     flow::check(&module.body, file, known, &mut flow);
-    let mut made = CallFindings::default();
+    let mut made = CallDiagnostics::default();
     calls::check(&module.body, known, &mut made);
-    let bound = bound_natives(module, known, &Budget::of(usize::MAX));
+    let bound = bound_natives(module, known, &WorkBudget::of(usize::MAX));
     if let Some(bound) = bound {
         for finding in made.without(|name| bound.contains(name)) {
             calls.push(finding.clone());
@@ -32,7 +32,7 @@ pub fn lint(module: &Module, file: &SourceFile, known: &KnownNames) -> Vec<Diagn
     }
     [unused, flow, calls]
         .into_iter()
-        .flat_map(Findings::into_vec)
+        .flat_map(DiagnosticList::into_vec)
         .collect()
 }
 
@@ -41,8 +41,8 @@ pub(crate) fn lint_part(
     body: &[Stmt],
     file: &SourceFile,
     known: &KnownNames,
-    flow: &mut Findings,
-    calls: &mut CallFindings,
+    flow: &mut DiagnosticList,
+    calls: &mut CallDiagnostics,
 ) {
     flow::check_each(body, file, known, flow);
     calls::check(body, known, calls);

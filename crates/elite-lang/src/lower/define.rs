@@ -1,17 +1,17 @@
 //! Functions, lambdas, generator expressions and classes: code objects of their own.
 
-use crate::value::trash::Nodes;
+use crate::value::trash::NodeList;
 use std::rc::Rc;
 
-use super::{Extent, Lower, NODE};
+use super::{FrameInfo, Lower, NODE};
 use crate::ast::{self, Constant, ExprKind, Stmt, StmtKind};
-use crate::eval::Expr;
+use crate::eval::BoxExpr;
 use crate::eval::code::{Body, Code, CodeKind, Params};
-use crate::eval::expr::enter::Entries;
+use crate::eval::expr::enter::EntryPoints;
 use crate::eval::expr::function::{Annotations, MakeFunction};
-use crate::eval::expr::names::Local;
+use crate::eval::expr::names::LocalVar;
 use crate::eval::stmt::define::{DefineClass, DefineFunction};
-use crate::resolve::{FrameLayout, Place};
+use crate::resolve::{FrameLayout, Storage};
 use crate::source::Span;
 use crate::value::Value;
 
@@ -19,25 +19,25 @@ use crate::value::Value;
 const PARAMETER: usize = 200;
 
 /// What a code object is made of.
-struct Parts<'p> {
+struct CodeSpec<'p> {
     name: &'p str,
     doc: Option<Rc<str>>,
     params: Params,
     layout: &'p FrameLayout,
     body: Body,
-    extent: Extent,
+    extent: FrameInfo,
     span: Span,
 }
 
 impl Lower<'_> {
-    fn code(&self, parts: Parts<'_>) -> Rc<Code> {
+    fn code(&self, parts: CodeSpec<'_>) -> Rc<Code> {
         let layout = parts.layout;
         let kind = match layout.is_generator {
             true => CodeKind::Generator,
             false => CodeKind::Plain,
         };
         let code = Rc::new(Code {
-            entries: Entries::of(kind, &parts.params, layout.slot_names.len()),
+            entries: EntryPoints::of(kind, &parts.params, layout.slot_names.len()),
             name: parts.name.into(),
             qualname: format!("{}{}", self.prefix, parts.name).into(),
             doc: parts.doc,
@@ -154,7 +154,7 @@ impl Lower<'_> {
             true => lower.generator_body(&def.body),
             false => lower.function_body(&def.body),
         });
-        let code = self.code(Parts {
+        let code = self.code(CodeSpec {
             name: &def.name.name,
             doc: docstring(&def.body),
             params: self.params(&def.parameters),
@@ -190,7 +190,7 @@ impl Lower<'_> {
         Body::Block(self.block(body))
     }
 
-    fn decorators(&mut self, decorators: &[ast::Expr]) -> Nodes<(Expr, Span)> {
+    fn decorators(&mut self, decorators: &[ast::Expr]) -> NodeList<(BoxExpr, Span)> {
         decorators
             .iter()
             .map(|decorator| (self.expr(decorator), decorator.span))
@@ -201,7 +201,7 @@ impl Lower<'_> {
         let layout = self.layout(lambda.scope);
         let prefix = format!("{}<lambda>.<locals>.", self.prefix);
         let (body, extent) = self.frame(lambda.scope, prefix, |lower| lower.expr(&lambda.body));
-        let code = self.code(Parts {
+        let code = self.code(CodeSpec {
             name: "<lambda>",
             doc: None,
             params: self.params(&lambda.parameters),
@@ -222,7 +222,7 @@ impl Lower<'_> {
         let layout = self.layout(comprehension.scope);
         let prefix = format!("{}<genexpr>.", self.prefix);
         let (body, extent) = self.frame(comprehension.scope, prefix, |lower| {
-            let first: Expr = Box::new(Local { slot: 0, span });
+            let first: BoxExpr = Box::new(LocalVar { slot: 0, span });
             lower.generator_expression_body(comprehension, first, element)
         });
         let params = Params {
@@ -231,7 +231,7 @@ impl Lower<'_> {
             positional: 1,
             ..Params::default()
         };
-        let code = self.code(Parts {
+        let code = self.code(CodeSpec {
             name: "<genexpr>",
             doc: None,
             params,
@@ -242,8 +242,8 @@ impl Lower<'_> {
         });
         MakeFunction {
             code,
-            defaults: Nodes::default(),
-            keyword_defaults: Nodes::default(),
+            defaults: NodeList::default(),
+            keyword_defaults: NodeList::default(),
             closure: closure(layout),
             annotations: None,
         }
@@ -255,7 +255,7 @@ impl Lower<'_> {
         let layout = self.layout(def.scope);
         let prefix = format!("{}{}.", self.prefix, def.name.name);
         let (body, extent) = self.frame(def.scope, prefix, |lower| lower.block(&def.body));
-        let code = self.code(Parts {
+        let code = self.code(CodeSpec {
             name: &def.name.name,
             doc: docstring(&def.body),
             params: Params::default(),
@@ -277,21 +277,21 @@ impl Lower<'_> {
     }
 
     /// Reads the first parameter of the function around; None if it has none.
-    pub(super) fn first_parameter(&mut self, span: Span) -> Option<Expr> {
+    pub(super) fn first_parameter(&mut self, span: Span) -> Option<BoxExpr> {
         let layout = self.layout(self.frame_scope);
         let name = layout.slot_names.first()?.clone();
         let outer = std::mem::replace(&mut self.scope, self.frame_scope);
         let place = self.place(&name);
         self.scope = outer;
         Some(match place {
-            Place::Cell(slot) => Box::new(crate::eval::expr::names::LocalCell { slot, span }),
-            Place::Local(slot) => Box::new(Local { slot, span }),
+            Storage::Cell(slot) => Box::new(crate::eval::expr::names::LocalCell { slot, span }),
+            Storage::Local(slot) => Box::new(LocalVar { slot, span }),
             _ => return None,
         })
     }
 }
 
-fn closure(layout: &FrameLayout) -> Box<[Place]> {
+fn closure(layout: &FrameLayout) -> Box<[Storage]> {
     layout
         .closure
         .iter()

@@ -7,13 +7,13 @@ use super::{Lower, NODE, WHOLE};
 use crate::ast::{
     self, Arg, ComprehensionKind, Constant, Conversion, DictItem, ExprKind, FStringPart, UnaryOp,
 };
-use crate::eval::Expr;
-use crate::eval::expr::arguments::{CallArg, CallWith};
-use crate::eval::expr::attribute::{Attribute, Cache, Member};
+use crate::eval::BoxExpr;
+use crate::eval::expr::arguments::{CallArg, CallUnpacked};
+use crate::eval::expr::attribute::{Attribute, InlineCache, ModuleMemberCache};
 use crate::eval::expr::binary::{Unary, binary};
 use crate::eval::expr::boolean::{And, IfElse, Not, Or};
-use crate::eval::expr::call::{Call, Site};
-use crate::eval::expr::compare::{Chain, compare};
+use crate::eval::expr::call::{Call, CallArgs};
+use crate::eval::expr::compare::{ComparisonChain, compare};
 use crate::eval::expr::comprehension::{
     Clause, Clauses, DictComprehension, GeneratorExpression, ListComprehension, SetComprehension,
 };
@@ -21,24 +21,24 @@ use crate::eval::expr::display::{
     DictDisplay, DictElement, Element, ListDisplay, PairDisplay, SetDisplay, TripleDisplay,
     TupleDisplay,
 };
-use crate::eval::expr::fstring::{FString, Part};
-use crate::eval::expr::item::{Item, SliceExpr, Sliced};
+use crate::eval::expr::fstring::{FString, FStringSegment};
+use crate::eval::expr::item::{Item, SliceAccess, SliceExpr};
 use crate::eval::expr::keywords::CallKeywords;
-use crate::eval::expr::method::{CallMethod, Methods, SuperCall};
+use crate::eval::expr::method::{CallMethod, MethodCache, SuperCall};
 use crate::eval::expr::names::{
-    ClassName, Const, Free, Global, Local, LocalCell, MappedName, Named,
+    ClassBodyName, Const, FreeVar, GlobalVar, LocalCell, LocalVar, MappingName, NamedExpr,
 };
 use crate::eval::expr::operand::Operand;
-use crate::eval::expr::whole::Whole;
+use crate::eval::expr::whole::IsolatedExpr;
 use crate::eval::expr::yields::{Yield, YieldFrom};
-use crate::resolve::Place;
+use crate::resolve::Storage;
 use crate::source::Span;
 use crate::value::symbol::known;
-use crate::value::trash::Nodes;
+use crate::value::trash::NodeList;
 use crate::value::{CellVar, Symbol, Value};
 
 impl Lower<'_> {
-    pub(super) fn expr(&mut self, expr: &ast::Expr) -> Expr {
+    pub(super) fn expr(&mut self, expr: &ast::Expr) -> BoxExpr {
         if self.is_given_up_after(NODE) {
             return Box::new(Const(Value::None));
         }
@@ -51,18 +51,18 @@ impl Lower<'_> {
         }
         self.made = before;
         self.deepest += 1;
-        Box::new(Whole([node].into_iter().collect()))
+        Box::new(IsolatedExpr([node].into_iter().collect()))
     }
 
-    fn boxed(&mut self, expr: &Option<Box<ast::Expr>>) -> Option<Expr> {
+    fn boxed(&mut self, expr: &Option<Box<ast::Expr>>) -> Option<BoxExpr> {
         expr.as_ref().map(|expr| self.expr(expr))
     }
 
-    pub(super) fn exprs(&mut self, exprs: &[ast::Expr]) -> Nodes<Expr> {
+    pub(super) fn exprs(&mut self, exprs: &[ast::Expr]) -> NodeList<BoxExpr> {
         exprs.iter().map(|expr| self.expr(expr)).collect()
     }
 
-    fn expr_here(&mut self, expr: &ast::Expr) -> Expr {
+    fn expr_here(&mut self, expr: &ast::Expr) -> BoxExpr {
         let span = expr.span;
         match &expr.kind {
             ExprKind::Constant(constant) => Box::new(Const(self.constant(constant))),
@@ -109,7 +109,7 @@ impl Lower<'_> {
                 let (body, orelse) = (self.operand(body), self.operand(orelse));
                 Box::new(IfElse { test, body, orelse })
             }
-            ExprKind::Named { target, value } => Box::new(Named {
+            ExprKind::Named { target, value } => Box::new(NamedExpr {
                 target: self.name_target(&target.name, target.span),
                 value: self.expr(value),
             }),
@@ -128,29 +128,29 @@ impl Lower<'_> {
     }
 
     /// A node that reads a name.
-    pub(super) fn name(&mut self, name: &str, span: Span) -> Expr {
+    pub(super) fn name(&mut self, name: &str, span: Span) -> BoxExpr {
         if let Some(slot) = self.mapping(name, false) {
-            return Box::new(MappedName {
+            return Box::new(MappingName {
                 slot,
                 key: Value::str(name),
                 global: self.global(name, span),
             });
         }
         match self.place(name) {
-            Place::Local(slot) => Box::new(Local { slot, span }),
-            Place::Cell(slot) => Box::new(LocalCell { slot, span }),
-            Place::Free(index) => Box::new(Free { index, span }),
-            Place::Global => Box::new(self.global(name, span)),
-            Place::Class(slot) => Box::new(ClassName {
+            Storage::Local(slot) => Box::new(LocalVar { slot, span }),
+            Storage::Cell(slot) => Box::new(LocalCell { slot, span }),
+            Storage::Free(index) => Box::new(FreeVar { index, span }),
+            Storage::Global => Box::new(self.global(name, span)),
+            Storage::Class(slot) => Box::new(ClassBodyName {
                 slot,
                 global: self.global(name, span),
             }),
         }
     }
 
-    pub(super) fn global(&self, name: &str, span: Span) -> Global {
+    pub(super) fn global(&self, name: &str, span: Span) -> GlobalVar {
         let name = self.symbol(name);
-        Global {
+        GlobalVar {
             cell: self.variable(name),
             builtin: self.behind(name),
             name,
@@ -181,19 +181,19 @@ impl Lower<'_> {
         match &expr.kind {
             ExprKind::Constant(constant) => Operand::Const(self.constant(constant)),
             ExprKind::Name(name) => match self.place(name) {
-                Place::Local(slot) => Operand::Local(Local {
+                Storage::Local(slot) => Operand::Local(LocalVar {
                     slot,
                     span: expr.span,
                 }),
-                Place::Free(index) => Operand::Free(Free {
+                Storage::Free(index) => Operand::Free(FreeVar {
                     index,
                     span: expr.span,
                 }),
-                Place::Global if self.mapping(name, false).is_some() => {
+                Storage::Global if self.mapping(name, false).is_some() => {
                     Operand::Expr(self.expr(expr))
                 }
-                Place::Global => Operand::Global(self.global(name, expr.span)),
-                Place::Cell(_) | Place::Class(_) => Operand::Expr(self.expr(expr)),
+                Storage::Global => Operand::Global(self.global(name, expr.span)),
+                Storage::Cell(_) | Storage::Class(_) => Operand::Expr(self.expr(expr)),
             },
             ExprKind::Unary {
                 op: UnaryOp::Neg,
@@ -229,14 +229,14 @@ impl Lower<'_> {
         lower: Option<&ast::Expr>,
         upper: Option<&ast::Expr>,
         span: Span,
-    ) -> Sliced {
+    ) -> SliceAccess {
         let value = self.operand(value);
         let mut bound = |bound: Option<&ast::Expr>| match bound {
             Some(bound) => self.operand(bound),
             None => Operand::Const(Value::None),
         };
         let (lower, upper) = (bound(lower), bound(upper));
-        Sliced {
+        SliceAccess {
             value,
             lower,
             upper,
@@ -250,16 +250,16 @@ impl Lower<'_> {
             value,
             name,
             span,
-            cache: Cache::default(),
-            member: Member::default(),
+            cache: InlineCache::default(),
+            member: ModuleMemberCache::default(),
         }
     }
 
-    fn operands(&mut self, exprs: &[ast::Expr]) -> Nodes<Operand> {
+    fn operands(&mut self, exprs: &[ast::Expr]) -> NodeList<Operand> {
         exprs.iter().map(|expr| self.operand(expr)).collect()
     }
 
-    fn unary(&mut self, op: UnaryOp, operand: &ast::Expr, span: Span) -> Expr {
+    fn unary(&mut self, op: UnaryOp, operand: &ast::Expr, span: Span) -> BoxExpr {
         if op == UnaryOp::Not {
             return Box::new(Not(self.operand(operand)));
         }
@@ -283,7 +283,7 @@ impl Lower<'_> {
         left: &ast::Expr,
         rest: &[(ast::CompareOp, ast::Expr)],
         span: Span,
-    ) -> Expr {
+    ) -> BoxExpr {
         if let [(op, right)] = rest {
             let (left, right) = (self.operand(left), self.operand(right));
             return compare(*op, left, right, span);
@@ -293,10 +293,10 @@ impl Lower<'_> {
             .iter()
             .map(|(op, right)| (*op, self.expr(right)))
             .collect();
-        Box::new(Chain { first, rest, span })
+        Box::new(ComparisonChain { first, rest, span })
     }
 
-    fn call(&mut self, function: &ast::Expr, args: &[Arg], span: Span) -> Expr {
+    fn call(&mut self, function: &ast::Expr, args: &[Arg], span: Span) -> BoxExpr {
         let is_super = matches!(&function.kind, ExprKind::Name(name) if &**name == "super");
         if is_super && args.is_empty() {
             return self.super_call(function, span);
@@ -304,13 +304,13 @@ impl Lower<'_> {
         let mut names = std::collections::BTreeSet::new();
         let unusual = args.iter().any(|arg| match arg {
             Arg::Positional(_) => false,
-            // A name given twice is an error that `CallWith` tells of.
+            // A name given twice is an error that `CallUnpacked` tells of.
             Arg::Keyword(name, _) => !names.insert(&*name.name),
             Arg::Star(_) | Arg::DoubleStar(_) => true,
         });
         if unusual {
             let function = self.expr(function);
-            return Box::new(CallWith {
+            return Box::new(CallUnpacked {
                 function,
                 args: self.call_args(args),
                 span,
@@ -339,25 +339,25 @@ impl Lower<'_> {
         let args = |lower: &mut Self| plain.iter().map(|arg| lower.operand(arg)).collect();
         if let ExprKind::Attribute { value, name } = &function.kind {
             let (receiver, name) = (self.operand(value), self.symbol(&name.name));
-            let (attribute_span, cache) = (function.span, Cache::default());
+            let (attribute_span, cache) = (function.span, InlineCache::default());
             return Box::new(CallMethod {
-                methods: Methods::default(),
+                methods: MethodCache::default(),
                 quick: Cell::default(),
                 receiver,
                 name,
-                site: Site::new(args(self), span),
+                site: CallArgs::new(args(self), span),
                 attribute_span,
                 cache,
-                member: Member::default(),
+                member: ModuleMemberCache::default(),
             });
         }
         Box::new(Call {
             function: self.operand(function),
-            site: Site::new(args(self), span),
+            site: CallArgs::new(args(self), span),
         })
     }
 
-    pub(super) fn call_args(&mut self, args: &[Arg]) -> Nodes<CallArg> {
+    pub(super) fn call_args(&mut self, args: &[Arg]) -> NodeList<CallArg> {
         let arg = |arg: &Arg| match arg {
             Arg::Positional(expr) => CallArg::Positional(self.expr(expr)),
             Arg::Star(expr) => CallArg::Star(self.expr(expr)),
@@ -367,13 +367,13 @@ impl Lower<'_> {
         args.iter().map(arg).collect()
     }
 
-    fn super_call(&mut self, function: &ast::Expr, span: Span) -> Expr {
-        let in_class = self.place("__class__") != Place::Global;
+    fn super_call(&mut self, function: &ast::Expr, span: Span) -> BoxExpr {
+        let in_class = self.place("__class__") != Storage::Global;
         let callee = self.expr(function);
         if !in_class {
             return Box::new(Call {
                 function: Operand::Expr(callee),
-                site: Site::new(Nodes::default(), span),
+                site: CallArgs::new(NodeList::default(), span),
             });
         }
         let class = self.name("__class__", span);
@@ -386,7 +386,7 @@ impl Lower<'_> {
         })
     }
 
-    fn elements(&mut self, items: &[ast::Expr]) -> Nodes<Element> {
+    fn elements(&mut self, items: &[ast::Expr]) -> NodeList<Element> {
         let element = |item: &ast::Expr| match &item.kind {
             ExprKind::Starred(inner) => Element::Star(self.expr(inner), item.span),
             _ => Element::One(self.operand(item)),
@@ -395,7 +395,7 @@ impl Lower<'_> {
     }
 
     /// A tuple; one of constants is a constant.
-    fn tuple(&mut self, items: &[ast::Expr]) -> Expr {
+    fn tuple(&mut self, items: &[ast::Expr]) -> BoxExpr {
         if items
             .iter()
             .any(|item| matches!(item.kind, ExprKind::Starred(_)))
@@ -423,7 +423,7 @@ impl Lower<'_> {
         }
     }
 
-    fn dict_elements(&mut self, items: &[DictItem]) -> Nodes<DictElement> {
+    fn dict_elements(&mut self, items: &[DictItem]) -> NodeList<DictElement> {
         let element = |item: &DictItem| match item {
             DictItem::Pair(key, value) => DictElement::Pair(self.expr(key), self.expr(value)),
             DictItem::Unpack(mapping) => DictElement::Unpack(self.expr(mapping)),
@@ -431,9 +431,9 @@ impl Lower<'_> {
         items.iter().map(element).collect()
     }
 
-    fn parts(&mut self, parts: &[FStringPart]) -> Nodes<Part> {
+    fn parts(&mut self, parts: &[FStringPart]) -> NodeList<FStringSegment> {
         let part = |part: &FStringPart| match part {
-            FStringPart::Text(text) => Part::Text(text.clone()),
+            FStringPart::Text(text) => FStringSegment::Text(text.clone()),
             FStringPart::Value {
                 value,
                 conversion,
@@ -446,7 +446,7 @@ impl Lower<'_> {
                     Some(parts) => ("".into(), Some(self.parts(parts))),
                 };
                 let conversion: Conversion = *conversion;
-                Part::Field {
+                FStringSegment::Field {
                     value: self.expr(value),
                     conversion,
                     spec,
@@ -462,8 +462,8 @@ impl Lower<'_> {
     pub(super) fn clauses(
         &mut self,
         comprehension: &ast::Comprehension,
-        first: Expr,
-    ) -> Nodes<Clause> {
+        first: BoxExpr,
+    ) -> NodeList<Clause> {
         let mut first = Some(first);
         let clause = |clause: &ast::ComprehensionClause| {
             let iterable = match first.take() {
@@ -482,7 +482,7 @@ impl Lower<'_> {
         comprehension.clauses.iter().map(clause).collect()
     }
 
-    fn comprehension(&mut self, comprehension: &ast::Comprehension, span: Span) -> Expr {
+    fn comprehension(&mut self, comprehension: &ast::Comprehension, span: Span) -> BoxExpr {
         let Some(first) = comprehension.clauses.first() else {
             return Box::new(Const(Value::None));
         };
@@ -514,7 +514,7 @@ impl Lower<'_> {
             slots,
             fresh_cells,
         };
-        let node: Expr = match &comprehension.kind {
+        let node: BoxExpr = match &comprehension.kind {
             ComprehensionKind::List(element) => Box::new(ListComprehension {
                 element: self.expr(element),
                 clauses,

@@ -1,41 +1,41 @@
 //! Bodies of generators: as steps where that is possible, otherwise as trees that run on a stack of their own.
 
 use super::Lower;
-use crate::ast::{self, ExprKind, NodePlace, Stmt, StmtKind};
+use crate::ast::{self, DirectiveAnchor, ExprKind, Stmt, StmtKind};
 use crate::eval::code::Body;
 use crate::eval::expr::operand::Operand;
-use crate::eval::steps::{Place, Step};
+use crate::eval::steps::{GeneratorStep, StepIndex};
 use crate::eval::stmt::target::Target;
-use crate::eval::{Executes, Expr};
-use crate::limits::memory::Budget;
+use crate::eval::{BoxExpr, DynStmt};
+use crate::limits::memory::WorkBudget;
 use crate::lint::visit;
 use crate::source::Span;
 use crate::value::Value;
 
 /// A place that is filled in when it is known.
-const LATER: Place = Place::MAX;
+const LATER: StepIndex = StepIndex::MAX;
 
 /// What `break` and `continue` in the innermost loop lead to: the steps that do not know yet.
 #[derive(Default)]
-struct Loop {
+struct LoopPatches {
     breaks: Vec<usize>,
     continues: Vec<usize>,
 }
 
 /// The steps made so far.
 #[derive(Default)]
-struct Made {
-    steps: Vec<Step>,
-    loops: Vec<Loop>,
+struct StepBuilder {
+    steps: Vec<GeneratorStep>,
+    loops: Vec<LoopPatches>,
 }
 
-impl Made {
-    fn here(&self) -> Place {
-        self.steps.len() as Place
+impl StepBuilder {
+    fn here(&self) -> StepIndex {
+        self.steps.len() as StepIndex
     }
 
     /// Adds a step; returns its index, to fill its place in later.
-    fn add(&mut self, step: Step) -> usize {
+    fn add(&mut self, step: GeneratorStep) -> usize {
         self.steps.push(step);
         self.steps.len() - 1
     }
@@ -45,18 +45,18 @@ impl Made {
         let here = self.here();
         for index in steps {
             match &mut self.steps[*index] {
-                Step::Jump(place)
-                | Step::Unless {
+                GeneratorStep::Jump(place)
+                | GeneratorStep::Unless {
                     otherwise: place, ..
                 }
-                | Step::Next { end: place, .. } => *place = here,
+                | GeneratorStep::Next { end: place, .. } => *place = here,
                 _ => {}
             }
         }
     }
 
     /// The innermost loop is done: its `continue`s lead to `turn`, its `break`s here.
-    fn end_loop(&mut self, turn: Place) {
+    fn end_loop(&mut self, turn: StepIndex) {
         let here = self.here();
         let Some(ended) = self.loops.pop() else {
             return;
@@ -64,9 +64,9 @@ impl Made {
         for (indices, place) in [(ended.continues, turn), (ended.breaks, here)] {
             for index in indices {
                 match &mut self.steps[index] {
-                    Step::Run { on_continue, .. } if place == turn => *on_continue = place,
-                    Step::Run { on_break, .. } => *on_break = place,
-                    Step::Jump(to) => *to = place,
+                    GeneratorStep::Run { on_continue, .. } if place == turn => *on_continue = place,
+                    GeneratorStep::Run { on_break, .. } => *on_break = place,
+                    GeneratorStep::Jump(to) => *to = place,
                     _ => {}
                 }
             }
@@ -86,7 +86,7 @@ impl Lower<'_> {
         {
             return Body::Block(self.block(body));
         }
-        let mut made = Made::default();
+        let mut made = StepBuilder::default();
         self.steps(body, &mut made);
         Body::Steps(made.steps.into())
     }
@@ -95,11 +95,11 @@ impl Lower<'_> {
     pub(super) fn generator_expression_body(
         &mut self,
         comprehension: &ast::Comprehension,
-        first: Expr,
+        first: BoxExpr,
         element: &ast::Expr,
     ) -> Body {
         let line = self.line(element.span);
-        let mut made = Made::default();
+        let mut made = StepBuilder::default();
         let mut turns = Vec::new();
         let mut first = Some(first);
         for clause in &comprehension.clauses {
@@ -108,14 +108,14 @@ impl Lower<'_> {
                 None => self.expr(&clause.iterable),
             };
             let span = clause.iterable.span;
-            made.add(Step::Begin {
+            made.add(GeneratorStep::Begin {
                 line,
                 iterable,
                 span,
             });
             let head = made.here();
             let target = self.loop_target(&clause.target);
-            let next = made.add(Step::Next {
+            let next = made.add(GeneratorStep::Next {
                 target,
                 span,
                 end: LATER,
@@ -123,7 +123,7 @@ impl Lower<'_> {
             let mut skips = Vec::new();
             for condition in &clause.conditions {
                 let test = self.expr(condition);
-                skips.push(made.add(Step::Unless {
+                skips.push(made.add(GeneratorStep::Unless {
                     line,
                     test,
                     otherwise: LATER,
@@ -132,7 +132,7 @@ impl Lower<'_> {
             turns.push((head, next, skips));
         }
         let value = self.operand(element);
-        made.add(Step::Yield {
+        made.add(GeneratorStep::Yield {
             line,
             value,
             sent: None,
@@ -140,27 +140,27 @@ impl Lower<'_> {
         });
         for (head, next, skips) in turns.into_iter().rev() {
             made.lead_here(&skips);
-            made.add(Step::Turn { line, head });
+            made.add(GeneratorStep::Turn { line, head });
             made.lead_here(&[next]);
         }
         Body::Steps(made.steps.into())
     }
 
-    fn steps(&mut self, body: &[Stmt], made: &mut Made) {
+    fn steps(&mut self, body: &[Stmt], made: &mut StepBuilder) {
         self.deeper(|lower| {
             for statement in body {
                 let (line, start) = (lower.line(statement.span), statement.span.start);
-                lower.pass_steps(NodePlace::Before(start), line, made);
+                lower.pass_steps(DirectiveAnchor::Before(start), line, made);
                 if let Some(mark) = lower.mark(statement, line) {
                     Self::run_step(Box::new(mark), line, made);
                 }
                 lower.step(statement, made);
-                lower.pass_steps(NodePlace::After(start), line, made);
+                lower.pass_steps(DirectiveAnchor::After(start), line, made);
             }
         });
     }
 
-    fn step(&mut self, statement: &Stmt, made: &mut Made) {
+    fn step(&mut self, statement: &Stmt, made: &mut StepBuilder) {
         let line = self.line(statement.span);
         match &statement.kind {
             StmtKind::Return(value) => {
@@ -168,7 +168,7 @@ impl Lower<'_> {
                     Some(value) => self.operand(value),
                     None => Operand::Const(Value::None),
                 };
-                made.add(Step::Return { line, value });
+                made.add(GeneratorStep::Return { line, value });
             }
             _ if !yields(statement, self.budget) => self.plain_step(statement, line, made),
             StmtKind::Expr(value) => self.stop(value, None, line, made),
@@ -181,15 +181,15 @@ impl Lower<'_> {
                 let line = self.line(test.span);
                 let head = made.here();
                 let test = self.expr(test);
-                let unless = made.add(Step::Unless {
+                let unless = made.add(GeneratorStep::Unless {
                     line,
                     test,
                     otherwise: LATER,
                 });
-                made.loops.push(Loop::default());
+                made.loops.push(LoopPatches::default());
                 self.steps(body, made);
                 let turn = made.here();
-                made.add(Step::Turn { line, head });
+                made.add(GeneratorStep::Turn { line, head });
                 made.lead_here(&[unless]);
                 // `break` leaves the `else` block out, which belongs to the loop around already.
                 let ended = made.loops.pop();
@@ -209,14 +209,14 @@ impl Lower<'_> {
     }
 
     /// A statement without `yield`.
-    fn plain_step(&mut self, statement: &Stmt, line: u32, made: &mut Made) {
+    fn plain_step(&mut self, statement: &Stmt, line: u32, made: &mut StepBuilder) {
         if let Some(node) = self.statement(statement) {
             Self::run_step(node, line, made);
         }
     }
 
     /// Directives.
-    fn pass_steps(&self, place: NodePlace, line: u32, made: &mut Made) {
+    fn pass_steps(&self, place: DirectiveAnchor, line: u32, made: &mut StepBuilder) {
         let mut lines = Vec::new();
         self.pass(place, line, &mut lines);
         for (line, node) in lines {
@@ -224,8 +224,8 @@ impl Lower<'_> {
         }
     }
 
-    fn run_step(node: Box<dyn Executes>, line: u32, made: &mut Made) {
-        let index = made.add(Step::Run {
+    fn run_step(node: Box<dyn DynStmt>, line: u32, made: &mut StepBuilder) {
+        let index = made.add(GeneratorStep::Run {
             line,
             statement: node,
             on_break: LATER,
@@ -243,23 +243,23 @@ impl Lower<'_> {
         value: &ast::Expr,
         sent: Option<Box<dyn Target>>,
         line: u32,
-        made: &mut Made,
+        made: &mut StepBuilder,
     ) {
         let span: Span = value.span;
         made.add(match &value.kind {
-            ExprKind::YieldFrom(iterable) => Step::Delegate {
+            ExprKind::YieldFrom(iterable) => GeneratorStep::Delegate {
                 line,
                 iterable: self.expr(iterable),
                 sent,
                 span,
             },
-            ExprKind::Yield(Some(value)) => Step::Yield {
+            ExprKind::Yield(Some(value)) => GeneratorStep::Yield {
                 line,
                 value: self.operand(value),
                 sent,
                 span,
             },
-            _ => Step::Yield {
+            _ => GeneratorStep::Yield {
                 line,
                 value: Operand::Const(Value::None),
                 sent,
@@ -268,18 +268,23 @@ impl Lower<'_> {
         });
     }
 
-    fn if_steps(&mut self, branches: &[(ast::Expr, Vec<Stmt>)], orelse: &[Stmt], made: &mut Made) {
+    fn if_steps(
+        &mut self,
+        branches: &[(ast::Expr, Vec<Stmt>)],
+        orelse: &[Stmt],
+        made: &mut StepBuilder,
+    ) {
         let mut ends = Vec::new();
         for (index, (test, body)) in branches.iter().enumerate() {
             let line = self.line(test.span);
             let test = self.branch_test(test, index == 0);
-            let unless = made.add(Step::Unless {
+            let unless = made.add(GeneratorStep::Unless {
                 line,
                 test,
                 otherwise: LATER,
             });
             self.steps(body, made);
-            ends.push(made.add(Step::Jump(LATER)));
+            ends.push(made.add(GeneratorStep::Jump(LATER)));
             made.lead_here(&[unless]);
         }
         self.steps(orelse, made);
@@ -293,33 +298,33 @@ impl Lower<'_> {
         body: &[Stmt],
         orelse: &[Stmt],
         line: u32,
-        made: &mut Made,
+        made: &mut StepBuilder,
     ) {
         let span = iterable.span;
         let iterable = self.expr(iterable);
-        made.add(Step::Begin {
+        made.add(GeneratorStep::Begin {
             line,
             iterable,
             span,
         });
         let head = made.here();
         let target = self.loop_target(target);
-        let next = made.add(Step::Next {
+        let next = made.add(GeneratorStep::Next {
             target,
             span,
             end: LATER,
         });
-        made.loops.push(Loop::default());
+        made.loops.push(LoopPatches::default());
         self.steps(body, made);
         let turn = made.here();
-        made.add(Step::Turn { line, head });
+        made.add(GeneratorStep::Turn { line, head });
         made.lead_here(&[next]);
         let ended = made.loops.pop();
         self.steps(orelse, made);
-        let over = made.add(Step::Jump(LATER));
+        let over = made.add(GeneratorStep::Jump(LATER));
         made.loops.extend(ended);
         made.end_loop(turn);
-        made.add(Step::Leave);
+        made.add(GeneratorStep::Leave);
         made.lead_here(&[over]);
     }
 }
@@ -328,7 +333,7 @@ impl Lower<'_> {
 const LOOK: usize = 32;
 
 /// Whether a statement can be taken apart into steps: no `yield` in it, or only where a step can stop.
-fn can_stop(statement: &Stmt, budget: &Budget<'_>) -> bool {
+fn can_stop(statement: &Stmt, budget: &WorkBudget<'_>) -> bool {
     let has_yield = |expr: &ast::Expr| has_yield(expr, budget);
     let can_stop = |statement: &Stmt| can_stop(statement, budget);
     if !yields(statement, budget) {
@@ -367,7 +372,7 @@ fn can_stop(statement: &Stmt, budget: &Budget<'_>) -> bool {
 }
 
 /// Whether there is a `yield` of the function itself in a statement.
-fn yields(statement: &Stmt, budget: &Budget<'_>) -> bool {
+fn yields(statement: &Stmt, budget: &WorkBudget<'_>) -> bool {
     budget.worked(LOOK);
     let mut found = false;
     visit::own_expressions(statement, &mut |expr| {
@@ -385,7 +390,7 @@ fn yields(statement: &Stmt, budget: &Budget<'_>) -> bool {
 }
 
 /// Whether there is a `yield` in an expression; those of lambdas in it count too.
-fn has_yield(expr: &ast::Expr, budget: &Budget<'_>) -> bool {
+fn has_yield(expr: &ast::Expr, budget: &WorkBudget<'_>) -> bool {
     budget.worked(LOOK);
     let mut found = matches!(expr.kind, ExprKind::Yield(_) | ExprKind::YieldFrom(_));
     visit::parts(expr, &mut |part| found = found || has_yield(part, budget));

@@ -1,24 +1,24 @@
 //! Blocks and what protects statements in them: the statements of a `try` stand among those of the block around it.
 
-use super::{Line, Lower};
+use super::{Lower, NumberedStmt};
 use crate::ast::{self, Stmt, StmtKind};
-use crate::eval::Executes;
+use crate::eval::DynStmt;
 use crate::eval::code::Block;
-use crate::eval::stmt::handle::{Finally, Guard, Handler};
+use crate::eval::stmt::handle::{ExceptClause, Finally, ProtectedRange};
 use crate::eval::stmt::handle_star::TryStar;
-use crate::value::trash::Nodes;
+use crate::value::trash::NodeList;
 
 /// What a block is made of.
 #[derive(Default)]
-pub(super) struct Lines {
+pub(super) struct BlockBuilder {
     /// Its statements.
-    pub statements: Vec<Line>,
+    pub statements: Vec<NumberedStmt>,
     /// What protects some of them, by where that ends, inner ones first.
-    pub guards: Vec<Guard>,
+    pub guards: Vec<ProtectedRange>,
 }
 
-impl From<Lines> for Block {
-    fn from(lines: Lines) -> Self {
+impl From<BlockBuilder> for Block {
+    fn from(lines: BlockBuilder) -> Self {
         Block::new(lines.statements, lines.guards)
     }
 }
@@ -26,14 +26,14 @@ impl From<Lines> for Block {
 impl Lower<'_> {
     /// A block of these statements.
     pub(super) fn block(&mut self, body: &[Stmt]) -> Block {
-        let mut lines = Lines::default();
+        let mut lines = BlockBuilder::default();
         self.deeper(|lower| lower.add_lines(body, &mut lines));
         lines.into()
     }
 
     /// Adds a `try` to the block around it, if nobody watches that as one statement and it has neither `except*` nor `finally`.
     /// Whether it has been added.
-    pub(super) fn add_guarded(&mut self, statement: &Stmt, lines: &mut Lines) -> bool {
+    pub(super) fn add_guarded(&mut self, statement: &Stmt, lines: &mut BlockBuilder) -> bool {
         match &statement.kind {
             StmtKind::Try {
                 body,
@@ -53,14 +53,14 @@ impl Lower<'_> {
         body: &[Stmt],
         handlers: &[ast::Handler],
         orelse: &[Stmt],
-        lines: &mut Lines,
+        lines: &mut BlockBuilder,
     ) {
         self.deeper(|lower| {
             let start = lines.statements.len();
             lower.add_lines(body, lines);
             let body = start..lines.statements.len();
             let (guard, after) = (lines.guards.len(), body.end);
-            lines.guards.push(Guard {
+            lines.guards.push(ProtectedRange {
                 body,
                 after,
                 handlers: lower.handlers(handlers),
@@ -78,7 +78,7 @@ impl Lower<'_> {
         handlers: &[ast::Handler],
         orelse: &[Stmt],
         finally: &[Stmt],
-    ) -> Box<dyn Executes> {
+    ) -> Box<dyn DynStmt> {
         let protected = if handlers.is_empty() {
             self.block(body)
         } else if has_star(handlers) {
@@ -89,7 +89,7 @@ impl Lower<'_> {
             });
             Block::new(vec![(line, node)], Vec::new())
         } else {
-            let mut lines = Lines::default();
+            let mut lines = BlockBuilder::default();
             self.add_protected(body, handlers, orelse, &mut lines);
             lines.into()
         };
@@ -104,13 +104,13 @@ impl Lower<'_> {
         })
     }
 
-    fn handlers(&mut self, handlers: &[ast::Handler]) -> Nodes<Handler> {
+    fn handlers(&mut self, handlers: &[ast::Handler]) -> NodeList<ExceptClause> {
         let handlers = handlers.iter().map(|handler| self.handler(handler));
         handlers.collect()
     }
 
-    fn handler(&mut self, handler: &ast::Handler) -> Handler {
-        Handler {
+    fn handler(&mut self, handler: &ast::Handler) -> ExceptClause {
+        ExceptClause {
             span: handler
                 .exception
                 .as_ref()

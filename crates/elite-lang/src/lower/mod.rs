@@ -15,18 +15,18 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::sync::Arc;
 
-use self::guard::Lines;
-use crate::ast::{self, Constant, NodeMark, NodePlace, ScopeId};
-use crate::debug::{Debugger, Site};
-use crate::eval::Core;
-use crate::eval::code::{Body, Code, CodeKind, Params, Refers, TextNames};
+use self::guard::BlockBuilder;
+use crate::ast::{self, Constant, DirectiveAnchor, NodeDirective, ScopeId};
+use crate::debug::{Debugger, StatementSite};
+use crate::eval::InterpreterState;
+use crate::eval::code::{Body, Code, CodeKind, CodeRefs, Params, SourceSymbols};
 use crate::eval::coroutine::{LEVEL, RESERVE};
-use crate::eval::count::{Counters, Mark, MarkThen};
-use crate::eval::expr::enter::Entries;
-use crate::eval::node::{Pass, PassThen};
-use crate::eval::{Executes, Expr};
-use crate::limits::memory::Budget;
-use crate::resolve::{FrameLayout, Place, Resolution, ScopePlaces};
+use crate::eval::count::{CoverageCondition, CoverageCounters, CoverageMark};
+use crate::eval::expr::enter::EntryPoints;
+use crate::eval::node::{EnterTaskNode, EnterTaskNodeThen};
+use crate::eval::{BoxExpr, DynStmt};
+use crate::limits::memory::WorkBudget;
+use crate::resolve::{FrameLayout, Resolution, ScopeLayout, Storage};
 use crate::source::{SourceFile, Span};
 use crate::value::module::Namespace;
 use crate::value::{Bytes, CellVar, Symbol, Value};
@@ -39,24 +39,24 @@ const WHOLE: usize = 2048;
 
 /// Makes the code of a whole module, which means nothing if the work is given up in a pause.
 pub fn module(
-    core: &Rc<Core>,
+    core: &Rc<InterpreterState>,
     namespace: &Rc<Namespace>,
     file: &Arc<SourceFile>,
     module: &ast::Module,
     resolution: &Resolution,
-    budget: &Budget<'_>,
+    budget: &WorkBudget<'_>,
 ) -> Rc<Code> {
     Lower::new(core, namespace, file, resolution, budget).whole_module(module)
 }
 
 /// Makes the code of a program, with marks where its lines are counted.
 pub fn program(
-    core: &Rc<Core>,
+    core: &Rc<InterpreterState>,
     namespace: &Rc<Namespace>,
     file: &Arc<SourceFile>,
     module: &ast::Module,
     resolution: &Resolution,
-    budget: &Budget<'_>,
+    budget: &WorkBudget<'_>,
 ) -> Rc<Code> {
     let mut lower = Lower::new(core, namespace, file, resolution, budget);
     lower.counters.clone_from(&core.counters.borrow());
@@ -66,12 +66,12 @@ pub fn program(
 
 /// Makes the code of a single expression, as `eval` runs it.
 pub fn expression(
-    core: &Rc<Core>,
+    core: &Rc<InterpreterState>,
     namespace: &Rc<Namespace>,
     file: &Arc<SourceFile>,
     expr: &ast::Expr,
     resolution: &Resolution,
-    budget: &Budget<'_>,
+    budget: &WorkBudget<'_>,
 ) -> Rc<Code> {
     let mut lower = Lower::new(core, namespace, file, resolution, budget);
     let body = lower.expr(expr);
@@ -79,11 +79,11 @@ pub fn expression(
 }
 
 struct Lower<'l> {
-    core: &'l Rc<Core>,
+    core: &'l Rc<InterpreterState>,
     namespace: &'l Rc<Namespace>,
     file: &'l Arc<SourceFile>,
     resolution: &'l Resolution,
-    budget: &'l Budget<'l>,
+    budget: &'l WorkBudget<'l>,
     /// The scope names are looked up in, and the one that has the frame.
     scope: ScopeId,
     frame_scope: ScopeId,
@@ -95,33 +95,37 @@ struct Lower<'l> {
     /// Nodes made since the last list of nodes that can be dropped bit by bit.
     made: usize,
     /// The directives by when they are passed.
-    passes: BTreeMap<NodePlace, Vec<Pass>>,
+    passes: BTreeMap<DirectiveAnchor, Vec<EnterTaskNode>>,
     /// The symbols it has used.
-    names: Rc<TextNames>,
+    names: Rc<SourceSymbols>,
     /// What the frame refers to beyond itself.
-    refers: RefCell<Refers>,
+    refers: RefCell<CodeRefs>,
     /// Where the lines are counted, if they are.
-    counters: Option<Rc<Counters>>,
+    counters: Option<Rc<CoverageCounters>>,
     /// Who is told of statements, if somebody is.
     debugger: Option<Rc<Debugger>>,
     /// The next statement is the first of its frame.
     is_first: bool,
     /// The statement that is being made, where it is watched.
-    loop_site: Option<Rc<Site>>,
+    loop_site: Option<Rc<StatementSite>>,
 }
 
 /// What a frame takes and refers to.
-struct Extent {
+struct FrameInfo {
     /// Native stack.
     stack_bytes: usize,
-    refers: Refers,
+    refers: CodeRefs,
 }
 
 /// A statement with its line.
-type Line = (u32, Box<dyn Executes>);
+type NumberedStmt = (u32, Box<dyn DynStmt>);
 
 /// The nodes of a text in the table of the interpreter.
-fn passes(core: &Core, nodes: &[NodeMark], budget: &Budget<'_>) -> BTreeMap<NodePlace, Vec<Pass>> {
+fn passes(
+    core: &InterpreterState,
+    nodes: &[NodeDirective],
+    budget: &WorkBudget<'_>,
+) -> BTreeMap<DirectiveAnchor, Vec<EnterTaskNode>> {
     let mut passes: BTreeMap<_, Vec<_>> = BTreeMap::new();
     for mark in nodes {
         budget.worked(2 * NAME);
@@ -130,18 +134,18 @@ fn passes(core: &Core, nodes: &[NodeMark], budget: &Budget<'_>) -> BTreeMap<Node
         passes
             .entry(mark.place)
             .or_default()
-            .push(Pass { node, after });
+            .push(EnterTaskNode { node, after });
     }
     passes
 }
 
 impl<'l> Lower<'l> {
     fn new(
-        core: &'l Rc<Core>,
+        core: &'l Rc<InterpreterState>,
         namespace: &'l Rc<Namespace>,
         file: &'l Arc<SourceFile>,
         resolution: &'l Resolution,
-        budget: &'l Budget<'l>,
+        budget: &'l WorkBudget<'l>,
     ) -> Self {
         Lower {
             core,
@@ -168,10 +172,10 @@ impl<'l> Lower<'l> {
     fn whole_module(mut self, module: &ast::Module) -> Rc<Code> {
         self.passes = passes(self.core, &module.nodes, self.budget);
         let body = self.deeper(|lower| {
-            let mut lines = Lines::default();
+            let mut lines = BlockBuilder::default();
             lower.add_lines(&module.body, &mut lines);
             let line = lines.statements.last().map_or(1, |(line, _)| *line);
-            lower.pass(NodePlace::AtEnd, line, &mut lines.statements);
+            lower.pass(DirectiveAnchor::AtEnd, line, &mut lines.statements);
             lines.into()
         });
         self.budget.drop_each(std::mem::take(&mut self.passes));
@@ -184,8 +188,8 @@ impl<'l> Lower<'l> {
         self.budget.is_given_up()
     }
 
-    fn places(&self, scope: ScopeId) -> &'l ScopePlaces {
-        static NONE: ScopePlaces = ScopePlaces::NONE;
+    fn places(&self, scope: ScopeId) -> &'l ScopeLayout {
+        static NONE: ScopeLayout = ScopeLayout::NONE;
         let places = self.resolution.scopes.get(scope.0 as usize);
         places.and_then(Option::as_ref).unwrap_or(&NONE)
     }
@@ -195,13 +199,13 @@ impl<'l> Lower<'l> {
         self.places(scope).frame.as_ref().unwrap_or(&NONE)
     }
 
-    fn place(&self, name: &str) -> Place {
+    fn place(&self, name: &str) -> Storage {
         self.budget.worked(NAME);
         self.places(self.scope)
             .names
             .get(name)
             .cloned()
-            .unwrap_or(Place::Global)
+            .unwrap_or(Storage::Global)
     }
 
     fn symbol(&self, name: &str) -> Symbol {
@@ -249,7 +253,7 @@ impl<'l> Lower<'l> {
         scope: ScopeId,
         prefix: String,
         inner: impl FnOnce(&mut Self) -> T,
-    ) -> (T, Extent) {
+    ) -> (T, FrameInfo) {
         let outer_refers = self.refers.take();
         let outer_scope = std::mem::replace(&mut self.scope, scope);
         let outer_frame = std::mem::replace(&mut self.frame_scope, scope);
@@ -260,7 +264,7 @@ impl<'l> Lower<'l> {
             std::mem::take(&mut self.deepest),
         );
         let result = inner(self);
-        let extent = Extent {
+        let extent = FrameInfo {
             stack_bytes: stack_bytes(self.deepest),
             refers: self.refers.replace(outer_refers),
         };
@@ -295,7 +299,7 @@ impl<'l> Lower<'l> {
             free_names: Box::default(),
             cells: layout.cells.clone().into(),
             kind: CodeKind::Plain,
-            entries: Entries::of(CodeKind::Plain, &Params::default(), usize::MAX),
+            entries: EntryPoints::of(CodeKind::Plain, &Params::default(), usize::MAX),
             body,
             names: self.names.clone(),
             module: Some(Rc::downgrade(self.namespace)),
@@ -313,13 +317,13 @@ impl<'l> Lower<'l> {
     }
 
     /// Adds the statements of a block that do something, and the directives between them.
-    fn add_lines(&mut self, body: &[ast::Stmt], lines: &mut Lines) {
+    fn add_lines(&mut self, body: &[ast::Stmt], lines: &mut BlockBuilder) {
         for statement in body {
             if self.is_given_up_after(NODE) {
                 break;
             }
             let (line, start) = (self.line(statement.span), statement.span.start);
-            self.pass(NodePlace::Before(start), line, &mut lines.statements);
+            self.pass(DirectiveAnchor::Before(start), line, &mut lines.statements);
             if let Some(mark) = self.mark(statement, line) {
                 lines.statements.push((line, Box::new(mark)));
             }
@@ -328,12 +332,12 @@ impl<'l> Lower<'l> {
             {
                 lines.statements.push((line, node));
             }
-            self.pass(NodePlace::After(start), line, &mut lines.statements);
+            self.pass(DirectiveAnchor::After(start), line, &mut lines.statements);
         }
     }
 
     /// The mark of a statement whose executions are counted; declarations are not executed.
-    fn mark(&self, statement: &ast::Stmt, line: u32) -> Option<Mark> {
+    fn mark(&self, statement: &ast::Stmt, line: u32) -> Option<CoverageMark> {
         let counters = self.counters.as_ref()?;
         match &statement.kind {
             ast::StmtKind::Global(_) | ast::StmtKind::Nonlocal(_) => None,
@@ -343,14 +347,14 @@ impl<'l> Lower<'l> {
     }
 
     /// Adds the directives that are passed at `place`, as if they stood in `line`.
-    fn pass(&self, place: NodePlace, line: u32, lines: &mut Vec<Line>) {
+    fn pass(&self, place: DirectiveAnchor, line: u32, lines: &mut Vec<NumberedStmt>) {
         for pass in self.passes.get(&place).into_iter().flatten() {
             lines.push((line, Box::new(*pass)));
         }
     }
 
     /// The condition of a branch of an `if`.
-    fn branch_test(&mut self, test: &ast::Expr, is_first: bool) -> Expr {
+    fn branch_test(&mut self, test: &ast::Expr, is_first: bool) -> BoxExpr {
         let then = match is_first {
             true => self.expr(test),
             false => self.watched_test(test, None),
@@ -358,14 +362,14 @@ impl<'l> Lower<'l> {
         let counters = self.counters.as_ref();
         let then = match counters {
             None => then,
-            Some(counters) => Box::new(MarkThen {
+            Some(counters) => Box::new(CoverageCondition {
                 mark: counters.mark(self.file.name(), self.line(test.span)),
                 then,
             }),
         };
-        match self.passes.get(&NodePlace::Before(test.span.start)) {
+        match self.passes.get(&DirectiveAnchor::Before(test.span.start)) {
             None => then,
-            Some(passes) => Box::new(PassThen {
+            Some(passes) => Box::new(EnterTaskNodeThen {
                 passes: passes.clone().into(),
                 then,
             }),

@@ -3,8 +3,8 @@
 
 use super::Lower;
 use crate::ast::{self, BinaryOp, Constant, Conversion, ExprKind};
-use crate::eval::Expr;
-use crate::eval::expr::fstring::{FString, Part};
+use crate::eval::BoxExpr;
+use crate::eval::expr::fstring::{FString, FStringSegment};
 use crate::eval::expr::percent::PercentFormat;
 use crate::source::Span;
 use crate::value::Value;
@@ -20,7 +20,7 @@ impl Lower<'_> {
         left: &ast::Expr,
         right: &ast::Expr,
         span: Span,
-    ) -> Option<Expr> {
+    ) -> Option<BoxExpr> {
         let (BinaryOp::Mod, ExprKind::Tuple(items)) = (op, &right.kind) else {
             return None;
         };
@@ -38,8 +38,8 @@ impl Lower<'_> {
             let mut items = items.iter();
             let part = |piece| {
                 Some(match piece {
-                    Piece::Text(text) => Part::Text(text.into()),
-                    Piece::Field(conversion, spec) => Part::Field {
+                    FormatSegment::Text(text) => FStringSegment::Text(text.into()),
+                    FormatSegment::Field(conversion, spec) => FStringSegment::Field {
                         value: self.expr(items.next()?),
                         conversion,
                         spec: spec.into(),
@@ -63,13 +63,13 @@ impl Lower<'_> {
 
 /// A piece of a format, in the words of f-strings.
 #[derive(Debug, PartialEq)]
-enum Piece {
+enum FormatSegment {
     Text(String),
     Field(Conversion, String),
 }
 
 /// A format in pieces, if it has fields of texts only, one for each of `count` items.
-fn pieces(format: &str, count: usize) -> Option<Vec<Piece>> {
+fn pieces(format: &str, count: usize) -> Option<Vec<FormatSegment>> {
     let (mut pieces, mut text, mut fields) = (Vec::new(), String::new(), 0);
     let mut rest = format;
     while let Some(at) = rest.find('%') {
@@ -82,7 +82,7 @@ fn pieces(format: &str, count: usize) -> Option<Vec<Piece>> {
         }
         let (field, behind) = field(rest)?;
         if !text.is_empty() {
-            pieces.push(Piece::Text(std::mem::take(&mut text)));
+            pieces.push(FormatSegment::Text(std::mem::take(&mut text)));
         }
         pieces.push(field);
         fields += 1;
@@ -90,13 +90,13 @@ fn pieces(format: &str, count: usize) -> Option<Vec<Piece>> {
     }
     text.push_str(rest);
     if !text.is_empty() {
-        pieces.push(Piece::Text(text));
+        pieces.push(FormatSegment::Text(text));
     }
     (fields == count).then_some(pieces)
 }
 
 /// A field at the start of a text behind its `%`, and the text behind it.
-fn field(text: &str) -> Option<(Piece, &str)> {
+fn field(text: &str) -> Option<(FormatSegment, &str)> {
     let behind = text.trim_start_matches(['-', '+', ' ', '#', '0']);
     let is_left = text[..text.len() - behind.len()].contains('-');
     let (width, behind) = digits(behind)?;
@@ -123,7 +123,7 @@ fn field(text: &str) -> Option<(Piece, &str)> {
     if let Some(precision) = precision {
         spec.push_str(&format!(".{precision}"));
     }
-    Some((Piece::Field(conversion, spec), &behind[1..]))
+    Some((FormatSegment::Field(conversion, spec), &behind[1..]))
 }
 
 /// The number at the start of a text, if there is one, and the text behind it; None if it has too many digits.
@@ -143,12 +143,12 @@ mod tests {
 
     #[test]
     fn only_formats_of_texts_are_fields() {
-        let field = |conversion, spec: &str| Piece::Field(conversion, spec.to_owned());
+        let field = |conversion, spec: &str| FormatSegment::Field(conversion, spec.to_owned());
         let found = pieces("50%% %s|%-5r%a", 3);
         let wanted = vec![
-            Piece::Text("50% ".to_owned()),
+            FormatSegment::Text("50% ".to_owned()),
             field(Conversion::Str, ""),
-            Piece::Text("|".to_owned()),
+            FormatSegment::Text("|".to_owned()),
             field(Conversion::Repr, "5"),
             field(Conversion::Ascii, ""),
         ];

@@ -6,28 +6,28 @@ use super::Lower;
 use super::expr::keeps_locals;
 use crate::ast::{self, ExprKind, Stmt, StmtKind};
 use crate::eval::code::Block;
-use crate::eval::expr::attribute::Cache;
+use crate::eval::expr::attribute::InlineCache;
 use crate::eval::stmt::assert::{Assert, AssertComparison};
 use crate::eval::stmt::assign::{
-    Assign, AssignEach, AssignItems, AugAttribute, AugItem, AugName, assign_attribute, assign_item,
-    assign_last_first, assign_local, assign_pair, augmented_local,
+    Assign, AssignItems, AssignTargets, AugAttribute, AugItem, AugName, assign_attribute,
+    assign_item, assign_last_first, assign_local, assign_pair, augmented_local,
 };
-use crate::eval::stmt::class_body::Annotate;
-use crate::eval::stmt::control::{Break, Continue, If, ReturnNone, return_value};
+use crate::eval::stmt::class_body::AnnotatedAssign;
+use crate::eval::stmt::control::{BareReturn, Break, Continue, If, return_value};
 use crate::eval::stmt::import::{Import, ImportFrom, ImportStar};
-use crate::eval::stmt::loops::{For, Turns, While};
+use crate::eval::stmt::loops::{For, LoopBody, While};
 use crate::eval::stmt::simple::{Delete, ExprStatement, Print, Raise};
 use crate::eval::stmt::with::With;
-use crate::eval::{Executes, Expr};
-use crate::resolve::Place;
+use crate::eval::{BoxExpr, DynStmt};
+use crate::resolve::Storage;
 use crate::source::Span;
 use crate::value::Value;
 
-type Node = Box<dyn Executes>;
+type BoxStmt = Box<dyn DynStmt>;
 
 impl Lower<'_> {
     /// The node of a statement; None for those that do nothing.
-    pub(super) fn statement(&mut self, statement: &Stmt) -> Option<Node> {
+    pub(super) fn statement(&mut self, statement: &Stmt) -> Option<BoxStmt> {
         let span = statement.span;
         Some(match &statement.kind {
             StmtKind::Expr(expr) if matches!(expr.kind, ExprKind::Constant(_)) => return None,
@@ -59,7 +59,7 @@ impl Lower<'_> {
             StmtKind::Pass | StmtKind::Global(_) | StmtKind::Nonlocal(_) => return None,
             StmtKind::Break => Box::new(Break),
             StmtKind::Continue => Box::new(Continue),
-            StmtKind::Return(None) => Box::new(ReturnNone),
+            StmtKind::Return(None) => Box::new(BareReturn),
             StmtKind::Return(Some(value)) => return_value(self.operand(value)),
             StmtKind::Raise { exception, cause } => {
                 let exception = exception.as_ref().map(|expr| self.expr(expr));
@@ -103,7 +103,7 @@ impl Lower<'_> {
         })
     }
 
-    fn compound(&mut self, statement: &Stmt) -> Node {
+    fn compound(&mut self, statement: &Stmt) -> BoxStmt {
         match &statement.kind {
             StmtKind::If { branches, orelse } => {
                 let branch = |(index, (test, body)): (usize, &(ast::Expr, Vec<Stmt>))| {
@@ -121,7 +121,7 @@ impl Lower<'_> {
             }
             StmtKind::While { test, body, orelse } => Box::new(While {
                 test: self.loop_test(test),
-                turns: Turns {
+                turns: LoopBody {
                     line: self.line(test.span),
                     body: self.block(body),
                     orelse: self.block(orelse),
@@ -136,7 +136,7 @@ impl Lower<'_> {
                 iterable: self.expr(iterable),
                 span: iterable.span,
                 target: self.watched_target(target),
-                turns: Turns {
+                turns: LoopBody {
                     line: self.line(statement.span),
                     body: self.block(body),
                     orelse: self.block(orelse),
@@ -159,15 +159,15 @@ impl Lower<'_> {
         &mut self,
         target: &ast::Expr,
         annotation: &ast::Expr,
-        assign: Option<Node>,
-    ) -> Option<Node> {
+        assign: Option<BoxStmt>,
+    ) -> Option<BoxStmt> {
         let ExprKind::Name(name) = &target.kind else {
             return assign;
         };
-        let Place::Class(annotations) = self.place("__annotations__") else {
+        let Storage::Class(annotations) = self.place("__annotations__") else {
             return assign;
         };
-        Some(Box::new(Annotate {
+        Some(Box::new(AnnotatedAssign {
             assign,
             annotations,
             name: self.core.symbols.value(self.symbol(name)),
@@ -177,7 +177,7 @@ impl Lower<'_> {
     }
 
     /// As many values for targets, none of which is starred.
-    fn assign_each(&mut self, names: &[ast::Expr], values: &[ast::Expr]) -> Node {
+    fn assign_each(&mut self, names: &[ast::Expr], values: &[ast::Expr]) -> BoxStmt {
         // In CPython the values of two or three local names lie on the stack, with the last one on top; constants are a tuple.
         let last_first = !values.iter().all(is_constant) && self.are_apart(names);
         if let ([first, second], [x, y]) = (names, values) {
@@ -188,7 +188,7 @@ impl Lower<'_> {
             let targets = [self.destination(first), self.destination(second)];
             return assign_pair(targets, values);
         }
-        Box::new(AssignEach {
+        Box::new(AssignTargets {
             values: values.iter().map(|value| self.operand(value)).collect(),
             targets: names.iter().map(|name| self.destination(name)).collect(),
             last_first,
@@ -209,7 +209,7 @@ impl Lower<'_> {
         }
     }
 
-    fn assign(&mut self, targets: &[ast::Expr], value: &ast::Expr) -> Node {
+    fn assign(&mut self, targets: &[ast::Expr], value: &ast::Expr) -> BoxStmt {
         if let [target] = targets {
             if let ExprKind::Tuple(names) | ExprKind::List(names) = &target.kind
                 && let ExprKind::Tuple(values) = &value.kind
@@ -243,7 +243,7 @@ impl Lower<'_> {
                 return assign_item(self.item_target(target), value);
             }
             if let ExprKind::Name(name) = &target.kind
-                && let Place::Local(slot) = self.place(name)
+                && let Storage::Local(slot) = self.place(name)
             {
                 return assign_local(slot, self.operand(value));
             }
@@ -261,10 +261,10 @@ impl Lower<'_> {
         op: ast::BinaryOp,
         value: &ast::Expr,
         span: Span,
-    ) -> Node {
+    ) -> BoxStmt {
         match &target.kind {
             ExprKind::Name(name) => {
-                if let Place::Local(slot) = self.place(name) {
+                if let Storage::Local(slot) = self.place(name) {
                     let value = self.operand(value);
                     return augmented_local(op, slot, value, target.span, span);
                 }
@@ -297,7 +297,7 @@ impl Lower<'_> {
                 let target = self.attribute_target(target);
                 Box::new(AugAttribute {
                     target,
-                    cache: Cache::default(),
+                    cache: InlineCache::default(),
                     op,
                     keeps: keeps_locals(value),
                     value: self.operand(value),
@@ -308,11 +308,11 @@ impl Lower<'_> {
     }
 
     /// Several items of a `with` are nested statements.
-    fn with(&mut self, items: &[ast::WithItem], body: &[Stmt], span: Span) -> Node {
+    fn with(&mut self, items: &[ast::WithItem], body: &[Stmt], span: Span) -> BoxStmt {
         self.deeper(|lower| match items {
-            [] => Box::new(crate::eval::stmt::control::Pass) as Node,
+            [] => Box::new(crate::eval::stmt::control::Pass) as BoxStmt,
             [item, rest @ ..] => {
-                let context: Expr = lower.expr(&item.context);
+                let context: BoxExpr = lower.expr(&item.context);
                 let target = item.target.as_ref().map(|target| lower.target(target));
                 let body = if rest.is_empty() {
                     lower.block(body)
@@ -330,7 +330,7 @@ impl Lower<'_> {
         })
     }
 
-    fn import(&mut self, names: &[ast::ImportAlias], span: Span) -> Node {
+    fn import(&mut self, names: &[ast::ImportAlias], span: Span) -> BoxStmt {
         let node = |alias: &ast::ImportAlias| {
             let name = &alias.name.name;
             let first = name.split('.').next().unwrap_or("");
@@ -342,9 +342,9 @@ impl Lower<'_> {
                 aliased,
                 target,
                 span: alias.name.span,
-            }) as Node
+            }) as BoxStmt
         };
-        let mut nodes: Vec<Node> = names.iter().map(node).collect();
+        let mut nodes: Vec<BoxStmt> = names.iter().map(node).collect();
         if nodes.len() == 1
             && let Some(node) = nodes.pop()
         {
@@ -361,7 +361,7 @@ impl Lower<'_> {
         names: &[ast::ImportAlias],
         star: bool,
         span: Span,
-    ) -> Node {
+    ) -> BoxStmt {
         let module_name = module.name.clone();
         if star {
             let (namespace, module) = (self.namespace.clone(), module_name);

@@ -6,13 +6,13 @@ use crate::ast::{self, ExprKind};
 use crate::eval::stmt::class_body::ClassSlot;
 use crate::eval::stmt::loops::LoopTarget;
 use crate::eval::stmt::target::{
-    AttributeTarget, Destination, ItemTarget, MappedTarget, Shared, SharedTarget, Slot, Target,
-    Unpack,
+    AttributeTarget, CellRef, ItemTarget, LocalOrTarget, MappingTarget, SharedTarget, SlotTarget,
+    Target, Unpack,
 };
-use crate::resolve::Place;
+use crate::resolve::Storage;
 use crate::source::Span;
 use crate::value::Value;
-use crate::value::trash::Nodes;
+use crate::value::trash::NodeList;
 
 impl Lower<'_> {
     pub(super) fn target(&mut self, target: &ast::Expr) -> Box<dyn Target> {
@@ -25,7 +25,7 @@ impl Lower<'_> {
             ExprKind::Tuple(items) | ExprKind::List(items) => Box::new(self.unpack(items, span)),
             // The parser accepts no other targets.
             _ => Box::new(Unpack {
-                targets: Nodes::default(),
+                targets: NodeList::default(),
                 star: None,
                 span,
             }),
@@ -51,7 +51,7 @@ impl Lower<'_> {
         for (slot, item) in slots.iter_mut().zip(items) {
             match &item.kind {
                 ExprKind::Name(name) => match self.place(name) {
-                    Place::Local(local) => *slot = local,
+                    Storage::Local(local) => *slot = local,
                     _ => return None,
                 },
                 _ => return None,
@@ -61,20 +61,20 @@ impl Lower<'_> {
     }
 
     /// A target, as what it is.
-    pub(super) fn destination(&mut self, target: &ast::Expr) -> Destination {
+    pub(super) fn destination(&mut self, target: &ast::Expr) -> LocalOrTarget {
         if let ExprKind::Name(name) = &target.kind
-            && let Place::Local(slot) = self.place(name)
+            && let Storage::Local(slot) = self.place(name)
         {
             let span = target.span;
-            return Destination::Local(Slot { slot, span });
+            return LocalOrTarget::Local(SlotTarget { slot, span });
         }
-        Destination::Other(self.target(target))
+        LocalOrTarget::Other(self.target(target))
     }
 
     /// What a loop binds.
     pub(super) fn loop_target(&mut self, target: &ast::Expr) -> LoopTarget {
         if let ExprKind::Name(name) = &target.kind
-            && let Place::Local(slot) = self.place(name)
+            && let Storage::Local(slot) = self.place(name)
         {
             return LoopTarget::Slot(slot);
         }
@@ -94,7 +94,7 @@ impl Lower<'_> {
         LoopTarget::Other(self.target(target))
     }
 
-    pub(super) fn targets(&mut self, targets: &[ast::Expr]) -> Nodes<Box<dyn Target>> {
+    pub(super) fn targets(&mut self, targets: &[ast::Expr]) -> NodeList<Box<dyn Target>> {
         targets.iter().map(|target| self.target(target)).collect()
     }
 
@@ -138,16 +138,16 @@ impl Lower<'_> {
     pub(super) fn name_target(&mut self, name: &str, span: Span) -> Box<dyn Target> {
         if let Some(slot) = self.mapping(name, true) {
             let key = Value::str(name);
-            return Box::new(MappedTarget { slot, key, span });
+            return Box::new(MappingTarget { slot, key, span });
         }
         let place = match self.place(name) {
-            Place::Local(slot) => return Box::new(Slot { slot, span }),
-            Place::Class(slot) => return Box::new(ClassSlot { slot, span }),
-            Place::Cell(slot) => Shared::Cell(slot),
-            Place::Free(index) => Shared::Free(index),
-            Place::Global => {
+            Storage::Local(slot) => return Box::new(SlotTarget { slot, span }),
+            Storage::Class(slot) => return Box::new(ClassSlot { slot, span }),
+            Storage::Cell(slot) => CellRef::Cell(slot),
+            Storage::Free(index) => CellRef::Free(index),
+            Storage::Global => {
                 let name = self.symbol(name);
-                Shared::Global(self.variable(name), name)
+                CellRef::Global(self.variable(name), name)
             }
         };
         Box::new(SharedTarget { place, span })

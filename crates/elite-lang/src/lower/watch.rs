@@ -4,22 +4,22 @@ use std::rc::Rc;
 
 use super::Lower;
 use crate::ast::{self, ExprKind, Stmt, StmtKind};
-use crate::debug::{Site, is_place};
+use crate::debug::{StatementSite, is_place};
 use crate::eval::stmt::loops::LoopTarget;
-use crate::eval::watch::{Watched, WatchedTarget, WatchedTest};
-use crate::eval::{Executes, Expr};
+use crate::eval::watch::{DebugCondition, DebugStatement, WatchedTarget};
+use crate::eval::{BoxExpr, DynStmt};
 use crate::lint::visit;
 use crate::source::Span;
 
 impl Lower<'_> {
     /// The node of a statement, watched where the program is.
-    pub(super) fn watched(&mut self, statement: &Stmt) -> Option<Box<dyn Executes>> {
+    pub(super) fn watched(&mut self, statement: &Stmt) -> Option<Box<dyn DynStmt>> {
         let Some(debugger) = self.debugger.clone().filter(|_| is_place(statement)) else {
             return self.statement(statement);
         };
         let site = self.site(statement.span);
         let inner = self.deeper(|lower| lower.statement_at(statement, &site));
-        Some(Box::new(Watched {
+        Some(Box::new(DebugStatement {
             debugger,
             site,
             inner,
@@ -28,7 +28,11 @@ impl Lower<'_> {
         }))
     }
 
-    fn statement_at(&mut self, statement: &Stmt, site: &Rc<Site>) -> Option<Box<dyn Executes>> {
+    fn statement_at(
+        &mut self,
+        statement: &Stmt,
+        site: &Rc<StatementSite>,
+    ) -> Option<Box<dyn DynStmt>> {
         let outer = self.loop_site.replace(site.clone());
         let node = self.statement(statement);
         self.loop_site = outer;
@@ -36,7 +40,7 @@ impl Lower<'_> {
     }
 
     /// The condition of a `while`. It is told of from the second time on: the first one belongs to the statement.
-    pub(super) fn loop_test(&mut self, test: &ast::Expr) -> Expr {
+    pub(super) fn loop_test(&mut self, test: &ast::Expr) -> BoxExpr {
         let begun_at = self.loop_site.clone();
         self.watched_test(test, begun_at)
     }
@@ -56,7 +60,11 @@ impl Lower<'_> {
     }
 
     /// A condition that is a place to stop at.
-    pub(super) fn watched_test(&mut self, test: &ast::Expr, begun_at: Option<Rc<Site>>) -> Expr {
+    pub(super) fn watched_test(
+        &mut self,
+        test: &ast::Expr,
+        begun_at: Option<Rc<StatementSite>>,
+    ) -> BoxExpr {
         let Some(debugger) = self.debugger.clone() else {
             return self.expr(test);
         };
@@ -65,7 +73,7 @@ impl Lower<'_> {
             None => self.site(test.span),
         };
         let then = self.deeper(|lower| lower.expr(test));
-        Box::new(WatchedTest {
+        Box::new(DebugCondition {
             debugger,
             site,
             begun_at,
@@ -73,9 +81,9 @@ impl Lower<'_> {
         })
     }
 
-    fn site(&mut self, span: Span) -> Rc<Site> {
+    fn site(&mut self, span: Span) -> Rc<StatementSite> {
         let position = self.file.position(span.start);
-        Rc::new(Site {
+        Rc::new(StatementSite {
             file: self.file.clone(),
             span,
             line: position.line,
@@ -86,8 +94,8 @@ impl Lower<'_> {
 }
 
 /// Where a loop is met again: breakpoints of the statement hold there, too.
-fn met_again(begun: &Site) -> Rc<Site> {
-    Rc::new(Site {
+fn met_again(begun: &StatementSite) -> Rc<StatementSite> {
+    Rc::new(StatementSite {
         file: begun.file.clone(),
         is_first: false,
         ..*begun

@@ -9,7 +9,7 @@ use crate::value::int::{Int, floor_divmod};
 use crate::value::{R, Raised, Value};
 
 /// A number, brought to the wider of two types.
-enum Pair {
+enum NumericPair {
     Int(Int, Int),
     Float(f64, f64),
     Complex((f64, f64), (f64, f64)),
@@ -70,14 +70,14 @@ fn fast_float(op: BinaryOp, a: f64, b: f64) -> Option<Value> {
     }
 }
 
-fn pair(a: &Value, b: &Value) -> Option<Result<Pair, ()>> {
+fn pair(a: &Value, b: &Value) -> Option<Result<NumericPair, ()>> {
     Some(match (a, b) {
-        (Value::Complex(a), Value::Complex(b)) => Ok(Pair::Complex(**a, **b)),
-        (Value::Complex(a), b) => real(b)?.map(|b| Pair::Complex(**a, (b, 0.0))),
-        (a, Value::Complex(b)) => real(a)?.map(|a| Pair::Complex((a, 0.0), **b)),
-        (Value::Float(a), b) => real(b)?.map(|b| Pair::Float(*a, b)),
-        (a, Value::Float(b)) => real(a)?.map(|a| Pair::Float(a, *b)),
-        _ => Ok(Pair::Int(Int::of(a)?, Int::of(b)?)),
+        (Value::Complex(a), Value::Complex(b)) => Ok(NumericPair::Complex(**a, **b)),
+        (Value::Complex(a), b) => real(b)?.map(|b| NumericPair::Complex(**a, (b, 0.0))),
+        (a, Value::Complex(b)) => real(a)?.map(|a| NumericPair::Complex((a, 0.0), **b)),
+        (Value::Float(a), b) => real(b)?.map(|b| NumericPair::Float(*a, b)),
+        (a, Value::Float(b)) => real(a)?.map(|a| NumericPair::Float(a, *b)),
+        _ => Ok(NumericPair::Int(Int::of(a)?, Int::of(b)?)),
     })
 }
 
@@ -116,7 +116,7 @@ impl Evaluator<'_> {
                 ExceptionKind::OverflowError,
                 "int too large to convert to float",
             )),
-            Some(Ok(Pair::Int(x, y))) => {
+            Some(Ok(NumericPair::Int(x, y))) => {
                 if let (Value::Bool(x), Value::Bool(y)) = (a, b) {
                     let flag = match op {
                         BinaryOp::BitAnd => Some(*x & *y),
@@ -130,8 +130,8 @@ impl Evaluator<'_> {
                 }
                 self.int_binary(op, x, y)
             }
-            Some(Ok(Pair::Float(x, y))) => self.float_binary(op, x, y),
-            Some(Ok(Pair::Complex(x, y))) => self.complex_binary(op, x, y),
+            Some(Ok(NumericPair::Float(x, y))) => self.float_binary(op, x, y),
+            Some(Ok(NumericPair::Complex(x, y))) => self.complex_binary(op, x, y),
         }
     }
 
@@ -374,19 +374,19 @@ impl Evaluator<'_> {
     /// `divmod` of numbers; None if one is no number.
     pub fn number_divmod(&self, a: &Value, b: &Value) -> R<Option<(Value, Value)>> {
         match pair(a, b) {
-            Some(Ok(Pair::Int(_, y))) if y.is_zero() => {
+            Some(Ok(NumericPair::Int(_, y))) if y.is_zero() => {
                 Err(self.zero_division("integer division or modulo by zero"))
             }
-            Some(Ok(Pair::Int(Int::Small(x), Int::Small(y)))) if x != i64::MIN => {
+            Some(Ok(NumericPair::Int(Int::Small(x), Int::Small(y)))) if x != i64::MIN => {
                 let parts = floor_divmod(x, y).map(|(q, r)| (Value::Int(q), Value::Int(r)));
                 Ok(parts)
             }
-            Some(Ok(Pair::Int(x, y))) => {
+            Some(Ok(NumericPair::Int(x, y))) => {
                 let (quotient, remainder) = self.big_divmod(&x.to_big(), &y.to_big())?;
                 Ok(Some((Value::bigint(quotient), Value::bigint(remainder))))
             }
-            Some(Ok(Pair::Float(_, 0.0))) => Err(self.zero_division("float divmod()")),
-            Some(Ok(Pair::Float(x, y))) => {
+            Some(Ok(NumericPair::Float(_, 0.0))) => Err(self.zero_division("float divmod()")),
+            Some(Ok(NumericPair::Float(x, y))) => {
                 let (quotient, remainder) = float_divmod(x, y);
                 Ok(Some((Value::Float(quotient), Value::Float(remainder))))
             }
@@ -394,7 +394,7 @@ impl Evaluator<'_> {
                 ExceptionKind::OverflowError,
                 "int too large to convert to float",
             )),
-            Some(Ok(Pair::Complex(..))) | None => Ok(None),
+            Some(Ok(NumericPair::Complex(..))) | None => Ok(None),
         }
     }
 

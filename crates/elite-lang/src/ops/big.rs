@@ -227,11 +227,11 @@ impl Evaluator<'_> {
 }
 
 /// Pieces of digits from the most significant on; the first one may be shorter.
-trait FromTop {
+trait HighDigitsFirst {
     fn rchunks_exact_from_top(&self, size: usize) -> impl Iterator<Item = &[u32]>;
 }
 
-impl FromTop for [u32] {
+impl HighDigitsFirst for [u32] {
     fn rchunks_exact_from_top(&self, size: usize) -> impl Iterator<Item = &[u32]> {
         self.chunks(size).rev()
     }

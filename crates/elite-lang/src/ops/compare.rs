@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 use std::rc::Rc;
 
-use super::hash::{Equal, QUICK_MAX, int_float_order, quick_equal};
+use super::hash::{Equality, QUICK_MAX, int_float_order, quick_equal};
 use crate::ast::CompareOp;
 use crate::eval::Evaluator;
 use crate::eval::bulk::STRIDE;
@@ -143,9 +143,9 @@ impl Evaluator<'_> {
     #[inline]
     pub fn equal(&self, a: &Value, b: &Value) -> R<bool> {
         match quick_equal(a, b) {
-            Equal::Yes => Ok(true),
-            Equal::No => Ok(false),
-            Equal::Ask => {
+            Equality::Yes => Ok(true),
+            Equality::No => Ok(false),
+            Equality::Ask => {
                 if let (Value::Tuple(_), Value::Tuple(_)) = (a, b) {
                     // So many items may have been compared before it came to this.
                     self.worked(QUICK_MAX as usize * VALUE)?;

@@ -7,9 +7,9 @@ use crate::eval::Evaluator;
 use crate::eval::pace::VALUE;
 use crate::value::attrs::AttrMap;
 use crate::value::exception::ExceptionState;
-use crate::value::instance::Payload;
+use crate::value::instance::InstancePayload;
 use crate::value::symbol::known;
-use crate::value::{Function, Held, Instance, R, Symbol, Value};
+use crate::value::{Function, Instance, R, ScriptCell, Symbol, Value};
 
 impl Evaluator<'_> {
     /// Attributes that exceptions have by nature.
@@ -120,7 +120,7 @@ impl Evaluator<'_> {
         name: Symbol,
         new: &Value,
     ) -> R<bool> {
-        let chained = |place: &Held<Value>| {
+        let chained = |place: &ScriptCell<Value>| {
             place.put(match new {
                 Value::None => Value::Unbound,
                 new => new.clone(),
@@ -162,7 +162,7 @@ impl Evaluator<'_> {
             return Value::None;
         };
         let line = place.code.file.position(place.span.start).line;
-        let object = Instance::new(self.core.types.traceback.clone(), Payload::None);
+        let object = Instance::new(self.core.types.traceback.clone(), InstancePayload::None);
         let symbols = &self.core.symbols;
         object.set(
             symbols.intern("tb_lineno"),

@@ -4,16 +4,16 @@ use std::rc::Rc;
 
 use crate::errors::ExceptionKind;
 use crate::eval::{Evaluator, Frame};
-use crate::value::class::Base;
+use crate::value::class::BuiltinBase;
 use crate::value::exception::ExceptionState;
-use crate::value::function::Wrapped;
-use crate::value::instance::Payload;
+use crate::value::function::WrappedFunction;
+use crate::value::instance::InstancePayload;
 use crate::value::symbol::known;
 use crate::value::{BoundMethod, Class, Instance, R, Symbol, Value};
 
 /// What an instance of a class derived from a builtin type is.
-fn extending(value: Value) -> Payload {
-    Payload::Value(crate::value::Held::new(value))
+fn extending(value: Value) -> InstancePayload {
+    InstancePayload::Value(crate::value::ScriptCell::new(value))
 }
 
 impl Evaluator<'_> {
@@ -30,7 +30,7 @@ impl Evaluator<'_> {
             if !constructor.is_unbound() {
                 return self.call_from(&constructor, args, keywords, caller);
             }
-            if class.base == Base::Exception {
+            if class.base == BuiltinBase::Exception {
                 return self.new_exception(class, args.to_vec(), keywords);
             }
         }
@@ -66,7 +66,7 @@ impl Evaluator<'_> {
                 object
             }
             None => {
-                let needs_args = init.is_none() && matches!(class.base, Base::Object);
+                let needs_args = init.is_none() && matches!(class.base, BuiltinBase::Object);
                 if needs_args && (!args.is_empty() || !keywords.is_empty()) {
                     return Err(self.type_error(format!("{}() takes no arguments", class.name())));
                 }
@@ -101,7 +101,7 @@ impl Evaluator<'_> {
     pub fn new_of(&self, class: &Rc<Class>) -> Value {
         let line = class.line();
         let owner = line.iter().find(|class| !class.is_script).unwrap_or(class);
-        if owner.base == Base::Object {
+        if owner.base == BuiltinBase::Object {
             return match self.core.types.natural.lookup(known::NEW) {
                 Some(Value::StaticMethod(function)) => (*function).clone(),
                 found => found.unwrap_or_default(),
@@ -138,7 +138,7 @@ impl Evaluator<'_> {
         }
         let line = class.line();
         let builtin = line.iter().find(|class| !class.is_script).unwrap_or(owner);
-        let is_same = builtin.base == owner.base || builtin.base == Base::Native;
+        let is_same = builtin.base == owner.base || builtin.base == BuiltinBase::Native;
         if !is_same {
             // CPython names the first class of the line whose `__new__` is not a script's.
             let own = match class.is_script && class.lookup(known::NEW).is_some() {
@@ -149,19 +149,21 @@ impl Evaluator<'_> {
                 "{name}.__new__({wanted}) is not safe, use {own}.__new__()"
             )));
         }
-        if owner.base == Base::Object && (!rest.is_empty() || !keywords.is_empty()) {
+        if owner.base == BuiltinBase::Object && (!rest.is_empty() || !keywords.is_empty()) {
             if class.is_script && class.lookup(known::NEW).is_some() {
                 return Err(self.type_error(
                     "object.__new__() takes exactly one argument (the type to instantiate)",
                 ));
             }
-            if class.lookup(known::INIT).is_none() && class.base == Base::Object {
+            if class.lookup(known::INIT).is_none() && class.base == BuiltinBase::Object {
                 return Err(self.type_error(format!("{wanted}() takes no arguments")));
             }
         }
         // What fills these is `__init__`.
         match class.base {
-            Base::List | Base::Dict | Base::Set | Base::ByteArray if !class.is_script => {
+            BuiltinBase::List | BuiltinBase::Dict | BuiltinBase::Set | BuiltinBase::ByteArray
+                if !class.is_script =>
+            {
                 self.new_object(class, &[], &[])
             }
             _ => self.new_object(class, rest, keywords),
@@ -172,13 +174,18 @@ impl Evaluator<'_> {
     pub fn check_no_arguments(&self, class: &Rc<Class>) -> R<()> {
         let is_plain = matches!(
             class.base,
-            Base::Object | Base::Int | Base::Float | Base::Str | Base::Tuple | Base::Complex
+            BuiltinBase::Object
+                | BuiltinBase::Int
+                | BuiltinBase::Float
+                | BuiltinBase::Str
+                | BuiltinBase::Tuple
+                | BuiltinBase::Complex
         );
         if is_plain && class.lookup(known::INIT).is_some() {
             let text = "object.__init__() takes exactly one argument (the instance to initialize)";
             return Err(self.type_error(text));
         }
-        if class.base == Base::Object && class.lookup(known::NEW).is_none() {
+        if class.base == BuiltinBase::Object && class.lookup(known::NEW).is_none() {
             let name = class.name();
             return Err(self.type_error(format!("{name}() takes no arguments")));
         }
@@ -187,10 +194,10 @@ impl Evaluator<'_> {
 
     /// `object.__new__(class, …)`: for builtin types and their subclasses, what the builtin's own `__new__` does.
     pub fn new_object(&self, class: &Rc<Class>, args: &[Value], keywords: &[(Symbol, Value)]) -> R {
-        if !class.is_script && class.base != Base::Object {
+        if !class.is_script && class.base != BuiltinBase::Object {
             return self.instantiate(class, &mut args.to_vec(), keywords, None);
         }
-        let plain = class.base == Base::Object && class.lookup(known::NEW).is_none();
+        let plain = class.base == BuiltinBase::Object && class.lookup(known::NEW).is_none();
         let takes_none = plain && class.lookup(known::INIT).is_none();
         if takes_none && (!args.is_empty() || !keywords.is_empty()) {
             return Err(self.type_error(format!("{}() takes no arguments", class.name())));
@@ -201,24 +208,28 @@ impl Evaluator<'_> {
     /// An instance before `__init__`. Subclasses of builtin types get the value they extend from the arguments.
     pub fn allocate(&self, class: &Rc<Class>, args: &[Value], keywords: &[(Symbol, Value)]) -> R {
         let payload = match class.base {
-            Base::Object if class.is_abstract() => return Err(self.abstract_error(class)),
-            Base::Object => Payload::None,
-            Base::Type => return self.new_class(class, args, keywords, None),
+            BuiltinBase::Object if class.is_abstract() => return Err(self.abstract_error(class)),
+            BuiltinBase::Object => InstancePayload::None,
+            BuiltinBase::Type => return self.new_class(class, args, keywords, None),
             // `__init__` makes its attributes.
-            Base::Module => Payload::None,
+            BuiltinBase::Module => InstancePayload::None,
             // `__init__` says what they wrap, and where a `super` looks.
-            Base::StaticMethod => extending(Value::StaticMethod(Wrapped::around(Value::None))),
-            Base::ClassMethod => extending(Value::ClassMethod(Wrapped::around(Value::None))),
-            Base::Super => {
+            BuiltinBase::StaticMethod => {
+                extending(Value::StaticMethod(WrappedFunction::around(Value::None)))
+            }
+            BuiltinBase::ClassMethod => {
+                extending(Value::ClassMethod(WrappedFunction::around(Value::None)))
+            }
+            BuiltinBase::Super => {
                 let nowhere = &Value::Class(self.core.types.object.clone());
                 extending(self.make_super(nowhere, &Value::Unbound)?)
             }
-            Base::Exception if self.is_group_class(class) => {
+            BuiltinBase::Exception if self.is_group_class(class) => {
                 return self.new_group(class, args).map(Value::Instance);
             }
-            Base::Exception => Payload::Exception(Box::new(ExceptionState::with_args(
-                Value::tuple(args.to_vec()),
-            ))),
+            BuiltinBase::Exception => InstancePayload::Exception(Box::new(
+                ExceptionState::with_args(Value::tuple(args.to_vec())),
+            )),
             _ => return self.allocate_extended(class, args, keywords),
         };
         Ok(Value::Instance(Instance::new(class.clone(), payload)))
@@ -243,7 +254,12 @@ impl Evaluator<'_> {
         // Mutable containers are filled by `__init__`; immutable values take the arguments now.
         let is_mutable = matches!(
             class.base,
-            Base::List | Base::Dict | Base::Set | Base::ByteArray | Base::Native | Base::Property
+            BuiltinBase::List
+                | BuiltinBase::Dict
+                | BuiltinBase::Set
+                | BuiltinBase::ByteArray
+                | BuiltinBase::Native
+                | BuiltinBase::Property
         );
         let made = if is_mutable && class.lookup(known::INIT).is_some() {
             self.call(&constructor, &mut [], &[])?
@@ -315,7 +331,7 @@ impl Evaluator<'_> {
             attributes.push((self.core.symbols.intern(name), value.clone()));
         }
         let state = ExceptionState::with_args(Value::tuple(args));
-        let instance = Instance::new(class.clone(), Payload::Exception(Box::new(state)));
+        let instance = Instance::new(class.clone(), InstancePayload::Exception(Box::new(state)));
         for (name, value) in attributes {
             instance.set(name, value, &self.core.symbols);
         }

@@ -8,11 +8,11 @@ use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::bulk::STRIDE;
 use crate::eval::pace::VALUE;
-use crate::value::dict::{Found, SOME, Sought};
+use crate::value::dict::{KeySearch, SOME, ScanResult};
 use crate::value::module::Namespace;
-use crate::value::string::Hashing;
+use crate::value::string::ByteHasher;
 use crate::value::symbol::known;
-use crate::value::{Dict, R, Set, Symbol, Value, Values};
+use crate::value::{Dict, R, Set, Symbol, Value, ValueVec};
 
 /// Work for a place of a table that is passed.
 pub const PASSED: usize = VALUE / 2;
@@ -22,11 +22,11 @@ pub const NAME: usize = 48;
 const RETRIES_MAX: usize = 100;
 
 /// A search in a table that script code may change meanwhile.
-struct Place<'t> {
+struct TableProbe<'t> {
     generation: &'t dyn Fn() -> u64,
     /// Whether an entry still has this very key.
     is_at: &'t dyn Fn(usize, &Value) -> bool,
-    again: &'t dyn Fn() -> Found,
+    again: &'t dyn Fn() -> KeySearch,
 }
 
 impl Evaluator<'_> {
@@ -122,7 +122,7 @@ impl Evaluator<'_> {
 
     /// The hash of a long byte string.
     fn long_hash(&self, data: &[u8]) -> R<u64> {
-        let mut hashing = Hashing::new(data.len());
+        let mut hashing = ByteHasher::new(data.len());
         for piece in data.chunks(STRIDE) {
             hashing.add(piece);
             self.worked(piece.len())?;
@@ -147,13 +147,13 @@ impl Evaluator<'_> {
     #[inline]
     pub fn dict_find_hashed(&self, dict: &Dict, hash: u64, key: &Value) -> R<Option<usize>> {
         match dict.find(hash, key) {
-            Found::At(index) => Ok(Some(index)),
-            Found::Nowhere => Ok(None),
-            Found::Ask(candidates, generation) => self.ask(
+            KeySearch::At(index) => Ok(Some(index)),
+            KeySearch::Nowhere => Ok(None),
+            KeySearch::Ask(candidates, generation) => self.ask(
                 key,
                 candidates,
                 generation,
-                Place {
+                TableProbe {
                     generation: &|| dict.generation(),
                     is_at: &|index, key| dict.is_key_at(index, key),
                     again: &|| dict.find(hash, key),
@@ -169,7 +169,7 @@ impl Evaluator<'_> {
         key: &Value,
         candidates: Vec<(usize, Value)>,
         generation: u64,
-        place: Place<'_>,
+        place: TableProbe<'_>,
     ) -> R<Option<usize>> {
         let (mut candidates, mut generation) = (candidates, generation);
         // Keys that have said no are not asked again.
@@ -197,9 +197,9 @@ impl Evaluator<'_> {
                 return Ok(None);
             }
             match (place.again)() {
-                Found::At(index) => return Ok(Some(index)),
-                Found::Nowhere => return Ok(None),
-                Found::Ask(more, now) => (candidates, generation) = (more, now),
+                KeySearch::At(index) => return Ok(Some(index)),
+                KeySearch::Nowhere => return Ok(None),
+                KeySearch::Ask(more, now) => (candidates, generation) = (more, now),
             }
         }
         let message = "a dictionary or set keeps changing while its keys are compared";
@@ -270,8 +270,8 @@ impl Evaluator<'_> {
     }
 
     /// All keys with their hashes and values, in order.
-    pub fn entries(&self, dict: &Dict) -> R<Values<(u64, Value, Value)>> {
-        let mut entries = Values::from(self.room_for(dict.len())?);
+    pub fn entries(&self, dict: &Dict) -> R<ValueVec<(u64, Value, Value)>> {
+        let mut entries = ValueVec::from(self.room_for(dict.len())?);
         let mut from = Some(0);
         while let Some(place) = from {
             from = dict.entries_from(place, SOME, &mut entries);
@@ -281,8 +281,8 @@ impl Evaluator<'_> {
     }
 
     /// All elements with their hashes, in the order of the table.
-    pub fn elements(&self, set: &Set) -> R<Values<(u64, Value)>> {
-        let mut elements = Values::from(self.room_for(set.len())?);
+    pub fn elements(&self, set: &Set) -> R<ValueVec<(u64, Value)>> {
+        let mut elements = ValueVec::from(self.room_for(set.len())?);
         let mut from = Some(0);
         while let Some(place) = from {
             from = set.elements_from(place, SOME, &mut elements);
@@ -345,7 +345,7 @@ impl Evaluator<'_> {
         let dict = Dict::new();
         let (mut from, mut more) = (0, true);
         while more {
-            let mut entries = Values::default();
+            let mut entries = ValueVec::default();
             more = some(from, SOME, &mut entries);
             from += SOME;
             for (name, value) in entries {
@@ -398,13 +398,13 @@ impl Evaluator<'_> {
 
     /// Goes on looking until there is something, or nothing more.
     #[inline]
-    fn seek<T>(&self, from: usize, look: impl Fn(usize) -> Sought<T>) -> R<Option<T>> {
+    fn seek<T>(&self, from: usize, look: impl Fn(usize) -> ScanResult<T>) -> R<Option<T>> {
         let mut sought = look(from);
         loop {
             match sought {
-                Sought::Found(found) => return Ok(Some(found)),
-                Sought::Nowhere => return Ok(None),
-                Sought::Further(place) => {
+                ScanResult::Found(found) => return Ok(Some(found)),
+                ScanResult::Nowhere => return Ok(None),
+                ScanResult::Further(place) => {
                     self.worked(SOME * PASSED)?;
                     sought = look(place);
                 }
@@ -563,13 +563,13 @@ impl Evaluator<'_> {
         is_at: &dyn Fn(usize, &Value) -> bool,
     ) -> R<Option<usize>> {
         match set.find(hash, key) {
-            Found::At(index) => Ok(Some(index)),
-            Found::Nowhere => Ok(None),
-            Found::Ask(candidates, generation) => self.ask(
+            KeySearch::At(index) => Ok(Some(index)),
+            KeySearch::Nowhere => Ok(None),
+            KeySearch::Ask(candidates, generation) => self.ask(
                 key,
                 candidates,
                 generation,
-                Place {
+                TableProbe {
                     generation: &|| set.generation(),
                     is_at,
                     again: &|| set.find(hash, key),

@@ -39,32 +39,32 @@ fn spent(left: &mut u32, items: usize) -> bool {
 /// Whether two values are equal, as far as that can be told without script code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
-pub enum Equal {
+pub enum Equality {
     Yes,
     No,
     Ask,
 }
 
-impl From<bool> for Equal {
+impl From<bool> for Equality {
     fn from(equal: bool) -> Self {
-        if equal { Equal::Yes } else { Equal::No }
+        if equal { Equality::Yes } else { Equality::No }
     }
 }
 
 /// Compares two keys; identical objects are equal, as in Python's containers.
 #[inline]
-pub fn quick_equal(a: &Value, b: &Value) -> Equal {
+pub fn quick_equal(a: &Value, b: &Value) -> Equality {
     match (a, b) {
         (Value::Str(a), Value::Str(b)) => {
             if Rc::ptr_eq(a, b) {
-                return Equal::Yes;
+                return Equality::Yes;
             }
             quick_equal_bytes(a.as_str().as_bytes(), b.as_str().as_bytes())
         }
         (Value::Int(a), Value::Int(b)) => (a == b).into(),
-        (Value::Tuple(a), Value::Tuple(b)) if are_same(a.items(), b.items()) => Equal::Yes,
+        (Value::Tuple(a), Value::Tuple(b)) if are_same(a.items(), b.items()) => Equality::Yes,
         // A deleted entry of a table equals nothing.
-        (Value::Unbound, _) | (_, Value::Unbound) => Equal::No,
+        (Value::Unbound, _) | (_, Value::Unbound) => Equality::No,
         _ => quick_equal_at(a, b, 0, &mut QUICK_MAX.clone()),
     }
 }
@@ -80,24 +80,24 @@ fn are_same(a: &[Value], b: &[Value]) -> bool {
     std::ptr::eq(a, b) || a.len() == b.len() && a.len() <= FEW && a.iter().zip(b).all(same)
 }
 
-fn quick_equal_at(a: &Value, b: &Value, depth: u32, left: &mut u32) -> Equal {
+fn quick_equal_at(a: &Value, b: &Value, depth: u32, left: &mut u32) -> Equality {
     if a.is(b) {
-        return Equal::Yes;
+        return Equality::Yes;
     }
     match (a, b) {
         (Value::Tuple(x), Value::Tuple(y)) => {
             if x.items().len() != y.items().len() {
-                return Equal::No;
+                return Equality::No;
             }
             if depth == DEPTH_MAX || spent(left, x.items().len()) {
-                return Equal::Ask;
+                return Equality::Ask;
             }
-            let mut all = Equal::Yes;
+            let mut all = Equality::Yes;
             for (x, y) in x.items().iter().zip(y.items()) {
                 match quick_equal_at(x, y, depth + 1, left) {
-                    Equal::Yes => {}
-                    Equal::No if all == Equal::Yes => return Equal::No,
-                    _ => all = Equal::Ask,
+                    Equality::Yes => {}
+                    Equality::No if all == Equality::Yes => return Equality::No,
+                    _ => all = Equality::Ask,
                 }
             }
             all
@@ -108,18 +108,18 @@ fn quick_equal_at(a: &Value, b: &Value, depth: u32, left: &mut u32) -> Equal {
         (Value::Bytes(x), Value::Bytes(y)) => quick_equal_bytes(x.data(), y.data()),
         _ => match (is_atom(a), is_atom(b)) {
             (true, true) => numbers_equal(a, b).unwrap_or(false).into(),
-            _ => Equal::Ask,
+            _ => Equality::Ask,
         },
     }
 }
 
 /// Compares bytes, unless they are so many that it is to be done in pieces.
 #[inline]
-fn quick_equal_bytes(a: &[u8], b: &[u8]) -> Equal {
+fn quick_equal_bytes(a: &[u8], b: &[u8]) -> Equality {
     match a.len() == b.len() {
-        true if a.len() > STRIDE => Equal::Ask,
+        true if a.len() > STRIDE => Equality::Ask,
         true => (a == b).into(),
-        false => Equal::No,
+        false => Equality::No,
     }
 }
 

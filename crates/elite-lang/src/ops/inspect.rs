@@ -7,7 +7,7 @@ use std::rc::Rc;
 use crate::eval::Evaluator;
 use crate::eval::code::{Code, CodeKind};
 use crate::eval::generator::Generator;
-use crate::value::instance::Payload;
+use crate::value::instance::InstancePayload;
 use crate::value::symbol::known;
 use crate::value::{CellVar, Dict, Function, Instance, R, Symbol, Value};
 
@@ -133,7 +133,7 @@ impl Evaluator<'_> {
             "gi_code" => Value::Code(code.clone()),
             "gi_frame" if generator.is_finished() => Value::None,
             "gi_frame" => {
-                let frame = Instance::new(self.core.types.frame.clone(), Payload::None);
+                let frame = Instance::new(self.core.types.frame.clone(), InstancePayload::None);
                 let symbols = &self.core.symbols;
                 let line = match (generator.is_running(), generator.line()) {
                     (true, _) => self.core.line.get(),

@@ -7,34 +7,34 @@ use std::rc::Rc;
 use crate::eval::Evaluator;
 use crate::eval::pace::VALUE;
 use crate::format::float;
-use crate::value::class::Base;
+use crate::value::class::BuiltinBase;
 use crate::value::symbol::known;
-use crate::value::{Dict, Instance, Iter, R, Value, Values};
+use crate::value::{Dict, Instance, Iter, R, Value, ValueVec};
 
 /// The containers whose texts are being made, by thread, to stop at circles: also at those through a `__repr__` of the script, which
 /// asks for a text of its own.
 #[derive(Default)]
-pub struct Shown(RefCell<Vec<(u64, usize)>>);
+pub struct ReprStack(RefCell<Vec<(u64, usize)>>);
 
-impl Shown {
+impl ReprStack {
     /// From now on until the answer is dropped this thread is at this container; nothing if it is already.
-    fn begin(&self, thread: u64, container: &Value) -> Option<BeingShown<'_>> {
+    fn begin(&self, thread: u64, container: &Value) -> Option<ReprGuard<'_>> {
         let entry = (thread, container.address().unwrap_or(0));
         let mut all = self.0.borrow_mut();
         if all.contains(&entry) {
             return None;
         }
         all.push(entry);
-        Some(BeingShown { all: self, entry })
+        Some(ReprGuard { all: self, entry })
     }
 }
 
-struct BeingShown<'s> {
-    all: &'s Shown,
+struct ReprGuard<'s> {
+    all: &'s ReprStack,
     entry: (u64, usize),
 }
 
-impl Drop for BeingShown<'_> {
+impl Drop for ReprGuard<'_> {
     fn drop(&mut self) {
         let mut all = self.all.0.borrow_mut();
         // Other threads may have begun since.
@@ -165,7 +165,7 @@ impl Evaluator<'_> {
             }
             Value::Set(set) | Value::FrozenSet(set) => {
                 let frozen = matches!(value, Value::FrozenSet(_));
-                let mut items = Values::from(self.room_for(set.len())?);
+                let mut items = ValueVec::from(self.room_for(set.len())?);
                 for (_, key) in self.elements(set)? {
                     items.push(key);
                     self.worked(VALUE)?;
@@ -267,7 +267,7 @@ impl Evaluator<'_> {
                     text
                 })
             }
-            None if instance.class.base == Base::Module => {
+            None if instance.class.base == BuiltinBase::Module => {
                 let part = |name| instance.get(name, &self.core.symbols);
                 self.module_repr(
                     part(known::NAME),

@@ -185,12 +185,12 @@ impl Evaluator<'_> {
 }
 
 /// Counts the steps of a search.
-struct Steps<'s, 'y> {
+struct StepCounter<'s, 'y> {
     ev: &'s Evaluator<'y>,
     steps: usize,
 }
 
-impl Steps<'_, '_> {
+impl StepCounter<'_, '_> {
     #[inline]
     fn step(&mut self) -> R<()> {
         self.steps += 1;
@@ -203,7 +203,7 @@ impl Steps<'_, '_> {
 
 /// The first or the last occurrence of a long part.
 fn find_long(ev: &Evaluator<'_>, part: &[u8], data: &[u8], last: bool) -> R<Option<usize>> {
-    let steps = Steps { ev, steps: 0 };
+    let steps = StepCounter { ev, steps: 0 };
     let (m, n) = (part.len(), data.len());
     if last {
         let found = two_way(steps, (m, |i| part[m - 1 - i]), (n, |i| data[n - 1 - i]))?;
@@ -214,7 +214,7 @@ fn find_long(ev: &Evaluator<'_>, part: &[u8], data: &[u8], last: bool) -> R<Opti
 
 /// Where the greatest suffix of the part begins, in the order of bytes or the opposite one, and its period.
 fn greatest_suffix(
-    steps: &mut Steps<'_, '_>,
+    steps: &mut StepCounter<'_, '_>,
     length: usize,
     part: &impl Fn(usize) -> u8,
     opposite: bool,
@@ -244,7 +244,7 @@ fn greatest_suffix(
 }
 
 fn two_way(
-    mut steps: Steps<'_, '_>,
+    mut steps: StepCounter<'_, '_>,
     (m, part): (usize, impl Fn(usize) -> u8),
     (n, data): (usize, impl Fn(usize) -> u8),
 ) -> R<Option<usize>> {

@@ -8,8 +8,8 @@ use crate::ast::BinaryOp;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::bulk::STRIDE;
-use crate::value::bytes::Data;
-use crate::value::{ByteArray, Bytes, R, Set, Str, Value, Values};
+use crate::value::bytes::BytesRef;
+use crate::value::{ByteArray, Bytes, R, Set, Str, Value, ValueVec};
 
 impl Evaluator<'_> {
     /// The operation on builtin containers; None if they have no such operation.
@@ -49,14 +49,15 @@ impl Evaluator<'_> {
             }
             (Value::List(a), Value::List(b)) => {
                 self.check_allocation((a.len() + b.len()) * size_of::<Value>())?;
-                let mut items = Values::from(Vec::with_capacity(a.len() + b.len()));
+                let mut items = ValueVec::from(Vec::with_capacity(a.len() + b.len()));
                 self.copy_list(a, &mut items)?;
                 self.copy_list(b, &mut items)?;
                 items.into_list()
             }
             (Value::Tuple(a), Value::Tuple(b)) => {
                 self.check_allocation((a.items().len() + b.items().len()) * size_of::<Value>())?;
-                let mut items = Values::from(Vec::with_capacity(a.items().len() + b.items().len()));
+                let mut items =
+                    ValueVec::from(Vec::with_capacity(a.items().len() + b.items().len()));
                 self.copy_values(a.items(), &mut items)?;
                 self.copy_values(b.items(), &mut items)?;
                 items.into_tuple()
@@ -80,10 +81,10 @@ impl Evaluator<'_> {
 
     /// The bytes of a bytes or bytearray.
     #[inline]
-    pub fn bytes_like(&self, value: &Value) -> Option<Data> {
+    pub fn bytes_like(&self, value: &Value) -> Option<BytesRef> {
         match value {
-            Value::Bytes(bytes) => Some(Data::Bytes(bytes.clone())),
-            Value::ByteArray(bytes) => Some(Data::Snapshot(bytes.snapshot())),
+            Value::Bytes(bytes) => Some(BytesRef::Bytes(bytes.clone())),
+            Value::ByteArray(bytes) => Some(BytesRef::Snapshot(bytes.snapshot())),
             Value::Instance(instance) => self.bytes_like(&instance.extended()?),
             _ => None,
         }
@@ -144,13 +145,13 @@ impl Evaluator<'_> {
             }
             Value::List(list) => {
                 let count = self.repetitions(count, list.len() * size_of::<Value>())?;
-                let mut items = Values::default();
+                let mut items = ValueVec::default();
                 self.copy_list(list, &mut items)?;
                 self.repeated(items, count)?.into_list()
             }
             Value::Tuple(tuple) => {
                 let count = self.repetitions(count, std::mem::size_of_val(tuple.items()))?;
-                let mut items = Values::default();
+                let mut items = ValueVec::default();
                 self.copy_values(tuple.items(), &mut items)?;
                 self.repeated(items, count)?.into_tuple()
             }
@@ -232,7 +233,7 @@ impl Evaluator<'_> {
                     return Ok(None);
                 };
                 let count = self.repetitions(count, list.len() * size_of::<Value>())?;
-                let mut items = Values::default();
+                let mut items = ValueVec::default();
                 self.copy_list(list, &mut items)?;
                 let items = self.repeated(items, count)?;
                 self.let_go(list.replace_all(items.into()));

@@ -285,33 +285,34 @@ pub fn is_alphanumeric(c: char) -> bool {
 /// Whether a capital sigma between these texts ends a word: after a letter with case, and not before one. What counts for
 /// nothing between letters (apostrophes, marks) is passed over, as the standard library does.
 pub fn ends_word(before: &str, after: &str) -> bool {
-    let mut before = before.chars().rev().map(Bearing::of);
-    let mut after = after.chars().map(Bearing::of);
-    let passed = |bearing: &Bearing| *bearing != Bearing::Ignored;
-    before.find(passed) == Some(Bearing::Cased) && after.find(passed) != Some(Bearing::Cased)
+    let mut before = before.chars().rev().map(SigmaContext::of);
+    let mut after = after.chars().map(SigmaContext::of);
+    let passed = |bearing: &SigmaContext| *bearing != SigmaContext::Ignored;
+    before.find(passed) == Some(SigmaContext::Cased)
+        && after.find(passed) != Some(SigmaContext::Cased)
 }
 
 /// What a character means for a sigma beside it. The standard library has the tables but keeps them to itself: it is asked
 /// what becomes of a sigma before the character.
 #[derive(PartialEq)]
-enum Bearing {
+enum SigmaContext {
     Cased,
     Ignored,
     Other,
 }
 
-impl Bearing {
+impl SigmaContext {
     fn of(c: char) -> Self {
         if c.is_ascii_alphabetic() {
-            return Bearing::Cased;
+            return SigmaContext::Cased;
         }
         let is_final = |text: String| text.to_lowercase().starts_with("aς");
         if is_final(format!("aΣ{c}b")) {
-            Bearing::Other
+            SigmaContext::Other
         } else if is_final(format!("aΣ{c}")) {
-            Bearing::Ignored
+            SigmaContext::Ignored
         } else {
-            Bearing::Cased
+            SigmaContext::Cased
         }
     }
 }

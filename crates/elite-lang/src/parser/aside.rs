@@ -1,89 +1,93 @@
 //! Parts of the tree that were complete when what they stood in turned out to be none. There may be hundreds of thousands of
 //! them, so they are not dropped where the parser gives the construct up: they wait until it is done, and go with pauses.
 
-use super::{Failed, Parse, Parser};
+use super::{ErrorReported, ParseResult, Parser};
 use crate::ast::{Arg, DictItem, Expr, FStringPart, release};
-use crate::limits::memory::Budget;
+use crate::limits::memory::WorkBudget;
 
 /// Such parts.
-pub(super) enum Aside {
+pub(super) enum AbandonedNodes {
     Expressions(Vec<Expr>),
     Arguments(Vec<Arg>),
     Items(Vec<DictItem>),
     Parts(Vec<FStringPart>),
 }
 
-impl Aside {
+impl AbandonedNodes {
     /// Drops them, with pauses.
-    pub(super) fn release(self, budget: &Budget<'_>) {
+    pub(super) fn release(self, budget: &WorkBudget<'_>) {
         match self {
-            Aside::Expressions(expressions) => release::expressions(expressions, budget),
-            Aside::Arguments(arguments) => release::arguments(arguments, budget),
-            Aside::Items(items) => release::dict_items(items, budget),
-            Aside::Parts(parts) => release::format_parts(parts, budget),
+            AbandonedNodes::Expressions(expressions) => release::expressions(expressions, budget),
+            AbandonedNodes::Arguments(arguments) => release::arguments(arguments, budget),
+            AbandonedNodes::Items(items) => release::dict_items(items, budget),
+            AbandonedNodes::Parts(parts) => release::format_parts(parts, budget),
         }
     }
 }
 
-impl From<Expr> for Aside {
+impl From<Expr> for AbandonedNodes {
     fn from(expr: Expr) -> Self {
-        Aside::Expressions(vec![expr])
+        AbandonedNodes::Expressions(vec![expr])
     }
 }
 
-impl From<Vec<Expr>> for Aside {
+impl From<Vec<Expr>> for AbandonedNodes {
     fn from(expressions: Vec<Expr>) -> Self {
-        Aside::Expressions(expressions)
+        AbandonedNodes::Expressions(expressions)
     }
 }
 
-impl From<Vec<Arg>> for Aside {
+impl From<Vec<Arg>> for AbandonedNodes {
     fn from(arguments: Vec<Arg>) -> Self {
-        Aside::Arguments(arguments)
+        AbandonedNodes::Arguments(arguments)
     }
 }
 
-impl From<Vec<DictItem>> for Aside {
+impl From<Vec<DictItem>> for AbandonedNodes {
     fn from(items: Vec<DictItem>) -> Self {
-        Aside::Items(items)
+        AbandonedNodes::Items(items)
     }
 }
 
-impl From<Vec<FStringPart>> for Aside {
+impl From<Vec<FStringPart>> for AbandonedNodes {
     fn from(parts: Vec<FStringPart>) -> Self {
-        Aside::Parts(parts)
+        AbandonedNodes::Parts(parts)
     }
 }
 
 impl Parser<'_> {
     /// What was parsed behind something that is complete already, with that; if it failed, what is complete is put aside.
-    pub(super) fn behind<H: Into<Aside>, T>(
+    pub(super) fn behind<H: Into<AbandonedNodes>, T>(
         &mut self,
         complete: H,
-        parsed: Parse<T>,
-    ) -> Parse<(H, T)> {
+        parsed: ParseResult<T>,
+    ) -> ParseResult<(H, T)> {
         match parsed {
             Ok(parsed) => Ok((complete, parsed)),
-            Err(Failed) => {
+            Err(ErrorReported) => {
                 self.aside.push(complete.into());
-                Err(Failed)
+                Err(ErrorReported)
             }
         }
     }
 
     /// The same in a list, of which what was parsed becomes the last one.
-    pub(super) fn listed<T>(&mut self, mut list: Vec<T>, parsed: Parse<T>) -> Parse<Vec<T>>
+    pub(super) fn listed<T>(
+        &mut self,
+        mut list: Vec<T>,
+        parsed: ParseResult<T>,
+    ) -> ParseResult<Vec<T>>
     where
-        Vec<T>: Into<Aside>,
+        Vec<T>: Into<AbandonedNodes>,
     {
         match parsed {
             Ok(parsed) => {
                 list.push(parsed);
                 Ok(list)
             }
-            Err(Failed) => {
+            Err(ErrorReported) => {
                 self.aside.push(list.into());
-                Err(Failed)
+                Err(ErrorReported)
             }
         }
     }

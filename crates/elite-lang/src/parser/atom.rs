@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::{Failed, Parse, Parser};
+use super::{ErrorReported, ParseResult, Parser};
 use crate::ast::{
     Arg, Comprehension, ComprehensionClause, ComprehensionKind, Constant, DictItem, Expr, ExprKind,
 };
@@ -13,7 +13,7 @@ use crate::source::Span;
 
 /// What arguments belong to.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Brackets {
+pub(super) enum ArgContext {
     /// The only one may be a generator expression without brackets of its own.
     OfCall,
     /// The bases of a class, and what its metaclass gets.
@@ -22,14 +22,14 @@ pub(super) enum Brackets {
 
 /// What the arguments before one say about it.
 #[derive(Default)]
-struct Earlier {
+struct SeenArgs {
     any: bool,
     /// There is a `**` among them.
     mapping: bool,
     keywords: BTreeSet<Box<str>>,
 }
 
-impl Earlier {
+impl SeenArgs {
     fn note(&mut self, arg: &Arg) {
         self.any = true;
         match arg {
@@ -44,14 +44,14 @@ impl Earlier {
 
 impl Parser<'_> {
     /// An atom with the calls, subscripts and attributes after it.
-    pub(super) fn postfix(&mut self) -> Parse<Expr> {
+    pub(super) fn postfix(&mut self) -> ParseResult<Expr> {
         let start = self.token().span;
         let mut expr = self.atom()?;
         loop {
             let kind = match self.kind() {
                 T::LeftParen => {
                     self.bump();
-                    let args = self.arguments(Brackets::OfCall);
+                    let args = self.arguments(ArgContext::OfCall);
                     let (function, args) = self.behind(expr, args)?;
                     ExprKind::Call {
                         function: Box::new(function),
@@ -83,7 +83,7 @@ impl Parser<'_> {
         }
     }
 
-    fn atom(&mut self) -> Parse<Expr> {
+    fn atom(&mut self) -> ParseResult<Expr> {
         let token = self.token();
         let kind = match token.kind {
             T::Name => return self.name_expr(),
@@ -106,7 +106,7 @@ impl Parser<'_> {
         ExprKind::Constant(constant)
     }
 
-    fn parenthesised(&mut self) -> Parse<Expr> {
+    fn parenthesised(&mut self) -> ParseResult<Expr> {
         let start = self.bump().span;
         if self.eat(T::RightParen).is_some() {
             return Ok(Expr::new(
@@ -136,7 +136,7 @@ impl Parser<'_> {
         Ok(Expr::new(ExprKind::Tuple(items), self.span_from(start)))
     }
 
-    fn list_display(&mut self) -> Parse<Expr> {
+    fn list_display(&mut self) -> ParseResult<Expr> {
         let start = self.bump().span;
         if self.eat(T::RightBracket).is_some() {
             return Ok(Expr::new(ExprKind::List(Vec::new()), self.span_from(start)));
@@ -152,7 +152,7 @@ impl Parser<'_> {
     }
 
     /// The items after the first one, and the closing bracket.
-    fn more_items(&mut self, first: Expr, closer: T) -> Parse<Vec<Expr>> {
+    fn more_items(&mut self, first: Expr, closer: T) -> ParseResult<Vec<Expr>> {
         let mut items = vec![first];
         while self.eat(T::Comma).is_some() {
             if self.kind() == closer {
@@ -165,7 +165,7 @@ impl Parser<'_> {
         self.behind(items, closed).map(|(items, ())| items)
     }
 
-    fn close(&mut self, closer: T) -> Parse<()> {
+    fn close(&mut self, closer: T) -> ParseResult<()> {
         if self.eat(closer).is_some() {
             return Ok(());
         }
@@ -175,7 +175,7 @@ impl Parser<'_> {
         self.unexpected(closer.describe())
     }
 
-    fn brace_display(&mut self) -> Parse<Expr> {
+    fn brace_display(&mut self) -> ParseResult<Expr> {
         let start = self.bump().span;
         if self.eat(T::RightBrace).is_some() {
             return Ok(Expr::new(ExprKind::Dict(Vec::new()), self.span_from(start)));
@@ -212,7 +212,7 @@ impl Parser<'_> {
     }
 
     /// Further items of a dict display and its closing brace.
-    fn dict_items(&mut self, mut items: Vec<DictItem>) -> Parse<ExprKind> {
+    fn dict_items(&mut self, mut items: Vec<DictItem>) -> ParseResult<ExprKind> {
         if !items.is_empty() && self.eat(T::Comma).is_none() {
             let closed = self.close(T::RightBrace);
             let (items, ()) = self.behind(items, closed)?;
@@ -230,7 +230,7 @@ impl Parser<'_> {
         Ok(ExprKind::Dict(items))
     }
 
-    fn dict_item(&mut self) -> Parse<DictItem> {
+    fn dict_item(&mut self) -> ParseResult<DictItem> {
         if self.eat(T::DoubleStar).is_some() {
             let mapping = self.nested(|parser| parser.binary(2))?;
             return Ok(DictItem::Unpack(mapping));
@@ -239,7 +239,7 @@ impl Parser<'_> {
         if self.eat(T::Colon).is_none() {
             let failed = self.unexpected::<()>("':' after the dict key");
             self.behind(key, failed)?;
-            return Err(Failed);
+            return Err(ErrorReported);
         }
         let value = self.expression();
         let (key, value) = self.behind(key, value)?;
@@ -247,7 +247,7 @@ impl Parser<'_> {
     }
 
     /// The `for` clauses after the element of a comprehension.
-    pub(super) fn comprehension(&mut self, kind: ComprehensionKind) -> Parse<ExprKind> {
+    pub(super) fn comprehension(&mut self, kind: ComprehensionKind) -> ParseResult<ExprKind> {
         let element = match &kind {
             ComprehensionKind::List(e)
             | ComprehensionKind::Set(e)
@@ -294,7 +294,7 @@ impl Parser<'_> {
     }
 
     /// The condition of a comprehension: no conditional expression, but a name may be bound.
-    fn condition_without_else(&mut self) -> Parse<Expr> {
+    fn condition_without_else(&mut self) -> ParseResult<Expr> {
         if self.kind() == T::Name && self.kind_ahead(1) == T::ColonEqual {
             return self.named_expression();
         }
@@ -302,7 +302,7 @@ impl Parser<'_> {
     }
 
     /// The item of a target list: like an expression, but `in` ends it.
-    pub(super) fn target_item(&mut self) -> Parse<Expr> {
+    pub(super) fn target_item(&mut self) -> ParseResult<Expr> {
         let start = self.token().span;
         if self.eat(T::Star).is_some() {
             let inner = self.nested(Self::postfix)?;
@@ -315,9 +315,9 @@ impl Parser<'_> {
     }
 
     /// Arguments up to and including the closing parenthesis; the opening one is taken already.
-    pub(super) fn arguments(&mut self, brackets: Brackets) -> Parse<Vec<Arg>> {
+    pub(super) fn arguments(&mut self, brackets: ArgContext) -> ParseResult<Vec<Arg>> {
         let mut args: Vec<Arg> = Vec::new();
-        let mut earlier = Earlier::default();
+        let mut earlier = SeenArgs::default();
         while self.kind() != T::RightParen {
             let arg = self.argument(&earlier, brackets);
             args = self.listed(args, arg)?;
@@ -332,7 +332,7 @@ impl Parser<'_> {
         self.behind(args, closed).map(|(args, ())| args)
     }
 
-    fn argument(&mut self, earlier: &Earlier, brackets: Brackets) -> Parse<Arg> {
+    fn argument(&mut self, earlier: &SeenArgs, brackets: ArgContext) -> ParseResult<Arg> {
         let start = self.token().span;
         if self.eat(T::Star).is_some() {
             let value = self.expression()?;
@@ -358,7 +358,7 @@ impl Parser<'_> {
             return Ok(Arg::Keyword(name, value));
         }
         let value = self.named_expression()?;
-        if brackets == Brackets::OfCall && matches!(self.kind(), T::For | T::Async) {
+        if brackets == ArgContext::OfCall && matches!(self.kind(), T::For | T::Async) {
             return self.bare_generator(value, !earlier.any, start);
         }
         self.check_argument_order(earlier, value.span)?;
@@ -373,7 +373,7 @@ impl Parser<'_> {
     }
 
     /// `f(x for x in y)`: a generator expression without its own parentheses, only as the sole argument.
-    fn bare_generator(&mut self, element: Expr, first: bool, start: Span) -> Parse<Arg> {
+    fn bare_generator(&mut self, element: Expr, first: bool, start: Span) -> ParseResult<Arg> {
         let kind = self.comprehension(ComprehensionKind::Generator(element))?;
         let span = self.span_from(start);
         if !first || self.kind() == T::Comma {
@@ -385,7 +385,7 @@ impl Parser<'_> {
         Ok(Arg::Positional(Expr::new(kind, span)))
     }
 
-    fn check_argument_order(&mut self, earlier: &Earlier, span: Span) -> Parse<()> {
+    fn check_argument_order(&mut self, earlier: &SeenArgs, span: Span) -> ParseResult<()> {
         if earlier.mapping {
             return self.fail(span, "a positional argument follows '**' unpacking");
         }
@@ -396,7 +396,7 @@ impl Parser<'_> {
     }
 
     /// What stands between `[` and `]` after a value: an index, a slice, or a tuple of them.
-    fn subscript_index(&mut self) -> Parse<Expr> {
+    fn subscript_index(&mut self) -> ParseResult<Expr> {
         let start = self.token().span;
         let first = self.slice_item()?;
         if self.kind() != T::Comma {
@@ -416,7 +416,7 @@ impl Parser<'_> {
         Ok(Expr::new(ExprKind::Tuple(items), self.span_from(start)))
     }
 
-    fn slice_item(&mut self) -> Parse<Expr> {
+    fn slice_item(&mut self) -> ParseResult<Expr> {
         let start = self.token().span;
         if self.eat(T::Star).is_some() {
             let inner = Box::new(self.expression()?);
@@ -446,7 +446,7 @@ impl Parser<'_> {
         Ok(Expr::new(kind, self.span_from(start)))
     }
 
-    fn slice_bound(&mut self) -> Parse<Option<Box<Expr>>> {
+    fn slice_bound(&mut self) -> ParseResult<Option<Box<Expr>>> {
         if matches!(self.kind(), T::Colon | T::Comma | T::RightBracket) {
             return Ok(None);
         }

@@ -1,9 +1,10 @@
 //! Statements with blocks: `if`, `while`, `for`, `try`, `with`, `def`, `sec`, `class`, decorators.
 
-use super::atom::Brackets;
-use super::{Context, Failed, Parse, Parser};
+use super::atom::ArgContext;
+use super::{Context, ErrorReported, ParseResult, Parser};
 use crate::ast::{
-    ClassDef, Constant, Expr, ExprKind, FunctionDef, Handler, NodePlace, Stmt, StmtKind, WithItem,
+    ClassDef, Constant, DirectiveAnchor, Expr, ExprKind, FunctionDef, Handler, Stmt, StmtKind,
+    WithItem,
 };
 use crate::diagnostic::Diagnostic;
 use crate::lexer::{Token, TokenKind as T};
@@ -15,7 +16,7 @@ const WITH_ITEMS_MAX: usize = 50;
 
 impl Parser<'_> {
     /// The compound statement that starts here, or None if the line starts with anything else.
-    pub(super) fn compound_statement(&mut self) -> Parse<Option<Stmt>> {
+    pub(super) fn compound_statement(&mut self) -> ParseResult<Option<Stmt>> {
         let start = self.token().span;
         let kind = match self.kind() {
             T::If => self.if_statement()?,
@@ -43,7 +44,7 @@ impl Parser<'_> {
             && self.kind_ahead(2) == T::LeftParen
     }
 
-    fn stray_clause<N>(&mut self) -> Parse<N> {
+    fn stray_clause<N>(&mut self) -> ParseResult<N> {
         let token = self.token();
         let word = self.text(token);
         let opener = match token.kind {
@@ -63,7 +64,7 @@ impl Parser<'_> {
 
     /// `:` and the block after it, indented or on the same line. Returns whether the block was closed by an `end`
     /// at the column of its own lines, which also ends the statement.
-    pub(super) fn block(&mut self, header: &str) -> Parse<Vec<Stmt>> {
+    pub(super) fn block(&mut self, header: &str) -> ParseResult<Vec<Stmt>> {
         if self.eat(T::Colon).is_none() {
             let failed = self.unexpected(&format!("':' after {header}"));
             // A header that only lacks its colon keeps its block.
@@ -103,7 +104,7 @@ impl Parser<'_> {
     }
 
     /// The lines of an indented block. An `end` at the column of these lines closes the block (rule 3).
-    fn block_lines(&mut self, body: &mut Vec<Stmt>) -> Parse<()> {
+    fn block_lines(&mut self, body: &mut Vec<Stmt>) -> ParseResult<()> {
         loop {
             match self.kind() {
                 T::Dedent => {
@@ -128,14 +129,14 @@ impl Parser<'_> {
         }
     }
 
-    fn loop_block(&mut self, header: &str) -> Parse<Vec<Stmt>> {
+    fn loop_block(&mut self, header: &str) -> ParseResult<Vec<Stmt>> {
         let outer = std::mem::replace(&mut self.context.in_loop, true);
         let body = self.block(header);
         self.context.in_loop = outer;
         body
     }
 
-    fn else_block(&mut self) -> Parse<Vec<Stmt>> {
+    fn else_block(&mut self) -> ParseResult<Vec<Stmt>> {
         if self.eat(T::Else).is_none() {
             return Ok(Vec::new());
         }
@@ -145,13 +146,13 @@ impl Parser<'_> {
         Ok(self.clause_or_rest(parsed, span).1)
     }
 
-    fn condition(&mut self) -> Parse<Expr> {
+    fn condition(&mut self) -> ParseResult<Expr> {
         let test = self.named_expression()?;
         self.check_no_star(&test)?;
         Ok(test)
     }
 
-    fn if_statement(&mut self) -> Parse<StmtKind> {
+    fn if_statement(&mut self) -> ParseResult<StmtKind> {
         self.bump();
         let test = self.condition()?;
         let mut branches = vec![(test, self.block("the 'if' condition")?)];
@@ -163,19 +164,19 @@ impl Parser<'_> {
         Ok(StmtKind::If { branches, orelse })
     }
 
-    fn elif_clause(&mut self, elif: Token) -> Parse<(Expr, Vec<Stmt>)> {
+    fn elif_clause(&mut self, elif: Token) -> ParseResult<(Expr, Vec<Stmt>)> {
         let test = self.condition()?;
-        self.claim(elif.span.start, NodePlace::Before(test.span.start));
+        self.claim(elif.span.start, DirectiveAnchor::Before(test.span.start));
         Ok((test, self.block("the 'elif' condition")?))
     }
 
     /// A further clause of a statement; of one that did not parse, what its block holds: the clauses before it stand.
     fn clause_or_rest(
         &mut self,
-        parsed: Parse<(Expr, Vec<Stmt>)>,
+        parsed: ParseResult<(Expr, Vec<Stmt>)>,
         span: Span,
     ) -> (Expr, Vec<Stmt>) {
-        parsed.unwrap_or_else(|Failed| {
+        parsed.unwrap_or_else(|ErrorReported| {
             let mut body = Vec::new();
             self.skip_line_and_block(&mut body);
             let gap = Expr::new(ExprKind::Constant(Constant::Ellipsis), span);
@@ -183,7 +184,7 @@ impl Parser<'_> {
         })
     }
 
-    fn while_statement(&mut self) -> Parse<StmtKind> {
+    fn while_statement(&mut self) -> ParseResult<StmtKind> {
         self.bump();
         let test = self.condition()?;
         let body = self.loop_block("the 'while' condition")?;
@@ -191,7 +192,7 @@ impl Parser<'_> {
         Ok(StmtKind::While { test, body, orelse })
     }
 
-    fn for_statement(&mut self) -> Parse<StmtKind> {
+    fn for_statement(&mut self) -> ParseResult<StmtKind> {
         self.bump();
         let target = self.target_list()?;
         self.expect(T::In)?;
@@ -207,14 +208,14 @@ impl Parser<'_> {
         })
     }
 
-    fn try_statement(&mut self) -> Parse<StmtKind> {
+    fn try_statement(&mut self) -> ParseResult<StmtKind> {
         let start = self.bump().span;
         let body = self.block("'try'")?;
         let mut handlers: Vec<Handler> = Vec::new();
         let mut bare: Option<Span> = None;
         while self.kind() == T::Except {
             let start = self.token().span;
-            let handler = self.handler().unwrap_or_else(|Failed| {
+            let handler = self.handler().unwrap_or_else(|ErrorReported| {
                 let mut body = Vec::new();
                 self.skip_line_and_block(&mut body);
                 Handler {
@@ -264,7 +265,7 @@ impl Parser<'_> {
         })
     }
 
-    fn handler(&mut self) -> Parse<Handler> {
+    fn handler(&mut self) -> ParseResult<Handler> {
         let start = self.bump().span;
         let star = self.eat(T::Star);
         let mut exception = None;
@@ -339,7 +340,7 @@ impl Parser<'_> {
         }
     }
 
-    fn with_statement(&mut self) -> Parse<StmtKind> {
+    fn with_statement(&mut self) -> ParseResult<StmtKind> {
         self.bump();
         let items = match self.parenthesised_with_items() {
             Some(items) => items,
@@ -371,7 +372,7 @@ impl Parser<'_> {
         None
     }
 
-    fn with_items(&mut self, closer: T) -> Parse<Vec<WithItem>> {
+    fn with_items(&mut self, closer: T) -> ParseResult<Vec<WithItem>> {
         let mut items = Vec::new();
         loop {
             let context = self.expression()?;
@@ -398,7 +399,7 @@ impl Parser<'_> {
         }
     }
 
-    fn decorated(&mut self) -> Parse<StmtKind> {
+    fn decorated(&mut self) -> ParseResult<StmtKind> {
         let mut decorators = Vec::new();
         while self.eat(T::At).is_some() {
             decorators.push(self.named_expression()?);
@@ -415,7 +416,7 @@ impl Parser<'_> {
         }
     }
 
-    fn function(&mut self, decorators: Vec<Expr>, secondary: bool) -> Parse<StmtKind> {
+    fn function(&mut self, decorators: Vec<Expr>, secondary: bool) -> ParseResult<StmtKind> {
         self.bump();
         let name = self.ident()?;
         let scope = self.new_scope();
@@ -447,12 +448,12 @@ impl Parser<'_> {
         Ok(StmtKind::Function(Box::new(def)))
     }
 
-    fn class(&mut self, decorators: Vec<Expr>) -> Parse<StmtKind> {
+    fn class(&mut self, decorators: Vec<Expr>) -> ParseResult<StmtKind> {
         self.bump();
         let name = self.ident()?;
         let scope = self.new_scope();
         let args = if self.eat(T::LeftParen).is_some() {
-            self.arguments(Brackets::OfClass)?
+            self.arguments(ArgContext::OfClass)?
         } else {
             Vec::new()
         };
@@ -472,7 +473,7 @@ impl Parser<'_> {
     }
 
     /// The targets between `for` and `in`.
-    pub(super) fn target_list(&mut self) -> Parse<Expr> {
+    pub(super) fn target_list(&mut self) -> ParseResult<Expr> {
         let start = self.token().span;
         let first = self.target_item()?;
         let target = if self.kind() == T::Comma {

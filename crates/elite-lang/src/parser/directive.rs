@@ -5,8 +5,8 @@
 //! statement. It belongs to the block its column would put it in: a thread passes it before the next statement there, or at
 //! the end of the block if there is none. Before `elif`, `else`, `except` and `finally` it belongs to that clause.
 
-use super::{LOOK_EVERY, Parse, Parser};
-use crate::ast::{Constant, Expr, ExprKind, NodeMark, NodePlace, Stmt};
+use super::{LOOK_EVERY, ParseResult, Parser};
+use crate::ast::{Constant, DirectiveAnchor, Expr, ExprKind, NodeDirective, Stmt};
 use crate::diagnostic::Diagnostic;
 use crate::findings::quoted;
 use crate::lexer::Directive;
@@ -19,8 +19,8 @@ const FORM: &str =
     "write '$ LINE: (7, \"name\")', with \"before\" or \"after\" as third part if wanted";
 
 /// A directive that says something, and where it stands.
-pub(super) struct Mark {
-    pub(super) node: NodeMark,
+pub(super) struct ParsedDirective {
+    pub(super) node: NodeDirective,
     depth: u32,
     heads_clause: bool,
 }
@@ -38,7 +38,7 @@ impl Parser<'_> {
                 return;
             }
             if let Ok(node) = self.line_directive(directive.span) {
-                self.marks.push(Mark {
+                self.marks.push(ParsedDirective {
                     node,
                     depth: directive.depth,
                     heads_clause: directive.heads_clause,
@@ -48,7 +48,7 @@ impl Parser<'_> {
     }
 
     /// `$ LINE: (number, "label"[, "before"|"after"])`
-    fn line_directive(&mut self, span: Span) -> Parse<NodeMark> {
+    fn line_directive(&mut self, span: Span) -> ParseResult<NodeDirective> {
         let text = self.file.slice(span);
         let after = |at: usize| at + text[at..].len() - text[at..].trim_start().len();
         let word = after(1);
@@ -96,7 +96,7 @@ impl Parser<'_> {
         self.node_mark(span.start, &expr?)
     }
 
-    fn node_mark(&mut self, start: u32, expr: &Expr) -> Parse<NodeMark> {
+    fn node_mark(&mut self, start: u32, expr: &Expr) -> ParseResult<NodeDirective> {
         let items = match &expr.kind {
             ExprKind::Tuple(items) if self.is_parenthesised(expr.span) => &items[..],
             _ => &[],
@@ -135,22 +135,22 @@ impl Parser<'_> {
                 return self.wrong(span, message);
             }
         };
-        Ok(NodeMark {
+        Ok(NodeDirective {
             number: node,
             label: shortened(label),
             start,
             after,
-            place: NodePlace::AtEnd,
+            place: DirectiveAnchor::AtEnd,
         })
     }
 
-    fn wrong<T>(&mut self, span: Span, message: impl Into<String>) -> Parse<T> {
+    fn wrong<T>(&mut self, span: Span, message: impl Into<String>) -> ParseResult<T> {
         let diagnostic = Diagnostic::error("directive", span, message);
         Err(self.report(diagnostic.with_help(FORM)))
     }
 
     /// Gives the directives that stand before byte `before`, and have no place yet, this one.
-    pub(super) fn claim(&mut self, before: u32, place: NodePlace) {
+    pub(super) fn claim(&mut self, before: u32, place: DirectiveAnchor) {
         while let Some(mark) = self.marks.get_mut(self.claimed)
             && mark.node.start < before
         {
@@ -168,7 +168,7 @@ impl Parser<'_> {
             && mark.depth >= self.depth
             && !mark.heads_clause
         {
-            mark.node.place = NodePlace::After(last.span.start);
+            mark.node.place = DirectiveAnchor::After(last.span.start);
             self.claimed += 1;
         }
     }

@@ -1,6 +1,6 @@
 //! Expressions with operators, by binding power.
 
-use super::{DEPTH_MAX, Parse, Parser};
+use super::{DEPTH_MAX, ParseResult, Parser};
 use crate::ast::{BinaryOp, CompareOp, Expr, ExprKind, Lambda, UnaryOp};
 use crate::diagnostic::Diagnostic;
 use crate::lexer::TokenKind as T;
@@ -31,7 +31,7 @@ fn binary(kind: T) -> Option<(BinaryOp, u8)> {
 
 impl Parser<'_> {
     /// Expressions separated by commas make a tuple; stars and `yield` are allowed.
-    pub(super) fn expression_list(&mut self) -> Parse<Expr> {
+    pub(super) fn expression_list(&mut self) -> ParseResult<Expr> {
         if self.kind() == T::Yield {
             return self.yield_expression();
         }
@@ -39,7 +39,7 @@ impl Parser<'_> {
     }
 
     /// `a`, `a, b`, `*a, b`: expressions without `:=` and `yield`, which need brackets around them in a list.
-    pub(super) fn star_list(&mut self) -> Parse<Expr> {
+    pub(super) fn star_list(&mut self) -> ParseResult<Expr> {
         let start = self.token().span;
         let first = self.star_or_expression()?;
         if self.kind() != T::Comma {
@@ -53,7 +53,7 @@ impl Parser<'_> {
         Ok(Expr::new(ExprKind::Tuple(items), self.span_from(start)))
     }
 
-    fn star_or_expression(&mut self) -> Parse<Expr> {
+    fn star_or_expression(&mut self) -> ParseResult<Expr> {
         let expr = if self.kind() == T::Star {
             self.star_or_named()?
         } else {
@@ -95,7 +95,7 @@ impl Parser<'_> {
     }
 
     /// `*expr`, or an expression that may bind a name.
-    pub(super) fn star_or_named(&mut self) -> Parse<Expr> {
+    pub(super) fn star_or_named(&mut self) -> ParseResult<Expr> {
         let start = self.token().span;
         if self.eat(T::Star).is_some() {
             let inner = self.nested(|parser| parser.binary(COMPARISON + 1))?;
@@ -108,7 +108,7 @@ impl Parser<'_> {
     }
 
     /// `name := value`, or an expression.
-    pub(super) fn named_expression(&mut self) -> Parse<Expr> {
+    pub(super) fn named_expression(&mut self) -> ParseResult<Expr> {
         let start = self.token().span;
         if self.kind() == T::Name && self.kind_ahead(1) == T::ColonEqual {
             let target = self.ident()?;
@@ -123,7 +123,7 @@ impl Parser<'_> {
     }
 
     /// A conditional expression, a lambda, or anything below.
-    pub(super) fn expression(&mut self) -> Parse<Expr> {
+    pub(super) fn expression(&mut self) -> ParseResult<Expr> {
         let expr = self.nested(|parser| {
             let start = parser.token().span;
             if parser.kind() == T::Lambda {
@@ -149,7 +149,7 @@ impl Parser<'_> {
         self.check_depth(expr)
     }
 
-    fn lambda(&mut self) -> Parse<Expr> {
+    fn lambda(&mut self) -> ParseResult<Expr> {
         let start = self.bump().span;
         let scope = self.new_scope();
         let parameters = self.parameters(T::Colon)?;
@@ -165,7 +165,7 @@ impl Parser<'_> {
         Ok(Expr::new(kind, self.span_from(start)))
     }
 
-    pub(super) fn yield_expression(&mut self) -> Parse<Expr> {
+    pub(super) fn yield_expression(&mut self) -> ParseResult<Expr> {
         let start = self.bump().span;
         if !self.context.in_function {
             let error = Diagnostic::error("syntax", start, "'yield' outside a function");
@@ -182,7 +182,7 @@ impl Parser<'_> {
     }
 
     /// `a or b or c`
-    pub(super) fn disjunction(&mut self) -> Parse<Expr> {
+    pub(super) fn disjunction(&mut self) -> ParseResult<Expr> {
         let start = self.token().span;
         let first = self.conjunction()?;
         if self.kind() != T::Or {
@@ -196,7 +196,7 @@ impl Parser<'_> {
         Ok(Expr::new(ExprKind::Or(operands), self.span_from(start)))
     }
 
-    fn conjunction(&mut self) -> Parse<Expr> {
+    fn conjunction(&mut self) -> ParseResult<Expr> {
         let start = self.token().span;
         let first = self.negation()?;
         if self.kind() != T::And {
@@ -210,7 +210,7 @@ impl Parser<'_> {
         Ok(Expr::new(ExprKind::And(operands), self.span_from(start)))
     }
 
-    fn negation(&mut self) -> Parse<Expr> {
+    fn negation(&mut self) -> ParseResult<Expr> {
         let start = self.token().span;
         if self.eat(T::Not).is_none() {
             return self.comparison();
@@ -226,7 +226,7 @@ impl Parser<'_> {
     }
 
     /// `a < b <= c`: a chain is one node.
-    fn comparison(&mut self) -> Parse<Expr> {
+    fn comparison(&mut self) -> ParseResult<Expr> {
         let start = self.token().span;
         let left = self.binary(COMPARISON + 1)?;
         let mut rest = Vec::new();
@@ -270,7 +270,7 @@ impl Parser<'_> {
     }
 
     /// Binary operators that bind at least as tightly as `power`.
-    pub(super) fn binary(&mut self, power: u8) -> Parse<Expr> {
+    pub(super) fn binary(&mut self, power: u8) -> ParseResult<Expr> {
         let start = self.token().span;
         let mut left = self.unary()?;
         while let Some((op, op_power)) = binary(self.kind()) {
@@ -296,7 +296,7 @@ impl Parser<'_> {
     }
 
     /// Refuses an expression whose tree has become too deep.
-    pub(super) fn check_depth(&mut self, expr: Expr) -> Parse<Expr> {
+    pub(super) fn check_depth(&mut self, expr: Expr) -> ParseResult<Expr> {
         if expr.depth > DEPTH_MAX {
             let text = format!("this expression is deeper than {DEPTH_MAX} levels");
             // Only where it starts: the whole of it may be megabytes.
@@ -307,7 +307,7 @@ impl Parser<'_> {
         Ok(expr)
     }
 
-    fn unary(&mut self) -> Parse<Expr> {
+    fn unary(&mut self) -> ParseResult<Expr> {
         let start = self.token().span;
         let op = match self.kind() {
             T::Minus => UnaryOp::Neg,
@@ -325,7 +325,7 @@ impl Parser<'_> {
     }
 
     /// `**` binds tighter than a sign on its left: `-2 ** 2` is -4.
-    fn power(&mut self) -> Parse<Expr> {
+    fn power(&mut self) -> ParseResult<Expr> {
         let start = self.token().span;
         let base = self.postfix()?;
         if self.eat(T::DoubleStar).is_none() {

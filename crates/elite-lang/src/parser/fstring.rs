@@ -1,7 +1,7 @@
 //! f-strings: the text between replacement fields, and the fields.
 
-use super::strings::Literal;
-use super::{Parse, Parser};
+use super::strings::StringLiteral;
+use super::{ParseResult, Parser};
 use crate::ast::{Conversion, Expr, FStringPart};
 use crate::lexer::lex_expression;
 use crate::source::Span;
@@ -15,12 +15,12 @@ const FIELD: usize = 512;
 /// The parts of an f-string while it is read. Texts side by side become one at once: a doubled brace ends one, and there may be
 /// half a million of them.
 #[derive(Default)]
-pub(super) struct Parts {
+pub(super) struct FStringBuilder {
     complete: Vec<FStringPart>,
     text: String,
 }
 
-impl Parts {
+impl FStringBuilder {
     pub(super) fn text(&mut self, text: &str) {
         self.text.push_str(text);
     }
@@ -52,11 +52,11 @@ impl Parser<'_> {
     /// The f-string text at `span` into `parts`. `level` counts the replacement fields around it.
     pub(super) fn fstring_parts(
         &mut self,
-        literal: &Literal,
+        literal: &StringLiteral,
         span: Span,
         level: u32,
-        parts: &mut Parts,
-    ) -> Parse<()> {
+        parts: &mut FStringBuilder,
+    ) -> ParseResult<()> {
         if level > FIELD_NESTING_MAX {
             return self.fail(
                 span,
@@ -107,16 +107,22 @@ impl Parser<'_> {
     /// A format specification: an f-string text within a field.
     fn format_parts(
         &mut self,
-        literal: &Literal,
+        literal: &StringLiteral,
         span: Span,
         level: u32,
-    ) -> Parse<Vec<FStringPart>> {
-        let mut parts = Parts::default();
+    ) -> ParseResult<Vec<FStringPart>> {
+        let mut parts = FStringBuilder::default();
         let parsed = self.fstring_parts(literal, span, level, &mut parts);
         Ok(self.behind(parts.into_vec(), parsed)?.0)
     }
 
-    fn fstring_text(&mut self, literal: &Literal, start: usize, end: usize, parts: &mut Parts) {
+    fn fstring_text(
+        &mut self,
+        literal: &StringLiteral,
+        start: usize,
+        end: usize,
+        parts: &mut FStringBuilder,
+    ) {
         if start < end {
             let text = self.text_body(literal, Span::new(start, end));
             parts.text(&text);
@@ -126,12 +132,12 @@ impl Parser<'_> {
     /// The replacement field whose `{` is at byte `open`; returns the byte after its `}`.
     fn field(
         &mut self,
-        literal: &Literal,
+        literal: &StringLiteral,
         open: usize,
         within: Span,
         level: u32,
-        parts: &mut Parts,
-    ) -> Parse<usize> {
+        parts: &mut FStringBuilder,
+    ) -> ParseResult<usize> {
         let text = self.file.text();
         let end = within.end as usize;
         let start = open + 1;
@@ -187,7 +193,7 @@ impl Parser<'_> {
         Ok(at + 1)
     }
 
-    fn conversion(&mut self, at: &mut usize, end: usize) -> Parse<Conversion> {
+    fn conversion(&mut self, at: &mut usize, end: usize) -> ParseResult<Conversion> {
         let rest = &self.file.text()[*at..end];
         if !rest.starts_with('!') {
             return Ok(Conversion::None);
@@ -203,7 +209,7 @@ impl Parser<'_> {
     }
 
     /// Parses the expression at `span` with the state of this parser; messages call its end `end`.
-    pub(super) fn field_expression(&mut self, span: Span, end: &'static str) -> Parse<Expr> {
+    pub(super) fn field_expression(&mut self, span: Span, end: &'static str) -> ParseResult<Expr> {
         let lexed = lex_expression(self.file, span, self.budget);
         for finding in lexed.diagnostics.into_vec() {
             self.lexed.push(finding);

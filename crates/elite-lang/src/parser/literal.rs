@@ -2,7 +2,7 @@
 
 use num_bigint::BigInt;
 
-use super::{Parse, Parser};
+use super::{ParseResult, Parser};
 use crate::ast::{Constant, ExprKind};
 use crate::lexer::TokenKind as T;
 
@@ -10,7 +10,7 @@ use crate::lexer::TokenKind as T;
 const INT_DIGITS_MAX: usize = 4300;
 
 impl Parser<'_> {
-    pub(super) fn number(&mut self) -> Parse<ExprKind> {
+    pub(super) fn number(&mut self) -> ParseResult<ExprKind> {
         let token = self.bump();
         let text: String = self.text(token).chars().filter(|c| *c != '_').collect();
         let constant = match token.kind {
@@ -28,7 +28,7 @@ impl Parser<'_> {
         }
     }
 
-    fn integer(&mut self, text: &str, span: crate::source::Span) -> Parse<Option<Constant>> {
+    fn integer(&mut self, text: &str, span: crate::source::Span) -> ParseResult<Option<Constant>> {
         let (radix, digits) = match text.get(..2) {
             Some("0x" | "0X") => (16, &text[2..]),
             Some("0o" | "0O") => (8, &text[2..]),

@@ -18,14 +18,14 @@ mod strings;
 mod target;
 mod units;
 
-use crate::ast::{Expr, ExprKind, Ident, Module, NodePlace, ScopeId, Stmt};
+use crate::ast::{DirectiveAnchor, Expr, ExprKind, Ident, Module, ScopeId, Stmt};
 use crate::diagnostic::{Diagnostic, Severity};
-use crate::findings::{Findings, in_order, quoted};
+use crate::findings::{DiagnosticList, in_order, quoted};
 use crate::lexer::{Token, TokenKind, Tokens, lex, lex_expression, too_large};
-use crate::limits::memory::Budget;
+use crate::limits::memory::WorkBudget;
 use crate::source::{SourceFile, Span};
 
-pub(crate) use units::{Difference, InUnits, Unit, parse_again};
+pub(crate) use units::{ParsedUnits, TextEdit, TopLevelUnit, parse_again};
 
 /// Nesting of brackets, blocks and prefix operators that is accepted.
 const NESTING_MAX: u32 = 200;
@@ -42,7 +42,7 @@ const TOKEN: usize = 160;
 const LOOK_EVERY: usize = 256;
 
 /// What the parser makes of a text.
-pub struct Parsed {
+pub struct ParserOutput {
     /// The tree; where there were errors it has gaps.
     pub module: Module,
     /// Errors and warnings of lexer and parser, in the order of the text.
@@ -52,19 +52,19 @@ pub struct Parsed {
 }
 
 /// Parses a whole program.
-pub fn parse(file: &SourceFile) -> Parsed {
-    parse_within(file, &Budget::of(TREE_MAX))
+pub fn parse(file: &SourceFile) -> ParserOutput {
+    parse_within(file, &WorkBudget::of(TREE_MAX))
 }
 
 /// Parses a whole program with what its text may take. One that needs more has one error, `too-large`.
-pub(crate) fn parse_within(file: &SourceFile, budget: &Budget<'_>) -> Parsed {
+pub(crate) fn parse_within(file: &SourceFile, budget: &WorkBudget<'_>) -> ParserOutput {
     let mut parser = parse_tokens(file, lex(file, budget), budget);
     let body = parser.statements_until_end();
     parser.finish(body)
 }
 
 /// A parser that stands at the first token of a whole program.
-fn parse_tokens<'f>(file: &'f SourceFile, lexed: Tokens, budget: &'f Budget<'f>) -> Parser<'f> {
+fn parse_tokens<'f>(file: &'f SourceFile, lexed: Tokens, budget: &'f WorkBudget<'f>) -> Parser<'f> {
     let mut parser = Parser::new(file, lexed.tokens, lexed.diagnostics, budget);
     parser.cuts = lexed.cuts;
     parser.print_is_assigned = parser.assigns_print();
@@ -73,7 +73,10 @@ fn parse_tokens<'f>(file: &'f SourceFile, lexed: Tokens, budget: &'f Budget<'f>)
 }
 
 /// Parses the text of one expression, as `eval` takes it.
-pub(crate) fn parse_expression(file: &SourceFile, budget: &Budget<'_>) -> (Option<Expr>, Parsed) {
+pub(crate) fn parse_expression(
+    file: &SourceFile,
+    budget: &WorkBudget<'_>,
+) -> (Option<Expr>, ParserOutput) {
     let text = file.text();
     let start = text.len() - text.trim_start_matches([' ', '\t']).len();
     let lexed = lex_expression(
@@ -88,9 +91,9 @@ pub(crate) fn parse_expression(file: &SourceFile, budget: &Budget<'_>) -> (Optio
 
 /// Says that an error has been reported and this construct given up.
 #[derive(Clone, Copy, Debug)]
-struct Failed;
+struct ErrorReported;
 
-type Parse<T> = Result<T, Failed>;
+type ParseResult<T> = Result<T, ErrorReported>;
 
 /// What surrounds the statement being parsed.
 #[derive(Clone, Copy, Default)]
@@ -104,8 +107,8 @@ struct Parser<'f> {
     tokens: Vec<Token>,
     at: usize,
     /// What the lexer found; where it found something the parser keeps silent.
-    lexed: Findings,
-    diagnostics: Findings,
+    lexed: DiagnosticList,
+    diagnostics: DiagnosticList,
     /// How often something was found wrong, told or not.
     reports: usize,
     nesting: u32,
@@ -120,23 +123,23 @@ struct Parser<'f> {
     /// The script assigns `print`, so `print x` is not rewritten.
     print_is_assigned: bool,
     /// The directives; `claimed` of them have their place.
-    marks: Vec<directive::Mark>,
+    marks: Vec<directive::ParsedDirective>,
     claimed: usize,
     /// Blocks around the statement being parsed.
     depth: u32,
     /// What tokens and tree may take; spent, the parser is at the end of the text.
-    budget: &'f Budget<'f>,
+    budget: &'f WorkBudget<'f>,
     is_too_large: bool,
     /// What is no part of the tree after all.
-    aside: Vec<aside::Aside>,
+    aside: Vec<aside::AbandonedNodes>,
 }
 
 impl<'f> Parser<'f> {
     fn new(
         file: &'f SourceFile,
         tokens: Vec<Token>,
-        lexed: Findings,
-        budget: &'f Budget<'f>,
+        lexed: DiagnosticList,
+        budget: &'f WorkBudget<'f>,
     ) -> Self {
         let context = Context::default();
         let classes = Vec::new();
@@ -145,7 +148,7 @@ impl<'f> Parser<'f> {
             tokens,
             at: 0,
             lexed,
-            diagnostics: Findings::default(),
+            diagnostics: DiagnosticList::default(),
             reports: 0,
             nesting: 0,
             scope_count: 1,
@@ -163,7 +166,7 @@ impl<'f> Parser<'f> {
         }
     }
 
-    fn finish(self, mut body: Vec<Stmt>) -> Parsed {
+    fn finish(self, mut body: Vec<Stmt>) -> ParserOutput {
         let mut diagnostics = self.lexed.into_vec();
         diagnostics.extend(self.diagnostics.into_vec());
         let span = Span::new(0, self.file.text().len());
@@ -176,7 +179,7 @@ impl<'f> Parser<'f> {
             (body, nodes) = (Vec::new(), Vec::new());
             diagnostics = vec![too_large(self.budget)];
         }
-        Parsed {
+        ParserOutput {
             module: Module {
                 body,
                 span,
@@ -193,11 +196,11 @@ impl<'f> Parser<'f> {
         while self.kind() != TokenKind::EndOfFile {
             self.statement_or_recover(&mut body);
         }
-        self.claim(u32::MAX, NodePlace::AtEnd);
+        self.claim(u32::MAX, DirectiveAnchor::AtEnd);
         body
     }
 
-    fn whole_expression(&mut self) -> Parse<Expr> {
+    fn whole_expression(&mut self) -> ParseResult<Expr> {
         let expr = self.expression_list()?;
         if let ExprKind::Starred(_) = expr.kind {
             return self.fail(expr.span, "a starred expression cannot stand here");
@@ -248,7 +251,7 @@ impl<'f> Parser<'f> {
         (self.kind() == kind).then(|| self.bump())
     }
 
-    fn expect(&mut self, kind: TokenKind) -> Parse<Token> {
+    fn expect(&mut self, kind: TokenKind) -> ParseResult<Token> {
         match self.eat(kind) {
             Some(token) => Ok(token),
             None => self.unexpected(kind.describe()),
@@ -268,7 +271,7 @@ impl<'f> Parser<'f> {
         }
     }
 
-    fn report(&mut self, diagnostic: Diagnostic) -> Failed {
+    fn report(&mut self, diagnostic: Diagnostic) -> ErrorReported {
         self.reports += 1;
         // What the lexer reported at this very place is not reported again in other words.
         let span = diagnostic.span;
@@ -285,15 +288,15 @@ impl<'f> Parser<'f> {
         if !known {
             self.diagnostics.push(diagnostic);
         }
-        Failed
+        ErrorReported
     }
 
-    fn fail<T>(&mut self, span: Span, message: impl Into<String>) -> Parse<T> {
+    fn fail<T>(&mut self, span: Span, message: impl Into<String>) -> ParseResult<T> {
         Err(self.report(Diagnostic::error("syntax", span, message)))
     }
 
     /// Reports that `expected` should stand here.
-    fn unexpected<T>(&mut self, expected: &str) -> Parse<T> {
+    fn unexpected<T>(&mut self, expected: &str) -> ParseResult<T> {
         let token = self.token();
         let found = match token.kind {
             TokenKind::Name => format!("'{}'", quoted(self.text(token))),
@@ -344,7 +347,7 @@ impl<'f> Parser<'f> {
         }
     }
 
-    fn not_supported<T>(&mut self, span: Span, what: &str) -> Parse<T> {
+    fn not_supported<T>(&mut self, span: Span, what: &str) -> ParseResult<T> {
         Err(self.report(Diagnostic::error(
             "not-supported",
             span,
@@ -353,7 +356,7 @@ impl<'f> Parser<'f> {
     }
 
     /// Runs `inner` one level deeper, or reports that the text nests too deeply.
-    fn nested<T>(&mut self, inner: impl FnOnce(&mut Self) -> Parse<T>) -> Parse<T> {
+    fn nested<T>(&mut self, inner: impl FnOnce(&mut Self) -> ParseResult<T>) -> ParseResult<T> {
         if self.nesting == NESTING_MAX {
             let span = self.token().span;
             return self.fail(span, format!("this nests deeper than {NESTING_MAX} levels"));
@@ -369,7 +372,7 @@ impl<'f> Parser<'f> {
         ScopeId(self.scope_count - 1)
     }
 
-    fn ident(&mut self) -> Parse<Ident> {
+    fn ident(&mut self) -> ParseResult<Ident> {
         let token = self.expect(TokenKind::Name)?;
         Ok(Ident {
             name: self.mangled(token)?,
@@ -378,7 +381,7 @@ impl<'f> Parser<'f> {
     }
 
     /// Private names `__x` inside a class are kept apart from those of other classes (Python, "Private name mangling").
-    fn mangled(&mut self, token: Token) -> Parse<Box<str>> {
+    fn mangled(&mut self, token: Token) -> ParseResult<Box<str>> {
         let name = self.text(token);
         let private = name.starts_with("__") && !name.ends_with("__");
         match self.classes.last() {
@@ -395,7 +398,7 @@ impl<'f> Parser<'f> {
         }
     }
 
-    fn name_expr(&mut self) -> Parse<Expr> {
+    fn name_expr(&mut self) -> ParseResult<Expr> {
         let ident = self.ident()?;
         Ok(Expr::new(ExprKind::Name(ident.name), ident.span))
     }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::{Parse, Parser};
+use super::{ParseResult, Parser};
 use crate::ast::{Parameter, Parameters};
 use crate::diagnostic::Diagnostic;
 use crate::findings::quoted;
@@ -13,7 +13,7 @@ const PARAMETER: usize = 200;
 
 impl Parser<'_> {
     /// Parameters up to `closer` (`)` of a `def`, `:` of a `lambda`), which is not taken.
-    pub(super) fn parameters(&mut self, closer: T) -> Parse<Parameters> {
+    pub(super) fn parameters(&mut self, closer: T) -> ParseResult<Parameters> {
         let mut parameters = Parameters::default();
         let mut after_star = false;
         // Whether a parameter that can be given by position has a default.
@@ -88,7 +88,7 @@ impl Parser<'_> {
         }
     }
 
-    fn parameter(&mut self, closer: T) -> Parse<Parameter> {
+    fn parameter(&mut self, closer: T) -> ParseResult<Parameter> {
         let name = self.ident()?;
         let annotated = closer == T::RightParen && self.eat(T::Colon).is_some();
         let annotation = if annotated {
@@ -109,7 +109,7 @@ impl Parser<'_> {
     }
 
     /// The parameter after `*` or `**`.
-    fn collecting_parameter(&mut self, closer: T) -> Parse<Parameter> {
+    fn collecting_parameter(&mut self, closer: T) -> ParseResult<Parameter> {
         let parameter = self.parameter(closer)?;
         if let Some(default) = &parameter.default {
             let message = "a parameter that collects arguments cannot have a default";

@@ -1,7 +1,7 @@
 //! Simple statements, and how lines are put together from them.
 
-use super::{Failed, Parse, Parser};
-use crate::ast::{BinaryOp, Expr, ExprKind, Ident, ImportAlias, NodePlace, Stmt, StmtKind};
+use super::{ErrorReported, ParseResult, Parser};
+use crate::ast::{BinaryOp, DirectiveAnchor, Expr, ExprKind, Ident, ImportAlias, Stmt, StmtKind};
 use crate::diagnostic::Diagnostic;
 use crate::findings::quoted;
 use crate::lexer::TokenKind as T;
@@ -15,7 +15,7 @@ impl Parser<'_> {
         let before = self.at;
         match self.statement(body) {
             Ok(()) => {}
-            Err(Failed) => {
+            Err(ErrorReported) => {
                 let reported = self.diagnostics.len();
                 let unsupported = self
                     .diagnostics
@@ -73,7 +73,7 @@ impl Parser<'_> {
         true
     }
 
-    fn statement(&mut self, body: &mut Vec<Stmt>) -> Parse<()> {
+    fn statement(&mut self, body: &mut Vec<Stmt>) -> ParseResult<()> {
         match self.kind() {
             T::Newline => {
                 self.bump();
@@ -85,9 +85,9 @@ impl Parser<'_> {
         }
     }
 
-    fn ordinary_statement(&mut self, body: &mut Vec<Stmt>) -> Parse<()> {
+    fn ordinary_statement(&mut self, body: &mut Vec<Stmt>) -> ParseResult<()> {
         let start = self.token().span.start;
-        self.claim(start, NodePlace::Before(start));
+        self.claim(start, DirectiveAnchor::Before(start));
         match self.compound_statement()? {
             Some(statement) => {
                 body.push(statement);
@@ -101,7 +101,7 @@ impl Parser<'_> {
         }
     }
 
-    fn unexpected_indent(&mut self, body: &mut Vec<Stmt>) -> Parse<()> {
+    fn unexpected_indent(&mut self, body: &mut Vec<Stmt>) -> ParseResult<()> {
         self.bump();
         let span = self.token().span;
         let failed = self.report(Diagnostic::error(
@@ -118,14 +118,14 @@ impl Parser<'_> {
         Ok(())
     }
 
-    fn misplaced_end(&mut self) -> Parse<()> {
+    fn misplaced_end(&mut self) -> ParseResult<()> {
         let token = self.bump();
         let message = "this 'end' closes nothing: no block starts at its column";
         Err(self.report(Diagnostic::error("misplaced-end", token.span, message)))
     }
 
     /// Simple statements separated by `;` up to the end of the line.
-    pub(super) fn simple_line(&mut self, body: &mut Vec<Stmt>) -> Parse<()> {
+    pub(super) fn simple_line(&mut self, body: &mut Vec<Stmt>) -> ParseResult<()> {
         loop {
             body.push(self.simple_statement()?);
             if self.eat(T::Semicolon).is_none() {
@@ -138,14 +138,14 @@ impl Parser<'_> {
         }
     }
 
-    pub(super) fn end_of_line(&mut self) -> Parse<()> {
+    pub(super) fn end_of_line(&mut self) -> ParseResult<()> {
         if self.eat(T::Newline).is_some() || self.kind() == T::EndOfFile {
             return Ok(());
         }
         self.unexpected("the end of the line")
     }
 
-    fn simple_statement(&mut self) -> Parse<Stmt> {
+    fn simple_statement(&mut self) -> ParseResult<Stmt> {
         let start = self.token().span;
         let kind = match self.kind() {
             T::Pass => self.keyword(StmtKind::Pass),
@@ -179,7 +179,7 @@ impl Parser<'_> {
         kind
     }
 
-    fn loop_exit(&mut self, kind: StmtKind, word: &str) -> Parse<StmtKind> {
+    fn loop_exit(&mut self, kind: StmtKind, word: &str) -> ParseResult<StmtKind> {
         let token = self.bump();
         if !self.context.in_loop {
             return self.fail(token.span, format!("'{word}' outside a loop"));
@@ -191,7 +191,7 @@ impl Parser<'_> {
         matches!(self.kind(), T::Newline | T::Semicolon | T::EndOfFile)
     }
 
-    fn return_statement(&mut self) -> Parse<StmtKind> {
+    fn return_statement(&mut self) -> ParseResult<StmtKind> {
         let token = self.bump();
         if !self.context.in_function {
             self.report(Diagnostic::error(
@@ -208,7 +208,7 @@ impl Parser<'_> {
         Ok(StmtKind::Return(value))
     }
 
-    fn raise_statement(&mut self) -> Parse<StmtKind> {
+    fn raise_statement(&mut self) -> ParseResult<StmtKind> {
         self.bump();
         if self.at_statement_end() {
             return Ok(StmtKind::Raise {
@@ -225,7 +225,7 @@ impl Parser<'_> {
         Ok(StmtKind::Raise { exception, cause })
     }
 
-    fn names(&mut self) -> Parse<Vec<Ident>> {
+    fn names(&mut self) -> ParseResult<Vec<Ident>> {
         let mut names = vec![self.ident()?];
         while self.eat(T::Comma).is_some() {
             names.push(self.ident()?);
@@ -233,7 +233,7 @@ impl Parser<'_> {
         Ok(names)
     }
 
-    fn del_statement(&mut self) -> Parse<StmtKind> {
+    fn del_statement(&mut self) -> ParseResult<StmtKind> {
         self.bump();
         let list = self.star_list()?;
         let targets = match list.kind {
@@ -246,7 +246,7 @@ impl Parser<'_> {
         Ok(StmtKind::Delete(targets))
     }
 
-    fn assert_statement(&mut self) -> Parse<StmtKind> {
+    fn assert_statement(&mut self) -> ParseResult<StmtKind> {
         self.bump();
         let test = self.expression()?;
         let message = if self.eat(T::Comma).is_some() {
@@ -257,7 +257,7 @@ impl Parser<'_> {
         Ok(StmtKind::Assert { test, message })
     }
 
-    fn dotted_name(&mut self) -> Parse<Ident> {
+    fn dotted_name(&mut self) -> ParseResult<Ident> {
         let first = self.ident()?;
         let (mut name, mut span) = (String::from(first.name), first.span);
         while self.eat(T::Dot).is_some() {
@@ -272,14 +272,14 @@ impl Parser<'_> {
         })
     }
 
-    fn alias(&mut self) -> Parse<Option<Ident>> {
+    fn alias(&mut self) -> ParseResult<Option<Ident>> {
         if self.eat(T::As).is_none() {
             return Ok(None);
         }
         self.ident().map(Some)
     }
 
-    fn import_statement(&mut self) -> Parse<StmtKind> {
+    fn import_statement(&mut self) -> ParseResult<StmtKind> {
         self.bump();
         let mut names = Vec::new();
         loop {
@@ -292,7 +292,7 @@ impl Parser<'_> {
         }
     }
 
-    fn import_from(&mut self) -> Parse<StmtKind> {
+    fn import_from(&mut self) -> ParseResult<StmtKind> {
         let start = self.bump().span;
         let module = self.module_name(start)?;
         self.expect(T::Import)?;
@@ -325,7 +325,7 @@ impl Parser<'_> {
     }
 
     /// The module after `from`: a dotted name, with dots before it, or dots alone, if it is relative.
-    fn module_name(&mut self, start: Span) -> Parse<Ident> {
+    fn module_name(&mut self, start: Span) -> ParseResult<Ident> {
         let mut dots = String::new();
         loop {
             match self.kind() {
@@ -389,7 +389,7 @@ impl Parser<'_> {
         )
     }
 
-    fn print_statement(&mut self) -> Parse<StmtKind> {
+    fn print_statement(&mut self) -> ParseResult<StmtKind> {
         self.bump();
         let mut values = Vec::new();
         let mut trailing_comma = false;
@@ -406,7 +406,7 @@ impl Parser<'_> {
         })
     }
 
-    fn expression_statement(&mut self) -> Parse<StmtKind> {
+    fn expression_statement(&mut self) -> ParseResult<StmtKind> {
         let start = self.token().span;
         self.reject_reserved_statements()?;
         let first = self.expression_list()?;
@@ -439,7 +439,7 @@ impl Parser<'_> {
     }
 
     /// An expression as a statement; two expressions side by side get advice where the likely slip is known.
-    fn expression_alone(&mut self, expr: Expr, start: Span) -> Parse<StmtKind> {
+    fn expression_alone(&mut self, expr: Expr, start: Span) -> ParseResult<StmtKind> {
         if !self.at_statement_end() {
             let word = self.file.slice(expr.span);
             let token = self.token();
@@ -467,7 +467,7 @@ impl Parser<'_> {
     }
 
     /// `async`, `await`, `match` and `type` statements are Python, but not part of this language.
-    fn reject_reserved_statements(&mut self) -> Parse<()> {
+    fn reject_reserved_statements(&mut self) -> ParseResult<()> {
         let token = self.token();
         match token.kind {
             T::Async => return self.not_supported(token.span, "'async'"),
@@ -487,7 +487,7 @@ impl Parser<'_> {
         }
     }
 
-    fn annotated_assignment(&mut self, target: Expr) -> Parse<StmtKind> {
+    fn annotated_assignment(&mut self, target: Expr) -> ParseResult<StmtKind> {
         let simple = matches!(
             target.kind,
             ExprKind::Name(_) | ExprKind::Attribute { .. } | ExprKind::Subscript { .. }
@@ -514,7 +514,7 @@ impl Parser<'_> {
     }
 
     /// The right-hand side of an assignment: `yield`, or expressions separated by commas.
-    pub(super) fn value_list(&mut self) -> Parse<Expr> {
+    pub(super) fn value_list(&mut self) -> ParseResult<Expr> {
         self.expression_list()
     }
 }

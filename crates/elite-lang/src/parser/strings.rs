@@ -1,7 +1,7 @@
 //! String literals: prefixes, escapes, implicit concatenation.
 
-use super::fstring::Parts;
-use super::{Parse, Parser};
+use super::fstring::FStringBuilder;
+use super::{ParseResult, Parser};
 use crate::ast::{Constant, Expr, ExprKind};
 use crate::diagnostic::Diagnostic;
 use crate::lexer::{Token, TokenKind as T};
@@ -12,7 +12,7 @@ use crate::value::surrogate::char_of;
 const ESCAPE: usize = 64;
 
 /// A string token taken apart.
-pub(super) struct Literal {
+pub(super) struct StringLiteral {
     pub(super) raw: bool,
     bytes: bool,
     formatted: bool,
@@ -22,24 +22,24 @@ pub(super) struct Literal {
 
 /// What a literal is, and the byte of the file its text begins at.
 #[derive(Clone, Copy)]
-enum Base {
+enum LiteralOrigin {
     Text(usize),
     Bytes(usize),
 }
 
-impl Base {
+impl LiteralOrigin {
     fn start(self) -> usize {
         match self {
-            Base::Text(start) | Base::Bytes(start) => start,
+            LiteralOrigin::Text(start) | LiteralOrigin::Bytes(start) => start,
         }
     }
 }
 
 impl Parser<'_> {
     /// One or more string literals side by side.
-    pub(super) fn strings(&mut self) -> Parse<Expr> {
+    pub(super) fn strings(&mut self) -> ParseResult<Expr> {
         let start = self.token().span;
-        let mut parts = Parts::default();
+        let mut parts = FStringBuilder::default();
         let mut bytes: Vec<u8> = Vec::new();
         let (mut any_bytes, mut any_text, mut any_format) = (false, false, false);
         while let Some(token) = self.eat(T::Str) {
@@ -72,7 +72,7 @@ impl Parser<'_> {
         Ok(Expr::new(kind, span))
     }
 
-    fn literal(&self, token: Token) -> Literal {
+    fn literal(&self, token: Token) -> StringLiteral {
         let text = self.text(token);
         let prefix_length = text.find(['"', '\'']).unwrap_or(0);
         let prefix = text[..prefix_length].to_ascii_lowercase();
@@ -83,7 +83,7 @@ impl Parser<'_> {
         // An unclosed literal has been reported by the lexer; it lacks the closing quotes.
         let closed = quoted.len() >= 2 * quotes && quoted.ends_with(&quoted[..quotes]);
         let end = token.span.end as usize - if closed { quotes } else { 0 };
-        Literal {
+        StringLiteral {
             raw: prefix.contains('r'),
             bytes: prefix.contains('b'),
             formatted: prefix.contains('f'),
@@ -92,7 +92,7 @@ impl Parser<'_> {
     }
 
     /// The text of (a part of) a literal, escapes resolved.
-    pub(super) fn text_body(&mut self, literal: &Literal, span: Span) -> String {
+    pub(super) fn text_body(&mut self, literal: &StringLiteral, span: Span) -> String {
         let text = self.file.slice(span);
         if literal.raw || !text.contains('\\') {
             return normalized(text).into_owned();
@@ -106,7 +106,7 @@ impl Parser<'_> {
             rest = self.escape(
                 &rest[backslash + 1..],
                 at,
-                Base::Text(span.start as usize),
+                LiteralOrigin::Text(span.start as usize),
                 &mut out,
             );
         }
@@ -117,7 +117,13 @@ impl Parser<'_> {
     /// One escape after its backslash (which is at byte `at` of a text from byte `base` on) into `out`; returns what
     /// follows it. `\e` and `\oNN` are additions of the manual (1.2.1); an unknown escape keeps its backslash, as in
     /// Python.
-    fn escape<'t>(&mut self, rest: &'t str, at: usize, base: Base, out: &mut String) -> &'t str {
+    fn escape<'t>(
+        &mut self,
+        rest: &'t str,
+        at: usize,
+        base: LiteralOrigin,
+        out: &mut String,
+    ) -> &'t str {
         let Some(c) = rest.chars().next() else {
             return rest;
         };
@@ -156,7 +162,13 @@ impl Parser<'_> {
     }
 
     /// A character by its name in braces, after `\N`.
-    fn named<'t>(&mut self, after: &'t str, at: usize, base: Base, out: &mut String) -> &'t str {
+    fn named<'t>(
+        &mut self,
+        after: &'t str,
+        at: usize,
+        base: LiteralOrigin,
+        out: &mut String,
+    ) -> &'t str {
         let (length, reason) = match after.strip_prefix('{') {
             None => (2, "malformed \\N character escape"),
             Some(name) => match name.find('}') {
@@ -182,13 +194,13 @@ impl Parser<'_> {
         kind: char,
         length: usize,
         at: usize,
-        base: Base,
+        base: LiteralOrigin,
         out: &mut String,
     ) -> &'t str {
         let valid = digits.bytes().take(length);
         let valid = valid.take_while(u8::is_ascii_hexdigit).count();
         if valid < length {
-            if let Base::Bytes(start) = base {
+            if let LiteralOrigin::Bytes(start) = base {
                 let place = at - start;
                 let message = format!("(value error) invalid \\x escape at position {place}");
                 let span = Span::new(at, at + 2 + valid);
@@ -217,7 +229,7 @@ impl Parser<'_> {
 
     /// An escape of `length` bytes at `at` that stands for no character, in CPython's words: it counts places in the
     /// text as its codec sees it, where a character beyond ASCII is an escape of ten.
-    fn undecodable(&mut self, at: usize, length: usize, base: Base, reason: &str) {
+    fn undecodable(&mut self, at: usize, length: usize, base: LiteralOrigin, reason: &str) {
         if self.diagnostics.is_full() {
             // Counting the places reads the literal from its beginning.
             return;
@@ -237,7 +249,7 @@ impl Parser<'_> {
         self.report(Diagnostic::error("syntax", span, message));
     }
 
-    fn byte_body(&mut self, literal: &Literal) -> Vec<u8> {
+    fn byte_body(&mut self, literal: &StringLiteral) -> Vec<u8> {
         let text = self.file.slice(literal.body);
         if !text.is_ascii() {
             let message = "a bytes literal can hold ASCII characters and escapes only";
@@ -257,7 +269,7 @@ impl Parser<'_> {
             }
             let at = literal.body.end as usize - (rest.len() - backslash);
             let mut decoded = String::new();
-            let base = Base::Bytes(literal.body.start as usize);
+            let base = LiteralOrigin::Bytes(literal.body.start as usize);
             rest = self.escape(escape, at, base, &mut decoded);
             // Escapes in bytes give codes up to 255; `\777` wraps, as in Python.
             out.extend(decoded.chars().map(|c| c as u32 as u8));

@@ -1,13 +1,13 @@
 //! What can be assigned to, deleted, or bound by `for` and `with`.
 
-use super::{Parse, Parser};
+use super::{ParseResult, Parser};
 use crate::ast::{Expr, ExprKind};
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
 
 impl Parser<'_> {
     /// A target of an assignment, `for` or `with`: names, attributes, items, and lists or tuples of them.
-    pub(super) fn check_target(&mut self, target: &Expr) -> Parse<()> {
+    pub(super) fn check_target(&mut self, target: &Expr) -> ParseResult<()> {
         match &target.kind {
             ExprKind::Name(_) | ExprKind::Attribute { .. } | ExprKind::Subscript { .. } => Ok(()),
             ExprKind::Tuple(items) | ExprKind::List(items) => {
@@ -38,7 +38,7 @@ impl Parser<'_> {
         }
     }
 
-    pub(super) fn check_augmented_target(&mut self, target: &Expr) -> Parse<()> {
+    pub(super) fn check_augmented_target(&mut self, target: &Expr) -> ParseResult<()> {
         match &target.kind {
             ExprKind::Name(_) | ExprKind::Attribute { .. } | ExprKind::Subscript { .. } => Ok(()),
             _ => {
@@ -51,7 +51,7 @@ impl Parser<'_> {
         }
     }
 
-    pub(super) fn check_delete_target(&mut self, target: &Expr) -> Parse<()> {
+    pub(super) fn check_delete_target(&mut self, target: &Expr) -> ParseResult<()> {
         match &target.kind {
             ExprKind::Name(_) | ExprKind::Attribute { .. } | ExprKind::Subscript { .. } => Ok(()),
             ExprKind::Tuple(items) | ExprKind::List(items) => {
@@ -68,7 +68,7 @@ impl Parser<'_> {
     }
 
     /// A star is fine inside a tuple, but not alone.
-    pub(super) fn check_no_star(&mut self, expr: &Expr) -> Parse<()> {
+    pub(super) fn check_no_star(&mut self, expr: &Expr) -> ParseResult<()> {
         match expr.kind {
             ExprKind::Starred(_) => {
                 let message = "cannot use a starred expression here";

@@ -13,7 +13,7 @@ use crate::ast::shift::Shift;
 use crate::ast::{Module, Stmt, StmtKind};
 use crate::diagnostic::Diagnostic;
 use crate::lexer::{Token, TokenKind, Tokens};
-use crate::limits::memory::Budget;
+use crate::limits::memory::WorkBudget;
 use crate::source::{SourceFile, Span};
 
 /// Tokens behind a unit that the parser may have looked at: the one it stops at, and two further ones.
@@ -21,7 +21,7 @@ const LOOK_AHEAD: usize = 3;
 
 /// A part of a text that the parser took in one step.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Unit {
+pub(crate) struct TopLevelUnit {
     /// Its tokens.
     pub(crate) tokens: Range<usize>,
     /// Its statements, in the body of the module.
@@ -40,19 +40,19 @@ pub(crate) struct Unit {
 
 /// What the parser makes of a text, in units.
 #[derive(Debug)]
-pub(crate) struct InUnits {
+pub(crate) struct ParsedUnits {
     pub(crate) module: Module,
     pub(crate) tokens: Vec<Token>,
-    pub(crate) units: Vec<Unit>,
+    pub(crate) units: Vec<TopLevelUnit>,
     pub(crate) diagnostics: Vec<Diagnostic>,
     print_is_assigned: bool,
     is_too_large: bool,
 }
 
-impl InUnits {
+impl ParsedUnits {
     /// A text of which there is no tree.
     pub(crate) fn nothing(tokens: Vec<Token>) -> Self {
-        InUnits {
+        ParsedUnits {
             module: Module::EMPTY,
             tokens,
             units: Vec::new(),
@@ -65,12 +65,12 @@ impl InUnits {
 
 /// Where two texts differ: `old` was replaced by `new`.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Difference {
+pub(crate) struct TextEdit {
     pub(crate) old: Range<usize>,
     pub(crate) new: Range<usize>,
 }
 
-impl Difference {
+impl TextEdit {
     /// The shortest piece that has to be replaced.
     pub(crate) fn between(old: &str, new: &str) -> Self {
         const STEP: usize = 64;
@@ -97,7 +97,7 @@ impl Difference {
         {
             kept += 1;
         }
-        Difference {
+        TextEdit {
             old: start..old.len() - kept,
             new: start..new.len() - kept,
         }
@@ -118,15 +118,15 @@ impl Difference {
 pub(crate) fn parse_again(
     file: &SourceFile,
     lexed: Tokens,
-    budget: &Budget<'_>,
-    before: Option<(InUnits, Difference)>,
-) -> InUnits {
+    budget: &WorkBudget<'_>,
+    before: Option<(ParsedUnits, TextEdit)>,
+) -> ParsedUnits {
     let mut parser = parse_tokens(file, lexed, budget);
     let print_is_assigned = parser.print_is_assigned;
     let before = before.filter(|(old, _)| {
         old.print_is_assigned == print_is_assigned && !old.is_too_large && !parser.lexed.is_full()
     });
-    let mut reader = Reader {
+    let mut reader = UnitParser {
         body: Vec::new(),
         units: Vec::new(),
         old: before,
@@ -135,14 +135,14 @@ pub(crate) fn parse_again(
     while parser.kind() != TokenKind::EndOfFile {
         reader.unit(&mut parser);
     }
-    parser.claim(u32::MAX, crate::ast::NodePlace::AtEnd);
+    parser.claim(u32::MAX, crate::ast::DirectiveAnchor::AtEnd);
     let tokens = std::mem::take(&mut parser.tokens);
     let is_too_large = parser.is_too_large;
     let parsed = parser.finish(reader.body);
     if is_too_large {
         reader.units.clear();
     }
-    InUnits {
+    ParsedUnits {
         module: parsed.module,
         tokens,
         units: reader.units,
@@ -152,15 +152,15 @@ pub(crate) fn parse_again(
     }
 }
 
-struct Reader {
+struct UnitParser {
     body: Vec<Stmt>,
-    units: Vec<Unit>,
-    old: Option<(InUnits, Difference)>,
+    units: Vec<TopLevelUnit>,
+    old: Option<(ParsedUnits, TextEdit)>,
     /// The first unit of the old text that may still be met.
     next_old: usize,
 }
 
-impl Reader {
+impl UnitParser {
     fn unit(&mut self, parser: &mut Parser<'_>) {
         let start = parser.token().span.start;
         let (first, body) = (parser.at, self.body.len());
@@ -172,7 +172,7 @@ impl Reader {
         } else if parser.diagnostics.is_full() {
             parser.at = parser.tokens.len() - 1;
         }
-        self.units.push(Unit {
+        self.units.push(TopLevelUnit {
             tokens: first..parser.at,
             body: body..self.body.len(),
             scopes: scopes..parser.scope_count,
@@ -222,7 +222,7 @@ impl Reader {
             return None;
         }
         // The directives before the unit belong to its first statement, those within it to where they belonged.
-        let inner = |node: &crate::ast::NodeMark| node.start >= unit.start;
+        let inner = |node: &crate::ast::NodeDirective| node.start >= unit.start;
         let old_marks: Vec<_> = old.module.nodes[unit.marks.clone()]
             .iter()
             .filter(|node| inner(node))
@@ -242,7 +242,7 @@ impl Reader {
             return None;
         }
         if takes {
-            parser.claim(start, crate::ast::NodePlace::Before(start));
+            parser.claim(start, crate::ast::DirectiveAnchor::Before(start));
         }
         for old in &old_marks {
             parser.marks[parser.claimed].node.place = shift.node_place(old.place);

@@ -9,8 +9,8 @@ use crate::ast::{
     FunctionDef, Ident, Module, Parameters, ScopeId, Stmt, StmtKind,
 };
 use crate::diagnostic::Diagnostic;
-use crate::findings::{Findings, quoted};
-use crate::limits::memory::{Budget, DROP};
+use crate::findings::{DiagnosticList, quoted};
+use crate::limits::memory::{DROP, WorkBudget};
 use crate::source::Span;
 
 /// Work for one statement or expression, beside the names in it.
@@ -99,13 +99,13 @@ impl Scope {
 
 /// All scopes of a program, by `ScopeId`.
 pub(super) struct Scopes<'p> {
-    pub(super) budget: &'p Budget<'p>,
+    pub(super) budget: &'p WorkBudget<'p>,
     /// The module, then those from number `first` on.
     pub(super) scopes: Vec<Option<Scope>>,
     first: u32,
     /// There is a `from m import *`: any name may be defined.
     pub(super) star_import: bool,
-    pub(super) diagnostics: Findings,
+    pub(super) diagnostics: DiagnosticList,
     current: ScopeId,
     globals: Vec<Box<str>>,
     /// The same, to look one up.
@@ -124,7 +124,7 @@ impl Scopes<'_> {
     }
 }
 
-pub(super) fn collect<'p>(module: &Module, budget: &'p Budget<'p>) -> Scopes<'p> {
+pub(super) fn collect<'p>(module: &Module, budget: &'p WorkBudget<'p>) -> Scopes<'p> {
     collect_part(&module.body, 1..module.scope_count, budget)
 }
 
@@ -132,7 +132,7 @@ pub(super) fn collect<'p>(module: &Module, budget: &'p Budget<'p>) -> Scopes<'p>
 pub(super) fn collect_part<'p>(
     body: &[Stmt],
     own: Range<u32>,
-    budget: &'p Budget<'p>,
+    budget: &'p WorkBudget<'p>,
 ) -> Scopes<'p> {
     let mut scopes = Scopes {
         budget,
@@ -145,7 +145,7 @@ pub(super) fn collect_part<'p>(
             })
             .collect(),
         star_import: false,
-        diagnostics: Findings::default(),
+        diagnostics: DiagnosticList::default(),
         current: ScopeId(0),
         globals: Vec::new(),
         global_set: BTreeSet::new(),

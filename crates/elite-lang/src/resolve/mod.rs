@@ -15,18 +15,18 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::ast::Module;
 use crate::diagnostic::Diagnostic;
-use crate::findings::Findings;
-use crate::limits::memory::{Budget, DROP};
+use crate::findings::DiagnosticList;
+use crate::limits::memory::{DROP, WorkBudget};
 
 pub use names::KnownNames;
-pub(crate) use parts::{Part, Placed, together};
+pub(crate) use parts::{PlacedUnit, UnitAnalysis, together};
 pub use unused::unused_names;
 
 /// The embedder's names that a program binds somewhere; none where `import *` may bind any.
 pub(crate) fn bound_natives(
     module: &Module,
     known: &KnownNames,
-    budget: &Budget<'_>,
+    budget: &WorkBudget<'_>,
 ) -> Option<BTreeSet<Box<str>>> {
     let scopes = collect::collect(module, budget);
     (!scopes.star_import).then(|| scopes.bound_natives(known).map(Into::into).collect())
@@ -34,7 +34,7 @@ pub(crate) fn bound_natives(
 
 /// Where a name lives, seen from one scope.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum Storage {
     /// A slot of the frame.
     Local(u32),
     /// A slot of the frame that holds a cell, because inner functions share the variable.
@@ -55,7 +55,7 @@ pub struct FrameLayout {
     /// Slots that are made cells when the frame is entered.
     pub cells: Vec<u32>,
     /// Where the enclosing frame finds each cell of this frame's closure.
-    pub closure: Vec<(Box<str>, Place)>,
+    pub closure: Vec<(Box<str>, Storage)>,
     /// It contains `yield`.
     pub is_generator: bool,
     /// Class bodies: the slot with the cell for `__class__`, if a method needs it.
@@ -66,9 +66,9 @@ pub struct FrameLayout {
 
 /// The places of all names of one scope.
 #[derive(Clone, Debug, Default)]
-pub struct ScopePlaces {
+pub struct ScopeLayout {
     /// Place of each name used or bound in the scope.
-    pub names: BTreeMap<Box<str>, Place>,
+    pub names: BTreeMap<Box<str>, Storage>,
     /// Only for scopes with a frame of their own.
     pub frame: Option<FrameLayout>,
     /// Inlined comprehensions: cells that are made anew each time the comprehension runs.
@@ -89,9 +89,9 @@ impl FrameLayout {
     };
 }
 
-impl ScopePlaces {
+impl ScopeLayout {
     /// A scope without names.
-    pub(crate) const NONE: Self = ScopePlaces {
+    pub(crate) const NONE: Self = ScopeLayout {
         names: BTreeMap::new(),
         frame: None,
         fresh_cells: Vec::new(),
@@ -103,7 +103,7 @@ impl ScopePlaces {
 #[derive(Debug)]
 pub struct Resolution {
     /// By `ScopeId`; None for scopes the parser gave up.
-    pub scopes: Vec<Option<ScopePlaces>>,
+    pub scopes: Vec<Option<ScopeLayout>>,
     /// Names declared `global` anywhere, in the order of the text, once each: the variable monitor shows them.
     pub declared_globals: Vec<Box<str>>,
     /// Names the top level binds.
@@ -114,7 +114,7 @@ pub struct Resolution {
 
 impl Resolution {
     /// Drops the tables, with pauses.
-    pub(crate) fn release(self, budget: &Budget<'_>) {
+    pub(crate) fn release(self, budget: &WorkBudget<'_>) {
         for scope in self.scopes.into_iter().flatten() {
             budget.worked(DROP);
             budget.drop_each(scope.names);
@@ -133,17 +133,17 @@ const NAME: usize = 600;
 
 /// Resolves all names of a program. `known` are the names the embedder provides beside Python's builtins.
 pub fn resolve(module: &Module, known: &KnownNames) -> Resolution {
-    resolve_within(module, known, &Budget::of(usize::MAX))
+    resolve_within(module, known, &WorkBudget::of(usize::MAX))
 }
 
 /// The same with pauses. The result means nothing if the work was given up in one.
 pub(crate) fn resolve_within(
     module: &Module,
     known: &KnownNames,
-    budget: &Budget<'_>,
+    budget: &WorkBudget<'_>,
 ) -> Resolution {
     let mut scopes = collect::collect(module, budget);
-    let mut diagnostics: Findings = std::mem::take(&mut scopes.diagnostics);
+    let mut diagnostics: DiagnosticList = std::mem::take(&mut scopes.diagnostics);
     let declared_globals = scopes.declared_globals();
     let bindings = scopes.module_bindings();
     let places = places::assign(&mut scopes, &mut diagnostics);

@@ -6,7 +6,7 @@ use super::NAME;
 use super::collect::Scopes;
 use crate::ast::ScopeId;
 use crate::diagnostic::Diagnostic;
-use crate::findings::{Findings, quoted};
+use crate::findings::{DiagnosticList, quoted};
 use crate::lint::CallHook;
 use crate::source::Span;
 use crate::spelling::nearest;
@@ -88,7 +88,7 @@ impl KnownNames {
 pub(super) fn report_undefined(
     scopes: &Scopes<'_>,
     known: &KnownNames,
-    diagnostics: &mut Findings,
+    diagnostics: &mut DiagnosticList,
 ) {
     if scopes.star_import {
         return;

@@ -13,14 +13,14 @@ use super::places::unbound_nonlocals;
 use super::unused::{BY_TEXT, each, owner, unused, unused_in};
 use crate::ast::Stmt;
 use crate::diagnostic::Diagnostic;
-use crate::findings::Findings;
-use crate::limits::memory::Budget;
-use crate::lint::CallFindings;
+use crate::findings::DiagnosticList;
+use crate::limits::memory::WorkBudget;
+use crate::lint::CallDiagnostics;
 use crate::source::{SourceFile, Span};
 
 /// What is known of some statements of the top level without the others. Places count from `start`.
 #[derive(Debug)]
-pub(crate) struct Part {
+pub(crate) struct UnitAnalysis {
     start: u32,
     star_import: bool,
     /// It reads variables by names that nobody sees.
@@ -29,24 +29,24 @@ pub(crate) struct Part {
     errors: Vec<Diagnostic>,
     unbound: Vec<Diagnostic>,
     /// The names of the top level, in the order in which they are first met.
-    names: Vec<TopName>,
+    names: Vec<TopLevelName>,
     /// Names that functions in it declare global and bind.
     globals: Vec<Box<str>>,
     /// Uses of names that are neither given nor bound in the part: by the top level, and by scopes within it.
-    uses: Vec<Use>,
-    inner_uses: Vec<Use>,
+    uses: Vec<NameUse>,
+    inner_uses: Vec<NameUse>,
     /// Names of the top level that are used.
     used: Vec<Box<str>>,
     /// Names of inner scopes that are not.
     unused: Vec<Diagnostic>,
     flow: Vec<Diagnostic>,
-    calls: CallFindings,
+    calls: CallDiagnostics,
     /// The embedder's names that it binds somewhere.
     bound_natives: Vec<Box<str>>,
 }
 
 #[derive(Debug)]
-struct TopName {
+struct TopLevelName {
     name: Box<str>,
     is_bound: bool,
     is_global: bool,
@@ -54,14 +54,14 @@ struct TopName {
 }
 
 #[derive(Debug)]
-struct Use {
+struct NameUse {
     name: Box<str>,
     span: Span,
     /// Its scope, as its place in the table of the part.
     scope: usize,
 }
 
-impl Part {
+impl UnitAnalysis {
     /// Looks at statements of the top level, in which are the scopes `own`.
     pub(crate) fn of(
         body: &[Stmt],
@@ -70,14 +70,14 @@ impl Part {
         file: &SourceFile,
         known: &KnownNames,
     ) -> Self {
-        let budget = Budget::of(usize::MAX);
+        let budget = WorkBudget::of(usize::MAX);
         let mut scopes = collect_part(body, own, &budget);
         let errors = std::mem::take(&mut scopes.diagnostics);
-        let mut unbound = Findings::default();
+        let mut unbound = DiagnosticList::default();
         unbound_nonlocals(&scopes, &mut unbound);
         let (mut flow, mut calls) = Default::default();
         crate::lint::lint_part(body, file, known, &mut flow, &mut calls);
-        let mut part = Part {
+        let mut part = UnitAnalysis {
             start,
             star_import: scopes.star_import,
             reads_by_text: false,
@@ -103,7 +103,7 @@ impl Part {
             let Some(scope) = scope else { continue };
             for info in &scope.names {
                 if place == 0 {
-                    self.names.push(TopName {
+                    self.names.push(TopLevelName {
                         name: info.name.clone(),
                         is_bound: info.bound,
                         is_global: info.global.is_some(),
@@ -121,7 +121,7 @@ impl Part {
                     0 => &mut self.uses,
                     _ => &mut self.inner_uses,
                 };
-                uses.push(Use {
+                uses.push(NameUse {
                     name: name.clone(),
                     span: *span,
                     scope: place,
@@ -141,7 +141,7 @@ impl Part {
                 }
             }
         }
-        let mut found = Findings::default();
+        let mut found = DiagnosticList::default();
         for (number, scope) in each(scopes).filter(|(number, _)| *number != 0) {
             unused_in(scope, number, &used, &mut found);
         }
@@ -150,15 +150,15 @@ impl Part {
 }
 
 /// A part where it stands now.
-pub(crate) struct Placed<'p> {
-    pub(crate) part: &'p Part,
+pub(crate) struct PlacedUnit<'p> {
+    pub(crate) part: &'p UnitAnalysis,
     pub(crate) start: u32,
     /// Its statements and the scopes in them.
     pub(crate) body: &'p [Stmt],
     pub(crate) scopes: Range<u32>,
 }
 
-impl Placed<'_> {
+impl PlacedUnit<'_> {
     fn span(&self, span: Span) -> Span {
         let way = self.start.wrapping_sub(self.part.start);
         Span {
@@ -181,7 +181,7 @@ impl Placed<'_> {
 
     /// The names that a scope of it binds.
     fn locals(&self, scope: usize) -> Vec<Box<str>> {
-        let budget = Budget::of(usize::MAX);
+        let budget = WorkBudget::of(usize::MAX);
         let scopes = collect_part(self.body, self.scopes.clone(), &budget);
         let names = scopes.scopes.get(scope).and_then(Option::as_ref);
         let bound = names.iter().flat_map(|scope| &scope.names);
@@ -192,20 +192,20 @@ impl Placed<'_> {
 
 /// What `resolve` and `lint` find in a program: of the first its errors, or its warnings if there are none; of the second all
 /// but what is never reached at the top level.
-pub(crate) struct Together {
-    pub(crate) resolved: Findings,
-    pub(crate) unused: Findings,
-    pub(crate) flow: Findings,
-    pub(crate) calls: Findings,
+pub(crate) struct MergedDiagnostics {
+    pub(crate) resolved: DiagnosticList,
+    pub(crate) unused: DiagnosticList,
+    pub(crate) flow: DiagnosticList,
+    pub(crate) calls: DiagnosticList,
 }
 
 /// Puts the parts of a program together.
-pub(crate) fn together(parts: &[Placed<'_>], known: &KnownNames) -> Together {
-    let mut found = Together {
-        resolved: Findings::default(),
-        unused: Findings::default(),
-        flow: Findings::default(),
-        calls: Findings::default(),
+pub(crate) fn together(parts: &[PlacedUnit<'_>], known: &KnownNames) -> MergedDiagnostics {
+    let mut found = MergedDiagnostics {
+        resolved: DiagnosticList::default(),
+        unused: DiagnosticList::default(),
+        flow: DiagnosticList::default(),
+        calls: DiagnosticList::default(),
     };
     for placed in parts {
         push_all(placed, &placed.part.errors, &mut found.resolved);
@@ -238,9 +238,9 @@ pub(crate) fn together(parts: &[Placed<'_>], known: &KnownNames) -> Together {
 }
 
 fn push_all<'d>(
-    placed: &Placed<'_>,
+    placed: &PlacedUnit<'_>,
     own: impl IntoIterator<Item = &'d Diagnostic>,
-    found: &mut Findings,
+    found: &mut DiagnosticList,
 ) {
     for finding in own {
         if found.is_full() {
@@ -250,7 +250,7 @@ fn push_all<'d>(
     }
 }
 
-fn undefined_names(parts: &[Placed<'_>], known: &KnownNames, found: &mut Findings) {
+fn undefined_names(parts: &[PlacedUnit<'_>], known: &KnownNames, found: &mut DiagnosticList) {
     if parts.iter().any(|placed| placed.part.star_import) {
         return;
     }
@@ -295,15 +295,15 @@ fn undefined_names(parts: &[Placed<'_>], known: &KnownNames, found: &mut Finding
 }
 
 fn with<'p>(
-    placed: &'p Placed<'p>,
-    uses: &'p [Use],
-) -> impl Iterator<Item = (&'p Placed<'p>, &'p Use)> {
+    placed: &'p PlacedUnit<'p>,
+    uses: &'p [NameUse],
+) -> impl Iterator<Item = (&'p PlacedUnit<'p>, &'p NameUse)> {
     uses.iter().map(move |used| (placed, used))
 }
 
 /// Imports of the top level that nothing uses.
-fn unused_imports(parts: &[Placed<'_>], found: &mut Findings) {
-    let is_import = |name: &&TopName| matches!(name.binding, Some((_, Binding::Import)));
+fn unused_imports(parts: &[PlacedUnit<'_>], found: &mut DiagnosticList) {
+    let is_import = |name: &&TopLevelName| matches!(name.binding, Some((_, Binding::Import)));
     let mut imports = parts.iter().flat_map(|placed| &placed.part.names);
     if !imports.any(|name| is_import(&name)) {
         return;

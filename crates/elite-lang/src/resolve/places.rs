@@ -4,11 +4,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use super::collect::{NameInfo, Scope, ScopeKind, Scopes};
-use super::{FrameLayout, NAME, Place, ScopePlaces};
+use super::{FrameLayout, NAME, ScopeLayout, Storage};
 use crate::ast::ScopeId;
 use crate::diagnostic::Diagnostic;
-use crate::findings::{Findings, quoted};
-use crate::limits::memory::{Budget, DROP};
+use crate::findings::{DiagnosticList, quoted};
+use crate::limits::memory::{DROP, WorkBudget};
 use crate::source::Span;
 
 /// The scope a name belongs to; None is the module, so a global or builtin.
@@ -19,33 +19,33 @@ const CLASS_CELL: &str = "__class__";
 /// Under which name the cell with the class lies among the slots of its body, which may bind `__class__` itself.
 const CELL_SLOT: &str = ".class";
 
-struct Assigner<'s, 'p> {
+struct SlotAllocator<'s, 'p> {
     scopes: &'s mut Scopes<'p>,
-    diagnostics: &'s mut Findings,
+    diagnostics: &'s mut DiagnosticList,
     /// By scope: names of it that inner frames share.
     captured: Vec<BTreeSet<Box<str>>>,
     /// By frame: the closure, in the order of first need, with the owner of each name.
-    free: Vec<Closure>,
+    free: Vec<ClosureLayout>,
     /// By frame: the comprehensions that run in it.
     inlined: Vec<Vec<ScopeId>>,
 }
 
 #[derive(Clone, Default)]
-struct Closure {
+struct ClosureLayout {
     names: Vec<(Box<str>, ScopeId)>,
     index: BTreeMap<Box<str>, u32>,
 }
 
 /// The slots of one frame.
 #[derive(Default)]
-struct Slots {
+struct FrameSlots {
     names: Vec<(ScopeId, Box<str>)>,
     index: BTreeMap<(ScopeId, Box<str>), u32>,
     /// By scope: its slots, which lie side by side.
     ranges: BTreeMap<ScopeId, Range<u32>>,
 }
 
-impl Slots {
+impl FrameSlots {
     fn push(&mut self, scope: ScopeId, name: &str) {
         let slot = self.names.len() as u32;
         self.index.insert((scope, name.into()), slot);
@@ -60,11 +60,11 @@ impl Slots {
 
 pub(super) fn assign(
     scopes: &mut Scopes<'_>,
-    diagnostics: &mut Findings,
-) -> Vec<Option<ScopePlaces>> {
+    diagnostics: &mut DiagnosticList,
+) -> Vec<Option<ScopeLayout>> {
     let count = scopes.scopes.len();
     let budget = scopes.budget;
-    let mut assigner = Assigner {
+    let mut assigner = SlotAllocator {
         scopes,
         diagnostics,
         captured: table(count, budget),
@@ -82,7 +82,7 @@ pub(super) fn assign(
     for id in &ids {
         assigner.find_shared(*id);
     }
-    let slots: Vec<Slots> = ids.iter().map(|id| assigner.slots_of_frame(*id)).collect();
+    let slots: Vec<FrameSlots> = ids.iter().map(|id| assigner.slots_of_frame(*id)).collect();
     let places = ids.iter().map(|id| assigner.places_of(*id, &slots));
     let places = places.collect();
     assigner.release(slots);
@@ -96,7 +96,7 @@ fn unbound_nonlocal(name: &str, span: Span) -> Diagnostic {
 }
 
 /// Finds those without giving names places.
-pub(super) fn unbound_nonlocals(scopes: &Scopes<'_>, found: &mut Findings) {
+pub(super) fn unbound_nonlocals(scopes: &Scopes<'_>, found: &mut DiagnosticList) {
     for (place, scope) in scopes.scopes.iter().enumerate() {
         let id = scopes.id_at(place);
         for info in scope.iter().flat_map(|scope| &scope.names) {
@@ -110,7 +110,7 @@ pub(super) fn unbound_nonlocals(scopes: &Scopes<'_>, found: &mut Findings) {
 }
 
 /// A table with an empty entry for each scope.
-fn table<T: Default>(count: usize, budget: &Budget<'_>) -> Vec<T> {
+fn table<T: Default>(count: usize, budget: &WorkBudget<'_>) -> Vec<T> {
     let entry = |_| {
         budget.worked(size_of::<T>());
         T::default()
@@ -158,9 +158,9 @@ impl Scopes<'_> {
     }
 }
 
-impl Assigner<'_, '_> {
+impl SlotAllocator<'_, '_> {
     /// Drops the tables, with pauses: many names take long.
-    fn release(self, slots: Vec<Slots>) {
+    fn release(self, slots: Vec<FrameSlots>) {
         let budget = self.scopes.budget;
         for frame in slots {
             budget.drop_each(frame.names);
@@ -250,8 +250,8 @@ impl Assigner<'_, '_> {
     }
 
     /// The slots of the frame of `id`, as (scope, name); empty if `id` has no frame.
-    fn slots_of_frame(&self, id: ScopeId) -> Slots {
-        let mut slots = Slots::default();
+    fn slots_of_frame(&self, id: ScopeId) -> FrameSlots {
+        let mut slots = FrameSlots::default();
         self.goes_on();
         let Some(scope) = self.scope(id) else {
             return slots;
@@ -292,14 +292,14 @@ impl Assigner<'_, '_> {
     }
 
     /// Place of `name`, which belongs to `owner`, in the frame of scope `from`.
-    fn place(&self, from: ScopeId, owner: Owner, name: &str, slots: &[Slots]) -> Place {
+    fn place(&self, from: ScopeId, owner: Owner, name: &str, slots: &[FrameSlots]) -> Storage {
         let Some(owner) = owner else {
-            return Place::Global;
+            return Storage::Global;
         };
         let frame = self.frame_of(from);
         if self.frame_of(owner) != frame {
             // `share` has put it there.
-            return Place::Free(
+            return Storage::Free(
                 self.free[frame.0 as usize]
                     .index
                     .get(name)
@@ -321,20 +321,20 @@ impl Assigner<'_, '_> {
         };
         let slot = slots[frame.0 as usize].find(owner, name).unwrap_or(0);
         if is_cell {
-            Place::Cell(slot)
+            Storage::Cell(slot)
         } else if in_class {
-            Place::Class(slot)
+            Storage::Class(slot)
         } else {
-            Place::Local(slot)
+            Storage::Local(slot)
         }
     }
 
-    fn places_of(&self, id: ScopeId, slots: &[Slots]) -> Option<ScopePlaces> {
+    fn places_of(&self, id: ScopeId, slots: &[FrameSlots]) -> Option<ScopeLayout> {
         if !self.goes_on() {
             return None;
         }
         let scope = self.scope(id)?;
-        let mut places = ScopePlaces::default();
+        let mut places = ScopeLayout::default();
         for info in &scope.names {
             self.scopes.budget.worked(NAME);
             if !self.goes_on() {
@@ -361,7 +361,13 @@ impl Assigner<'_, '_> {
         Some(places)
     }
 
-    fn layout(&self, id: ScopeId, scope: &Scope, own: &Slots, slots: &[Slots]) -> FrameLayout {
+    fn layout(
+        &self,
+        id: ScopeId,
+        scope: &Scope,
+        own: &FrameSlots,
+        slots: &[FrameSlots],
+    ) -> FrameLayout {
         let own = &own.names;
         let is_class = scope.kind == ScopeKind::Class;
         let is_cell = |name: &str| match name {
@@ -387,7 +393,7 @@ impl Assigner<'_, '_> {
                 // The class around, whose body is the parent.
                 CLASS_CELL if *owner == parent => {
                     let own = &slots[parent.0 as usize];
-                    Place::Cell(own.find(parent, CELL_SLOT).unwrap_or(0))
+                    Storage::Cell(own.find(parent, CELL_SLOT).unwrap_or(0))
                 }
                 name => self.place(parent, Some(*owner), name, slots),
             };

@@ -5,16 +5,16 @@ use std::collections::HashSet;
 use super::collect::{Binding, Scope, ScopeKind, Scopes, collect};
 use crate::ast::{Module, ScopeId};
 use crate::diagnostic::Diagnostic;
-use crate::findings::{Findings, quoted};
-use crate::limits::memory::Budget;
+use crate::findings::{DiagnosticList, quoted};
+use crate::limits::memory::WorkBudget;
 use crate::source::Span;
 
 /// Functions that read variables by names this pass cannot see.
 pub(super) const BY_TEXT: &[&str] = &["locals", "vars", "eval", "exec", "globals", "dir"];
 
 /// Warns about variables that are assigned in a function and never read, and about imports that are never used.
-pub fn unused_names(module: &Module, found: &mut Findings) {
-    let budget = Budget::of(usize::MAX);
+pub fn unused_names(module: &Module, found: &mut DiagnosticList) {
+    let budget = WorkBudget::of(usize::MAX);
     let scopes = collect(module, &budget);
     let mut used: HashSet<(u32, &str)> = HashSet::new();
     for (index, scope) in each(&scopes) {
@@ -35,7 +35,7 @@ pub(super) fn unused_in(
     scope: &Scope,
     number: u32,
     used: &HashSet<(u32, &str)>,
-    found: &mut Findings,
+    found: &mut DiagnosticList,
 ) {
     for info in &scope.names {
         let Some((span, binding)) = info.binding else {

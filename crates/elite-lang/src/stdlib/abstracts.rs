@@ -7,23 +7,23 @@ use std::collections::HashMap;
 use std::rc::{Rc, Weak};
 
 use super::collections::missing_arguments;
-use super::define::{Builder, instance};
+use super::define::{ModuleBuilder, instance};
 use crate::builtins::{Args, Builtin};
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::pace::VALUE;
 use crate::value::data::no_values;
-use crate::value::function::Wrapped;
+use crate::value::function::WrappedFunction;
 use crate::value::symbol::known;
 use crate::value::weak::WeakList;
-use crate::value::{Class, Dict, R, Value, Values};
+use crate::value::{Class, Dict, R, Value, ValueVec};
 
 const DATA: &str = "_abc_data";
 const FULL_DATA: &str = "abc._abc_data";
 /// Classes up to which a list is not searched for those that are gone.
 const LEAST: usize = 32;
 
-pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
+pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
     module.class(DATA, None, &[]);
     let type_ = module.core().types.type_.clone();
     let metaclass = module.derived(
@@ -40,7 +40,10 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
         ],
     )?;
     let new = Builtin::raw("__new__", make);
-    metaclass.set(known::NEW, Value::StaticMethod(Wrapped::around(new)));
+    metaclass.set(
+        known::NEW,
+        Value::StaticMethod(WrappedFunction::around(new)),
+    );
     let attrs = vec![
         (known::MODULE, Value::str("abc")),
         (known::SLOTS, Value::tuple(Vec::new())),
@@ -48,17 +51,17 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
     let abc = module.ev.make_class("ABC", &[], attrs)?;
     abc.set_metaclass(metaclass);
     let abc = Value::Class(abc);
-    set_missing(module.ev, &abc, Values::default())?;
+    set_missing(module.ev, &abc, ValueVec::default())?;
     module.value("ABC", abc);
     module.functions(&[
         ("abstractmethod", "funcobj", |ev, args| marked(ev, &args[0])),
         ("abstractclassmethod", "callable", |ev, args| {
             let function = marked(ev, &args[0])?;
-            Ok(Value::ClassMethod(Wrapped::around(function)))
+            Ok(Value::ClassMethod(WrappedFunction::around(function)))
         }),
         ("abstractstaticmethod", "callable", |ev, args| {
             let function = marked(ev, &args[0])?;
-            Ok(Value::StaticMethod(Wrapped::around(function)))
+            Ok(Value::StaticMethod(WrappedFunction::around(function)))
         }),
         ("abstractproperty", "fget? fset? fdel? doc?", |ev, args| {
             let given = |value: &Value| value.given().cloned().unwrap_or(Value::None);
@@ -91,24 +94,24 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
 
 /// What an abstract class knows of others.
 #[derive(Default)]
-struct Known {
+struct AbcRegistry {
     registered: WeakList<Class>,
-    derived: Noted,
+    derived: WeakClassSet,
     /// Those that are not derived, as long as no more classes have been registered anywhere.
-    others: Noted,
+    others: WeakClassSet,
     others_since: Cell<usize>,
 }
 
-no_values!(Known);
+no_values!(AbcRegistry);
 
 /// Classes that are not kept alive.
 #[derive(Default)]
-struct Noted {
+struct WeakClassSet {
     classes: RefCell<HashMap<*const Class, Weak<Class>>>,
     limit: Cell<usize>,
 }
 
-impl Noted {
+impl WeakClassSet {
     fn has(&self, class: &Rc<Class>) -> bool {
         self.classes.borrow().contains_key(&Rc::as_ptr(class))
     }
@@ -144,19 +147,21 @@ fn own<'v>(ev: &Evaluator<'_>, value: &'v Value) -> R<&'v Rc<Class>> {
 fn with_known<O>(
     ev: &Evaluator<'_>,
     class: &Rc<Class>,
-    inner: impl FnOnce(&Known) -> R<O>,
+    inner: impl FnOnce(&AbcRegistry) -> R<O>,
 ) -> R<O> {
     let found = class.own_attrs().get(known::ABC_IMPL).cloned();
     let data = match found {
-        Some(Value::Instance(data)) if data.object::<Known>().is_some() => Value::Instance(data),
+        Some(Value::Instance(data)) if data.object::<AbcRegistry>().is_some() => {
+            Value::Instance(data)
+        }
         _ => {
-            let data = instance(ev, FULL_DATA, Known::default())?;
+            let data = instance(ev, FULL_DATA, AbcRegistry::default())?;
             class.set(known::ABC_IMPL, data.clone());
             data
         }
     };
     match &data {
-        Value::Instance(data) if let Some(known) = data.object::<Known>() => inner(known),
+        Value::Instance(data) if let Some(known) = data.object::<AbcRegistry>() => inner(known),
         _ => Err(ev.type_error("_abc_impl is set to a wrong type")),
     }
 }
@@ -177,13 +182,16 @@ fn make(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
     let (Value::Class(class), [_, _, names]) = (&made, rest) else {
         return Ok(made);
     };
-    let mut missing = Values::default();
+    let mut missing = ValueVec::default();
     if let Value::Dict(names) = ev.plain(names) {
         add_abstract(ev, &names, &mut missing)?;
     }
     add_inherited(ev, class, &mut missing)?;
     set_missing(ev, &made, missing)?;
-    class.set(known::ABC_IMPL, instance(ev, FULL_DATA, Known::default())?);
+    class.set(
+        known::ABC_IMPL,
+        instance(ev, FULL_DATA, AbcRegistry::default())?,
+    );
     Ok(made)
 }
 
@@ -196,7 +204,7 @@ fn update(ev: &Evaluator<'_>, value: &Value) -> R {
         return Ok(value.clone());
     }
     let class = own(ev, value)?;
-    let mut missing = Values::default();
+    let mut missing = ValueVec::default();
     if let Value::Dict(names) = ev.attribute(value, known::DICT)? {
         add_abstract(ev, &names, &mut missing)?;
     }
@@ -206,7 +214,7 @@ fn update(ev: &Evaluator<'_>, value: &Value) -> R {
 }
 
 /// Appends the names of what is abstract among these.
-fn add_abstract(ev: &Evaluator<'_>, names: &Dict, missing: &mut Values) -> R<()> {
+fn add_abstract(ev: &Evaluator<'_>, names: &Dict, missing: &mut ValueVec) -> R<()> {
     for (_, name, value) in ev.entries(names)? {
         if is_abstract(ev, &value)? {
             missing.push(name);
@@ -216,7 +224,7 @@ fn add_abstract(ev: &Evaluator<'_>, names: &Dict, missing: &mut Values) -> R<()>
 }
 
 /// Appends the names of what is abstract in a base, and still in the class.
-fn add_inherited(ev: &Evaluator<'_>, class: &Rc<Class>, missing: &mut Values) -> R<()> {
+fn add_inherited(ev: &Evaluator<'_>, class: &Rc<Class>, missing: &mut ValueVec) -> R<()> {
     let value = Value::Class(class.clone());
     for base in class.bases().iter() {
         let inherited = Value::Class(base.clone());
@@ -239,7 +247,7 @@ fn add_inherited(ev: &Evaluator<'_>, class: &Rc<Class>, missing: &mut Values) ->
     Ok(())
 }
 
-fn set_missing(ev: &Evaluator<'_>, class: &Value, missing: Values) -> R<()> {
+fn set_missing(ev: &Evaluator<'_>, class: &Value, missing: ValueVec) -> R<()> {
     let frozenset = Value::Class(ev.core.types.frozenset.clone());
     let missing = ev.call1(&frozenset, missing.into_list())?;
     ev.set_attribute(class, known::ABSTRACT_METHODS, missing)
@@ -308,7 +316,7 @@ fn has_instance(ev: &Evaluator<'_>, class: &Rc<Class>, value: &Value) -> R<bool>
 }
 
 /// Whether a class is known not to be derived.
-fn is_ruled_out(ev: &Evaluator<'_>, known: &Known, other: &Rc<Class>) -> bool {
+fn is_ruled_out(ev: &Evaluator<'_>, known: &AbcRegistry, other: &Rc<Class>) -> bool {
     let now = ev.core.registered.get();
     if known.others_since.replace(now) != now {
         known.others.clear();

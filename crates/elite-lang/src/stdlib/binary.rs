@@ -5,7 +5,7 @@ use std::rc::Rc;
 
 use num_bigint::BigInt;
 
-use super::define::{Builder, native_class};
+use super::define::{ModuleBuilder, native_class};
 use crate::builtins::Args;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
@@ -13,7 +13,7 @@ use crate::eval::bulk::{EACH, STRIDE, many};
 use crate::value::int::Int;
 use crate::value::{Bytes, R, Raised, Value};
 
-pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
+pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
     let exception = module
         .core()
         .types
@@ -23,7 +23,7 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
     module.raw("pack", pack);
     module.functions(&[
         ("calcsize", "format /", |ev, args| {
-            let format = Format::of(ev, &args[0])?;
+            let format = StructFormat::of(ev, &args[0])?;
             Ok(Value::Int(format.size as i64))
         }),
         ("unpack", "format buffer /", |ev, args| {
@@ -46,20 +46,20 @@ const KEPT_TEXT: usize = 64;
 const KEPT_FIELDS: usize = 64;
 
 /// A format with its text.
-type Known = (Box<[u8]>, Rc<Format>);
+type CachedFormat = (Box<[u8]>, Rc<StructFormat>);
 
 /// Formats that were used lately, by their texts.
 #[derive(Default)]
-pub struct Formats(RefCell<Vec<Known>>);
+pub struct FormatCache(RefCell<Vec<CachedFormat>>);
 
-impl Formats {
-    fn find(&self, text: &[u8]) -> Option<Rc<Format>> {
+impl FormatCache {
+    fn find(&self, text: &[u8]) -> Option<Rc<StructFormat>> {
         let kept = self.0.borrow();
         let found = kept.iter().find(|(known, _)| **known == *text);
         found.map(|(_, format)| format.clone())
     }
 
-    fn keep(&self, text: &[u8], format: &Rc<Format>) {
+    fn keep(&self, text: &[u8], format: &Rc<StructFormat>) {
         if text.len() > KEPT_TEXT || format.fields.len() > KEPT_FIELDS {
             return;
         }
@@ -70,7 +70,7 @@ impl Formats {
 }
 
 /// What a format says.
-pub struct Format {
+pub struct StructFormat {
     little: bool,
     native: bool,
     /// Kind, how often (for `s` and `p` the length), offset.
@@ -110,8 +110,8 @@ fn width(code: u8, native: bool) -> Option<usize> {
     })
 }
 
-impl Format {
-    fn of(ev: &Evaluator<'_>, format: &Value) -> R<Rc<Format>> {
+impl StructFormat {
+    fn of(ev: &Evaluator<'_>, format: &Value) -> R<Rc<StructFormat>> {
         let formats = &ev.core.kept.formats;
         if let Value::Str(text) = format
             && let Some(known) = formats.find(text.as_str().as_bytes())
@@ -130,12 +130,12 @@ impl Format {
                 }
             },
         };
-        let format = Rc::new(Format::parse(ev, &text)?);
+        let format = Rc::new(StructFormat::parse(ev, &text)?);
         formats.keep(&text, &format);
         Ok(format)
     }
 
-    fn parse(ev: &Evaluator<'_>, text: &[u8]) -> R<Format> {
+    fn parse(ev: &Evaluator<'_>, text: &[u8]) -> R<StructFormat> {
         let (native, aligned, little, codes) = match text.first() {
             Some(b'<') => (false, false, true, &text[1..]),
             Some(b'>' | b'!') => (false, false, false, &text[1..]),
@@ -143,7 +143,7 @@ impl Format {
             Some(b'@') => (true, true, true, &text[1..]),
             _ => (true, true, true, text),
         };
-        let mut made = Format {
+        let mut made = StructFormat {
             little,
             native,
             fields: Vec::new(),
@@ -210,7 +210,7 @@ fn pack(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
     let Some((format, values)) = args.positional.split_first() else {
         return Err(ev.type_error("pack expected at least 1 argument, got 0"));
     };
-    let format = Format::of(ev, format)?;
+    let format = StructFormat::of(ev, format)?;
     if values.len() != format.values {
         let (wanted, got) = (format.values, values.len());
         let text = format!("pack expected {wanted} items for packing (got {got})");
@@ -233,7 +233,7 @@ fn pack(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
 fn pack_one(
     ev: &Evaluator<'_>,
     code: u8,
-    format: &Format,
+    format: &StructFormat,
     value: &Value,
     place: &mut [u8],
 ) -> R<()> {
@@ -305,7 +305,7 @@ fn too_large(ev: &Evaluator<'_>, value: &Value, code: char) -> Raised {
 fn pack_int(
     ev: &Evaluator<'_>,
     code: u8,
-    format: &Format,
+    format: &StructFormat,
     value: &Value,
     place: &mut [u8],
 ) -> R<()> {
@@ -367,7 +367,7 @@ fn pack_int(
 }
 
 fn unpack(ev: &Evaluator<'_>, format: &Value, buffer: &Value, from: Option<&Value>) -> R {
-    let format = Format::of(ev, format)?;
+    let format = StructFormat::of(ev, format)?;
     let Some(data) = ev.bytes_like(buffer) else {
         let name = ev.core.types.name_of(buffer);
         return Err(ev.type_error(format!("a bytes-like object is required, not '{name}'")));

@@ -3,33 +3,33 @@
 //! What is asked of the sequence and of its items, and in which order, is what CPython asks, so that sequences and keys of
 //! scripts see the same calls. Nothing is borrowed while it is asked.
 
-use super::define::Builder;
+use super::define::ModuleBuilder;
 use crate::eval::Evaluator;
-use crate::value::class::Base;
+use crate::value::class::BuiltinBase;
 use crate::value::symbol::known;
 use crate::value::{R, Raised, Value};
 
 /// On which side of equal items.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Side {
+pub(super) enum BisectSide {
     Left,
     Right,
 }
 
-pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
+pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
     let signature = "a x lo? hi? * key?";
     module.functions(&[
         ("bisect_left", signature, |ev, args| {
-            find(ev, args, Side::Left)
+            find(ev, args, BisectSide::Left)
         }),
         ("bisect_right", signature, |ev, args| {
-            find(ev, args, Side::Right)
+            find(ev, args, BisectSide::Right)
         }),
         ("insort_left", signature, |ev, args| {
-            insert(ev, args, Side::Left)
+            insert(ev, args, BisectSide::Left)
         }),
         ("insort_right", signature, |ev, args| {
-            insert(ev, args, Side::Right)
+            insert(ev, args, BisectSide::Right)
         }),
     ]);
     module.alias("bisect", "bisect_right");
@@ -37,13 +37,13 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
     Ok(())
 }
 
-fn find(ev: &Evaluator<'_>, args: &mut [Value], side: Side) -> R {
+fn find(ev: &Evaluator<'_>, args: &mut [Value], side: BisectSide) -> R {
     let bounds = bounds(ev, args)?;
     let place = place(ev, &args[0], &args[1], bounds, key(args), side)?;
     Ok(Value::Int(place))
 }
 
-fn insert(ev: &Evaluator<'_>, args: &mut [Value], side: Side) -> R {
+fn insert(ev: &Evaluator<'_>, args: &mut [Value], side: BisectSide) -> R {
     let sought = match key(args) {
         Some(key) => ev.call1(key, args[1].clone())?,
         None => args[1].clone(),
@@ -99,7 +99,7 @@ fn bounds(ev: &Evaluator<'_>, args: &[Value]) -> R<(i64, i64)> {
 /// The full name of a type of mappings that CPython has in C: these have items by key, but none by place.
 fn mapping(ev: &Evaluator<'_>, value: &Value) -> Option<String> {
     let class = ev.core.types.of(value);
-    if class.base != Base::Dict {
+    if class.base != BuiltinBase::Dict {
         return None;
     }
     let name = ev.full_name_of(class);
@@ -127,7 +127,7 @@ pub(super) fn place(
     sought: &Value,
     (mut low, mut high): (i64, i64),
     key: Option<&Value>,
-    side: Side,
+    side: BisectSide,
 ) -> R<i64> {
     while low < high {
         let middle = low + (high - low) / 2;
@@ -137,8 +137,8 @@ pub(super) fn place(
             None => item,
         };
         let is_before = match side {
-            Side::Left => ev.less(&item, sought)?,
-            Side::Right => !ev.less(sought, &item)?,
+            BisectSide::Left => ev.less(&item, sought)?,
+            BisectSide::Right => !ev.less(sought, &item)?,
         };
         match is_before {
             true => low = middle + 1,

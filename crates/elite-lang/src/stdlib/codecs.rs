@@ -1,9 +1,9 @@
 //! `_codecs`: the inner part of `codecs`.
 
-use super::define::Builder;
+use super::define::ModuleBuilder;
 use crate::value::{Dict, R, Value};
 
-pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
+pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
     module.value("handlers", Value::Dict(std::rc::Rc::new(Dict::new())));
     module.functions(&[
         ("name", "encoding /", |ev, args| {

@@ -3,12 +3,12 @@
 use std::cell::Cell;
 use std::rc::Rc;
 
-use super::define::Builder;
+use super::define::ModuleBuilder;
 use crate::eval::Evaluator;
 use crate::value::iter::NativeIter;
-use crate::value::{Held, Iter, R, Value};
+use crate::value::{Iter, R, ScriptCell, Value};
 
-pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
+pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
     module.functions(&[("copied_iterator", "iterator each /", |ev, args| {
         copied(ev, &args[0], &args[1])
     })]);
@@ -37,7 +37,7 @@ fn copied(ev: &Evaluator<'_>, iterator: &Value, each: &Value) -> R {
             let left = left.map_or_else(|| Value::list(Vec::new()), Value::List);
             match of(&left)? {
                 Value::List(list) => Iter::List {
-                    list: Held::new(Some(list)),
+                    list: ScriptCell::new(Some(list)),
                     index: index.clone(),
                 },
                 other => return ev.iter(&other),
@@ -92,7 +92,7 @@ fn copied(ev: &Evaluator<'_>, iterator: &Value, each: &Value) -> R {
         },
         Iter::Enumerate { source, count } => Iter::Enumerate {
             source: of(source)?,
-            count: Held::new(count.get()),
+            count: ScriptCell::new(count.get()),
         },
         Iter::Native(native) => {
             // Of the iterators of `itertools` this one cannot be copied.

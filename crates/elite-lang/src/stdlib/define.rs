@@ -4,32 +4,32 @@ use std::rc::Rc;
 
 use crate::builtins::types::{install_next, joins};
 use crate::builtins::{BoundFn, Builtin, BuiltinBody, RawFn, Signature, is_slot, quick};
-use crate::eval::{Core, Evaluator};
-use crate::value::class::Base;
-use crate::value::data::{Contents, Data};
-use crate::value::function::Wrapped;
-use crate::value::instance::Payload;
+use crate::eval::{Evaluator, InterpreterState};
+use crate::value::class::BuiltinBase;
+use crate::value::data::{Contents, NativeData};
+use crate::value::function::WrappedFunction;
+use crate::value::instance::InstancePayload;
 use crate::value::symbol::known;
 use crate::value::{Class, Instance, Module, R, Value};
 
 /// Fills one module.
-pub struct Builder<'b, 'y> {
+pub struct ModuleBuilder<'b, 'y> {
     /// What runs the import.
     pub ev: &'b Evaluator<'y>,
     module: &'b Module,
 }
 
 /// A function or method: name, signature (see `Signature::parse`), body.
-pub type Entry = (&'static str, &'static str, BoundFn);
+pub type MethodDef = (&'static str, &'static str, BoundFn);
 
-impl<'b, 'y> Builder<'b, 'y> {
+impl<'b, 'y> ModuleBuilder<'b, 'y> {
     /// A builder for a module.
     pub fn new(ev: &'b Evaluator<'y>, module: &'b Module) -> Self {
-        Builder { ev, module }
+        ModuleBuilder { ev, module }
     }
 
     /// What all modules share.
-    pub fn core(&self) -> &Rc<Core> {
+    pub fn core(&self) -> &Rc<InterpreterState> {
         &self.ev.core
     }
 
@@ -41,7 +41,7 @@ impl<'b, 'y> Builder<'b, 'y> {
     }
 
     /// Functions with bound arguments.
-    pub fn functions(&self, list: &[Entry]) {
+    pub fn functions(&self, list: &[MethodDef]) {
         // The module that scripts see: `_time` is the inner part of `time`.
         let module: Rc<str> = self.module.name.trim_start_matches('_').into();
         for (name, signature, body) in list {
@@ -69,9 +69,9 @@ impl<'b, 'y> Builder<'b, 'y> {
         &self,
         name: &'static str,
         constructor: Option<(&str, BoundFn)>,
-        methods: &[Entry],
+        methods: &[MethodDef],
     ) -> Rc<Class> {
-        let class = self.new_class(name, Base::Native);
+        let class = self.new_class(name, BuiltinBase::Native);
         if let Some((signature, body)) = constructor {
             class
                 .constructor
@@ -86,7 +86,12 @@ impl<'b, 'y> Builder<'b, 'y> {
 
     /// A class as a `class` statement makes it, extending a builtin type, with methods in Rust: its instances take
     /// attributes and scripts derive from it as from one of their own.
-    pub fn derived(&self, name: &'static str, base: &Rc<Class>, methods: &[Entry]) -> R<Rc<Class>> {
+    pub fn derived(
+        &self,
+        name: &'static str,
+        base: &Rc<Class>,
+        methods: &[MethodDef],
+    ) -> R<Rc<Class>> {
         let home = self.module.name.trim_start_matches('_');
         let attrs = vec![(known::MODULE, Value::str(home))];
         let class = self
@@ -122,7 +127,7 @@ impl<'b, 'y> Builder<'b, 'y> {
         );
     }
 
-    fn new_class(&self, name: &'static str, base: Base) -> Rc<Class> {
+    fn new_class(&self, name: &'static str, base: BuiltinBase) -> Rc<Class> {
         let core = self.core();
         let object = core.types.object.clone();
         let class = Class::new(name, base, vec![object.clone()], vec![object], false);
@@ -159,7 +164,7 @@ impl<'b, 'y> Builder<'b, 'y> {
         name: &'static str,
         constructor: Option<(&str, BoundFn)>,
     ) -> Rc<Class> {
-        let class = self.new_class(name, Base::Iterator);
+        let class = self.new_class(name, BuiltinBase::Iterator);
         if let Some((signature, body)) = constructor {
             class
                 .constructor
@@ -187,7 +192,7 @@ impl<'b, 'y> Builder<'b, 'y> {
         let builtin = self.builtin("type", name, &format!("cls {signature}"), body);
         class.set(
             self.core().symbols.intern(name),
-            Value::ClassMethod(Wrapped::around(builtin)),
+            Value::ClassMethod(WrappedFunction::around(builtin)),
         );
     }
 
@@ -218,7 +223,7 @@ pub fn native_class(ev: &Evaluator<'_>, class: &str) -> R<Rc<Class>> {
 pub fn instance(ev: &Evaluator<'_>, class: &str, data: impl Contents) -> R {
     Ok(Value::Instance(Instance::new(
         native_class(ev, class)?,
-        Payload::Object(Data::new(data)),
+        InstancePayload::Object(NativeData::new(data)),
     )))
 }
 

@@ -1,11 +1,11 @@
 //! `_string`: how formats and the names of their fields come apart, for `string.Formatter`.
 
-use super::define::Builder;
+use super::define::ModuleBuilder;
 use crate::eval::Evaluator;
 use crate::value::{R, Str, Value};
 use std::rc::Rc;
 
-pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
+pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
     module.functions(&[
         ("formatter_parser", "format /", |ev, args| {
             let format = text(ev, &args[0])?;

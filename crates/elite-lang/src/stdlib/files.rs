@@ -7,11 +7,11 @@ use std::cell::{Cell, RefCell};
 use std::io::{self, SeekFrom};
 use std::rc::Rc;
 
-use super::define::{Builder, Entry, instance, with_data};
+use super::define::{MethodDef, ModuleBuilder, instance, with_data};
 use super::system::{os_error, os_error_about, require};
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::host::Access;
+use crate::host::Capability;
 use crate::host::files::{FileStat, HostFile, HostFiles, OpenMode};
 use crate::value::data::no_values;
 use crate::value::{Bytes, R, Value};
@@ -21,7 +21,7 @@ const PIECE: usize = 1 << 20;
 /// Bytes kept in the buffers of a file.
 const BUFFER: usize = 8192;
 
-pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
+pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
     module.functions(FUNCTIONS);
     module.class("File", None, METHODS);
     Ok(())
@@ -29,7 +29,7 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
 
 /// The files of the host, if programs may reach them.
 fn files<'e>(ev: &'e Evaluator<'_>, what: &str) -> R<&'e dyn HostFiles> {
-    require(ev, Access::Files, what)?;
+    require(ev, Capability::Files, what)?;
     ev.core
         .host
         .files()
@@ -98,7 +98,7 @@ fn between(
     }
 }
 
-const FUNCTIONS: &[Entry] = &[
+const FUNCTIONS: &[MethodDef] = &[
     ("open", "path mode /", |ev, args| {
         let files = files(ev, "files")?;
         let letters = ev.str(&args[1])?;
@@ -112,7 +112,7 @@ const FUNCTIONS: &[Entry] = &[
         };
         let opened = files.open(path(ev, &args[0])?, mode);
         let host = opened.map_err(|error| os_error_about(ev, &error, &args[..1]))?;
-        instance(ev, "_files.File", Rc::new(Stream::new(host)))
+        instance(ev, "_files.File", Rc::new(FileBuffer::new(host)))
     }),
     ("stat", "path follow /", |ev, args| {
         let follow = ev.truth(&args[1])?;
@@ -194,7 +194,7 @@ const FUNCTIONS: &[Entry] = &[
 
 /// An open file with its buffers. At most one of them is in use at a time.
 #[derive(Debug)]
-pub(super) struct Stream {
+pub(super) struct FileBuffer {
     host: RefCell<Option<Rc<dyn HostFile>>>,
     /// What was read ahead, and how much of it has been taken.
     ahead: RefCell<Vec<u8>>,
@@ -203,7 +203,7 @@ pub(super) struct Stream {
     pending: RefCell<Vec<u8>>,
 }
 
-no_values!(Stream);
+no_values!(FileBuffer);
 
 /// Where lines end.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -218,9 +218,9 @@ enum LineEnd {
     Both,
 }
 
-impl Stream {
+impl FileBuffer {
     fn new(host: Rc<dyn HostFile>) -> Self {
-        Stream {
+        FileBuffer {
             host: RefCell::new(Some(host)),
             ahead: RefCell::default(),
             taken: Cell::new(0),
@@ -349,7 +349,7 @@ impl Stream {
 
     /// Reads at most `count` characters (bytes, unless `utf8`), one line of them if `line`. With `merge`, `\r\n` counts
     /// as one character.
-    fn read_text(&self, ev: &Evaluator<'_>, wanted: &Wanted) -> R<Vec<u8>> {
+    fn read_text(&self, ev: &Evaluator<'_>, wanted: &ReadRequest) -> R<Vec<u8>> {
         self.flush(ev)?;
         let (mut at, mut chars) = (0, 0);
         let mut ended = false;
@@ -413,7 +413,7 @@ impl Stream {
     }
 }
 
-impl Drop for Stream {
+impl Drop for FileBuffer {
     /// A file that nobody closed is written out as far as it goes, as in CPython; there is nobody left to tell.
     fn drop(&mut self) {
         let host = self.host.get_mut();
@@ -431,7 +431,7 @@ impl Drop for Stream {
 }
 
 /// What a text file wants to read.
-struct Wanted {
+struct ReadRequest {
     count: usize,
     utf8: bool,
     ends: LineEnd,
@@ -439,7 +439,7 @@ struct Wanted {
     merge: bool,
 }
 
-impl Wanted {
+impl ReadRequest {
     /// Bytes of the character that begins with `byte`. What is no character is one byte, for the decoder to judge.
     fn width(&self, byte: u8) -> usize {
         match byte {
@@ -466,12 +466,12 @@ fn position(at: u64) -> Value {
     Value::Int(i64::try_from(at).unwrap_or(i64::MAX))
 }
 
-fn on(ev: &Evaluator<'_>, args: &[Value], inner: impl FnOnce(&Stream) -> R) -> R {
-    let stream = with_data(ev, &args[0], |stream: &Rc<Stream>| Ok(stream.clone()))?;
+fn on(ev: &Evaluator<'_>, args: &[Value], inner: impl FnOnce(&FileBuffer) -> R) -> R {
+    let stream = with_data(ev, &args[0], |stream: &Rc<FileBuffer>| Ok(stream.clone()))?;
     inner(&stream)
 }
 
-const METHODS: &[Entry] = &[
+const METHODS: &[MethodDef] = &[
     ("read", "count /", |ev, args| {
         let count = count(ev, &args[1])?;
         on(ev, args, |stream| stream.read(ev, count).map(bytes))
@@ -483,7 +483,7 @@ const METHODS: &[Entry] = &[
             Some("\r\n") => LineEnd::Both,
             _ => LineEnd::Feed,
         };
-        let wanted = Wanted {
+        let wanted = ReadRequest {
             count: count(ev, &args[1])?.unwrap_or(usize::MAX),
             utf8: ev.truth(&args[2])?,
             ends,

@@ -1,11 +1,11 @@
 //! `_functools`: what of `functools` is used most often, one call after another. The rest is a script.
 
-use super::define::Builder;
+use super::define::ModuleBuilder;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::value::{R, Value};
 
-pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
+pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
     module.functions(&[
         ("reduce", "function iterable initial? /", reduce),
         ("cmp_to_key", "mycmp", |ev, args| {

@@ -6,13 +6,13 @@
 
 use std::rc::Rc;
 
-use super::define::Builder;
+use super::define::ModuleBuilder;
 use crate::ast::CompareOp;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::pace::VALUE;
 use crate::ops::compare::fast;
-use crate::ops::hash::{Equal, quick_equal};
+use crate::ops::hash::{Equality, quick_equal};
 use crate::value::surrogate::may_have_surrogates;
 use crate::value::{List, R, Value};
 
@@ -24,7 +24,7 @@ const LEVELS: usize = 64;
 const TEXT: usize = 256;
 const TUPLE: usize = 8;
 
-pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
+pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
     module.functions(&[
         ("heappush", "heap item /", |ev, args| {
             let list = heap(ev, &args[0], "heappush() argument 1")?;
@@ -187,9 +187,9 @@ fn quick_less(a: &Value, b: &Value) -> Option<bool> {
                     return None;
                 };
                 match quick_equal(a, b) {
-                    Equal::Yes => {}
-                    Equal::No => return quick_item_less(a, b),
-                    Equal::Ask => return None,
+                    Equality::Yes => {}
+                    Equality::No => return quick_item_less(a, b),
+                    Equality::Ask => return None,
                 }
             }
             Some(a.len() < b.len())

@@ -2,7 +2,7 @@
 
 use num_bigint::BigInt;
 
-use super::define::{Builder, Entry};
+use super::define::{MethodDef, ModuleBuilder};
 use crate::builtins::Args;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
@@ -42,7 +42,7 @@ macro_rules! question {
     };
 }
 
-pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
+pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
     let constants = [
         ("pi", std::f64::consts::PI),
         ("e", std::f64::consts::E),
@@ -106,7 +106,7 @@ fn range(ev: &Evaluator<'_>) -> Raised {
     ev.raise(ExceptionKind::OverflowError, "math range error")
 }
 
-const FLOATS: &[Entry] = &[
+const FLOATS: &[MethodDef] = &[
     unary!("acos", f64::acos),
     unary!("acosh", libm::acosh),
     unary!("asin", f64::asin),
@@ -501,7 +501,7 @@ fn exact_sum(ev: &Evaluator<'_>, items: &[Value]) -> R {
 /// Largest argument of `factorial` and the like: the result has about 70 kB then.
 const FACTORIAL_MAX: i64 = 50_000;
 
-const INTEGERS: &[Entry] = &[
+const INTEGERS: &[MethodDef] = &[
     ("factorial", "x /", |ev, args| factorial(ev, &args[0])),
     ("comb", "n k /", |ev, args| {
         if let Some((n, k)) = chosen_from_many(ev, args)? {

@@ -30,7 +30,7 @@ mod time;
 use std::rc::Rc;
 
 use crate::ast::StmtKind;
-use crate::builtins::reading::{Tree, reading, release, tree};
+use crate::builtins::reading::{ResolvedTree, reading, release, tree};
 use crate::eval::Evaluator;
 use crate::eval::code::Code;
 use crate::lower;
@@ -39,27 +39,27 @@ use crate::value::module::Namespace;
 use crate::value::symbol::known;
 use crate::value::{Function, Module, R, Symbol, Value};
 
-use define::Builder;
+use define::ModuleBuilder;
 
 /// What modules keep for the programs of one interpreter.
 #[derive(Default)]
-pub struct Kept {
-    formats: binary::Formats,
+pub struct ModuleState {
+    formats: binary::FormatCache,
 }
 
 /// What a module is made of.
 #[derive(Clone, Copy)]
-enum Content {
+enum ModuleSource {
     /// Rust code that fills it.
-    Native(fn(&Builder<'_, '_>) -> R<()>),
+    Native(fn(&ModuleBuilder<'_, '_>) -> R<()>),
     /// An embedded script.
     Script(&'static str),
 }
 
-use Content::{Native, Script};
+use ModuleSource::{Native, Script};
 
 /// All modules, by name.
-const MODULES: &[(&str, Content)] = &[
+const MODULES: &[(&str, ModuleSource)] = &[
     ("_codecs", Native(codecs::fill)),
     ("_collections", Native(collections::fill)),
     ("_copy", Native(copies::fill)),
@@ -211,7 +211,7 @@ pub fn load(ev: &Evaluator<'_>, name: &str) -> R<Option<Rc<Module>>> {
     }
     core.loading.set(core.loading.get() + 1);
     let filled = match (content, code) {
-        (Native(fill), _) => fill(&Builder::new(ev, &module)),
+        (Native(fill), _) => fill(&ModuleBuilder::new(ev, &module)),
         (Script(_), code) => code.map_or(Ok(()), |code| {
             let function = Function::plain(code, Box::default());
             ev.call_function(&function, &mut [], &[]).map(drop)
@@ -241,7 +241,7 @@ fn read_script(
 ) -> R<Rc<Code>> {
     let file = SourceFile::new(format!("lib/{name}.py"), text);
     let (code, imported) = reading(ev, |budget| {
-        let Tree { module, resolution } = tree(ev, &file, false, budget)?;
+        let ResolvedTree { module, resolution } = tree(ev, &file, false, budget)?;
         let imported = module
             .body
             .iter()

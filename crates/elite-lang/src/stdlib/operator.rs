@@ -2,24 +2,24 @@
 
 use std::rc::Rc;
 
-use super::define::{Builder, native_class, with_data};
+use super::define::{ModuleBuilder, native_class, with_data};
 use crate::builtins::Args;
 use crate::eval::Evaluator;
 use crate::eval::pace::VALUE;
-use crate::value::data::{Contents, Data};
-use crate::value::instance::Payload;
+use crate::value::data::{Contents, NativeData};
+use crate::value::instance::InstancePayload;
 use crate::value::symbol::known;
-use crate::value::{Class, Held, Instance, R, Symbol, Value};
+use crate::value::{Class, Instance, R, ScriptCell, Symbol, Value};
 
 /// What a getter takes from an object or calls with it.
-struct Asked {
+struct GetterSpec {
     /// The keys, the names, or the name of a method and the arguments by position.
-    values: Held<Vec<Value>>,
+    values: ScriptCell<Vec<Value>>,
     /// The arguments by name, each with the text of its name: symbols that only this knew would be given up.
-    named: Held<Vec<(Value, Value)>>,
+    named: ScriptCell<Vec<(Value, Value)>>,
 }
 
-impl Contents for Asked {
+impl Contents for GetterSpec {
     fn visit(&self, each: &mut dyn FnMut(&Value)) {
         if let Some(values) = self.values.try_borrow() {
             values.iter().for_each(&mut *each);
@@ -43,7 +43,7 @@ const ITEMS: &str = "itemgetter";
 const ATTRIBUTES: &str = "attrgetter";
 const METHOD: &str = "methodcaller";
 
-pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
+pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
     module.functions(&[
         ("_row", "value /", row),
         ("length_hint", "obj default? /", length_hint),
@@ -198,19 +198,19 @@ fn made(ev: &Evaluator<'_>, name: &str, args: &mut Args<'_>) -> R {
         ev.worked(VALUE)?;
         named.push((ev.core.symbols.value(*name), value.clone()));
     }
-    let asked = Asked {
-        values: Held::new(ev.taken(args.positional)?),
-        named: Held::new(named),
+    let asked = GetterSpec {
+        values: ScriptCell::new(ev.taken(args.positional)?),
+        named: ScriptCell::new(named),
     };
     let class = native_class(ev, &format!("_operator.{name}"))?;
-    let data = Data::new(Rc::new(asked));
-    let made = Value::Instance(Instance::new(class, Payload::Object(data)));
+    let data = NativeData::new(Rc::new(asked));
+    let made = Value::Instance(Instance::new(class, InstancePayload::Object(data)));
     ev.core.note(&made);
     Ok(made)
 }
 
 /// What a call asks for, and of what.
-fn parts(ev: &Evaluator<'_>, name: &str, args: &mut Args<'_>) -> R<(Rc<Asked>, Value)> {
+fn parts(ev: &Evaluator<'_>, name: &str, args: &mut Args<'_>) -> R<(Rc<GetterSpec>, Value)> {
     let [receiver, object] = &mut *args.positional else {
         if args.keywords.is_empty() {
             let given = args.positional.len().saturating_sub(1);
@@ -221,12 +221,12 @@ fn parts(ev: &Evaluator<'_>, name: &str, args: &mut Args<'_>) -> R<(Rc<Asked>, V
     if !args.keywords.is_empty() {
         return Err(ev.type_error(format!("{name}() takes no keyword arguments")));
     }
-    let asked = with_data(ev, receiver, |asked: &Rc<Asked>| Ok(asked.clone()))?;
+    let asked = with_data(ev, receiver, |asked: &Rc<GetterSpec>| Ok(asked.clone()))?;
     Ok((asked, std::mem::take(object)))
 }
 
 /// What `get` gives for each of what is asked for: one value, or a tuple of several.
-fn each(ev: &Evaluator<'_>, asked: &Asked, get: impl Fn(&Value) -> R) -> R {
+fn each(ev: &Evaluator<'_>, asked: &GetterSpec, get: impl Fn(&Value) -> R) -> R {
     let count = asked.values.borrow().len();
     let value = |at: usize| asked.values.borrow().get(at).cloned().unwrap_or_default();
     if count == 1 {
@@ -261,7 +261,7 @@ fn along_one(ev: &Evaluator<'_>, object: &Value, name: &Value) -> R {
 }
 
 fn shown(ev: &Evaluator<'_>, receiver: &Value) -> R {
-    let asked = with_data(ev, receiver, |asked: &Rc<Asked>| Ok(asked.clone()))?;
+    let asked = with_data(ev, receiver, |asked: &Rc<GetterSpec>| Ok(asked.clone()))?;
     let mut text = format!("{}(", class_of(ev, receiver).type_name());
     ev.recurse(|| {
         let mut gap = "";
@@ -284,7 +284,7 @@ fn shown(ev: &Evaluator<'_>, receiver: &Value) -> R {
 
 /// What makes the same again, with which arguments; arguments by name are in what makes it.
 fn reduced(ev: &Evaluator<'_>, receiver: &Value) -> R {
-    let asked = with_data(ev, receiver, |asked: &Rc<Asked>| Ok(asked.clone()))?;
+    let asked = with_data(ev, receiver, |asked: &Rc<GetterSpec>| Ok(asked.clone()))?;
     let class = Value::Class(class_of(ev, receiver));
     let (mut values, named) = (asked.values.get(), asked.named.get());
     if named.is_empty() {

@@ -6,20 +6,20 @@
 use std::io;
 use std::rc::Rc;
 
-use super::define::{Builder, Entry, instance, with_data};
-use super::files::Stream as FileStream;
+use super::define::{MethodDef, ModuleBuilder, instance, with_data};
+use super::files::FileBuffer as FileStream;
 use super::system::{os_error, os_error_about, require};
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::host::process::{Command, HostProcess, HostProcesses, Output, Stream};
-use crate::host::{Access, ThreadId};
+use crate::host::process::{HostProcess, HostProcesses, OutputStream, ProcessCommand, StdioTarget};
+use crate::host::{Capability, ThreadId};
 use crate::value::data::no_values;
 use crate::value::{Bytes, R, Value};
 
 /// Most bytes taken from a pipe at once.
 const READ_MAX: usize = 1 << 20;
 
-pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
+pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
     module.functions(&[
         ("identity", "what /", |ev, args| {
             let what = ev.str(&args[0])?;
@@ -47,7 +47,7 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
                 .map_err(|error| os_error(ev, &error))
         }),
         ("interrupt", "function args /", |ev, args| {
-            require(ev, Access::Processes, "signals")?;
+            require(ev, Capability::Processes, "signals")?;
             let args_of_call = ev.collect(&args[1])?;
             ev.core.interrupt_main(args[0].clone(), args_of_call.into());
             Ok(Value::None)
@@ -56,7 +56,7 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
             Ok(Value::Bool(ev.core.is_main_thread()))
         }),
         ("pause", "", |ev, _| {
-            require(ev, Access::Processes, "signal.pause")?;
+            require(ev, Capability::Processes, "signal.pause")?;
             super::thread::park(ev, None).map(|()| Value::None)
         }),
         (
@@ -73,7 +73,7 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
 no_values!(Rc<dyn HostProcess>);
 
 fn processes<'e>(ev: &'e Evaluator<'_>, what: &str) -> R<&'e dyn HostProcesses> {
-    require(ev, Access::Processes, what)?;
+    require(ev, Capability::Processes, what)?;
     ev.core
         .host
         .processes()
@@ -94,17 +94,17 @@ fn text(ev: &Evaluator<'_>, value: &Value) -> R<String> {
 }
 
 /// A standard stream: one of the words of `subprocess`, or an open file.
-fn stream(ev: &Evaluator<'_>, value: &Value) -> R<Stream> {
+fn stream(ev: &Evaluator<'_>, value: &Value) -> R<StdioTarget> {
     Ok(match value.as_str() {
-        Some("pipe") => Stream::Pipe,
-        Some("null") => Stream::Null,
-        Some("output") => Stream::WithOutput,
-        Some(_) => Stream::Inherit,
+        Some("pipe") => StdioTarget::Pipe,
+        Some("null") => StdioTarget::Null,
+        Some("output") => StdioTarget::WithOutput,
+        Some(_) => StdioTarget::Inherit,
         None => {
             let file = with_data(ev, value, |file: &Rc<FileStream>| Ok(file.clone()))?;
             file.flush(ev)?;
             let copy = file.host(ev)?.duplicate();
-            Stream::File(copy.map_err(|error| os_error(ev, &error))?)
+            StdioTarget::File(copy.map_err(|error| os_error(ev, &error))?)
         }
     })
 }
@@ -128,7 +128,7 @@ fn spawn(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         Value::None => None,
         value => Some(text(ev, value)?),
     };
-    let command = Command {
+    let command = ProcessCommand {
         words,
         folder,
         environment,
@@ -156,7 +156,7 @@ fn on(
     }
 }
 
-const METHODS: &[Entry] = &[
+const METHODS: &[MethodDef] = &[
     ("number", "", |ev, args| {
         on(ev, args, |process| {
             Ok(Value::Int(i64::from(process.number())))
@@ -178,9 +178,9 @@ const METHODS: &[Entry] = &[
     // Bytes that are there; None while there are none, empty at the end.
     ("read", "errors most /", |ev, args| {
         let stream = if ev.truth(&args[1])? {
-            Output::Errors
+            OutputStream::Errors
         } else {
-            Output::Output
+            OutputStream::Output
         };
         let most = usize::try_from(ev.clamped_index(&args[2])?).unwrap_or(READ_MAX);
         let most = most.min(READ_MAX);

@@ -6,21 +6,21 @@ use std::io;
 use std::net::{Shutdown, SocketAddr};
 use std::rc::Rc;
 
-use super::define::{Builder, Entry, instance, with_data};
+use super::define::{MethodDef, ModuleBuilder, instance, with_data};
 use super::system::os_error;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::host::{Access, HostSocket, Interest, ThreadId};
-use crate::value::bytes::Data;
+use crate::host::{Capability, HostSocket, Interest, ThreadId};
+use crate::value::bytes::BytesRef;
 use crate::value::data::no_values;
 use crate::value::{Bytes, R, Raised, Value};
 
 /// Most bytes one `recv` returns.
 const RECEIVE_MAX: usize = 16 << 20;
 
-pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
+pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
     let constructor = |ev: &Evaluator<'_>, _: &mut [Value]| {
-        super::system::require(ev, Access::Network, "sockets")?;
+        super::system::require(ev, Capability::Network, "sockets")?;
         let socket = ev
             .core
             .host
@@ -131,14 +131,14 @@ fn pair(ev: &Evaluator<'_>, value: &Value, method: &str) -> R<(String, u16)> {
     Ok((host.as_str().to_owned(), port))
 }
 
-fn data_of(ev: &Evaluator<'_>, value: &Value) -> R<Data> {
+fn data_of(ev: &Evaluator<'_>, value: &Value) -> R<BytesRef> {
     ev.bytes_like(value).ok_or_else(|| {
         let name = ev.core.types.name_of(value);
         ev.type_error(format!("a bytes-like object is required, not '{name}'"))
     })
 }
 
-const METHODS: &[Entry] = &[
+const METHODS: &[MethodDef] = &[
     ("connect", "address /", |ev, args| {
         let (host, port) = pair(ev, &args[1], "connect")?;
         let (socket, timeout) = open(ev, &args[0])?;

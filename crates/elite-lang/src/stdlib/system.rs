@@ -2,13 +2,13 @@
 
 use std::io;
 
-use super::define::Builder;
+use super::define::ModuleBuilder;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::host::Access;
+use crate::host::Capability;
 use crate::value::{R, Raised, Value};
 
-pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
+pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
     module.functions(&[
         ("require", "word what /", |ev, args| {
             let access = access(ev, &args[0])?;
@@ -16,7 +16,7 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
             require(ev, access, &what).map(|()| Value::None)
         }),
         ("environment", "", |ev, _| {
-            require(ev, Access::Environment, "environment variables")?;
+            require(ev, Capability::Environment, "environment variables")?;
             let entries = ev.core.host.environment();
             Ok(Value::dict_of(
                 entries
@@ -59,12 +59,12 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
     Ok(())
 }
 
-fn access(ev: &Evaluator<'_>, word: &Value) -> R<Access> {
+fn access(ev: &Evaluator<'_>, word: &Value) -> R<Capability> {
     let all = [
-        Access::Files,
-        Access::Processes,
-        Access::Environment,
-        Access::Network,
+        Capability::Files,
+        Capability::Processes,
+        Capability::Environment,
+        Capability::Network,
     ];
     let found = all
         .into_iter()
@@ -73,7 +73,7 @@ fn access(ev: &Evaluator<'_>, word: &Value) -> R<Access> {
 }
 
 /// Raises `PermissionError` unless the host permits `access`.
-pub(super) fn require(ev: &Evaluator<'_>, access: Access, what: &str) -> R<()> {
+pub(super) fn require(ev: &Evaluator<'_>, access: Capability, what: &str) -> R<()> {
     if ev.core.host.permits(access) {
         return Ok(());
     }

@@ -1,6 +1,6 @@
 //! `time`: the host's clocks, sleeping, and calendar dates. The controller has no time zone: local time is UTC.
 
-use super::define::Builder;
+use super::define::ModuleBuilder;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::value::{R, Value};
@@ -31,7 +31,7 @@ const MONTHS: [&str; 12] = [
     "December",
 ];
 
-pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
+pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
     module.functions(&[
         ("time", "", |ev, _| {
             Ok(Value::Float(ev.core.host.unix_time()))

@@ -7,7 +7,7 @@ use crate::builtins::Builtin;
 use crate::eval::Evaluator;
 use crate::eval::coroutine::Resume;
 use crate::host::{Host, ThreadId};
-use crate::interpreter::{Interpreter, ScriptThread, Step};
+use crate::interpreter::{Interpreter, ResumeOutcome, ScriptThread};
 use crate::limits::Limits;
 use crate::native::NativeFunction;
 use crate::value::{Class, Function, Value};
@@ -27,7 +27,7 @@ pub enum MemberKind {
 
 /// A name that a type or a module has.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Member {
+pub struct LibraryMember {
     /// The name.
     pub name: String,
     /// What it stands for.
@@ -39,9 +39,9 @@ pub struct Member {
 }
 
 /// Nothing is printed, reached or waited for.
-struct Nowhere;
+struct NullHost;
 
-impl Host for Nowhere {
+impl Host for NullHost {
     fn print(&self, _thread: ThreadId, _text: &str) {}
 
     fn unix_time(&self) -> f64 {
@@ -63,9 +63,9 @@ impl Host for Nowhere {
 const FUEL: u32 = 2_000_000;
 
 /// The functions, types and exceptions that every program finds, in the order of their names.
-pub fn builtins() -> Vec<Member> {
+pub fn builtins() -> Vec<LibraryMember> {
     let interpreter = Interpreter::new(
-        Rc::new(Nowhere),
+        Rc::new(NullHost),
         Vec::<NativeFunction>::new(),
         Limits::default(),
     );
@@ -80,9 +80,9 @@ pub fn builtins() -> Vec<Member> {
 }
 
 /// What values of each builtin type have, by the name of the type.
-pub fn type_members() -> Vec<(String, Vec<Member>)> {
+pub fn type_members() -> Vec<(String, Vec<LibraryMember>)> {
     let interpreter = Interpreter::new(
-        Rc::new(Nowhere),
+        Rc::new(NullHost),
         Vec::<NativeFunction>::new(),
         Limits::default(),
     );
@@ -96,10 +96,10 @@ pub fn type_members() -> Vec<(String, Vec<Member>)> {
 }
 
 /// What a module has that programs can import; None if there is none of this name.
-pub fn module_members(name: &str) -> Option<Vec<Member>> {
+pub fn module_members(name: &str) -> Option<Vec<LibraryMember>> {
     crate::stdlib::module_names().find(|known| *known == name)?;
     let interpreter = Interpreter::new(
-        Rc::new(Nowhere),
+        Rc::new(NullHost),
         Vec::<NativeFunction>::new(),
         Limits::default(),
     );
@@ -132,7 +132,7 @@ fn asked<T: Default + 'static>(
         Ok(Value::None)
     });
     let mut fuel = FUEL;
-    while let Step::OutOfFuel = thread.resume(Resume::Continue, FUEL / 100) {
+    while let ResumeOutcome::OutOfFuel = thread.resume(Resume::Continue, FUEL / 100) {
         // Reading a text gives way before its fuel is used up.
         fuel = fuel.saturating_sub(FUEL / 1000);
         if fuel == 0 {
@@ -143,7 +143,7 @@ fn asked<T: Default + 'static>(
     answer.take()
 }
 
-fn of_class(ev: &Evaluator<'_>, class: &Rc<Class>) -> Vec<Member> {
+fn of_class(ev: &Evaluator<'_>, class: &Rc<Class>) -> Vec<LibraryMember> {
     let mut found: Vec<(String, Value)> = Vec::new();
     for ancestor in class.line() {
         let attrs = ancestor.own_attrs();
@@ -157,8 +157,8 @@ fn of_class(ev: &Evaluator<'_>, class: &Rc<Class>) -> Vec<Member> {
     members(ev, &found)
 }
 
-fn members(ev: &Evaluator<'_>, entries: &[(String, Value)]) -> Vec<Member> {
-    let mut all: Vec<Member> = entries
+fn members(ev: &Evaluator<'_>, entries: &[(String, Value)]) -> Vec<LibraryMember> {
+    let mut all: Vec<LibraryMember> = entries
         .iter()
         .map(|(name, value)| member(ev, name, value))
         .collect();
@@ -166,7 +166,7 @@ fn members(ev: &Evaluator<'_>, entries: &[(String, Value)]) -> Vec<Member> {
     all
 }
 
-fn member(ev: &Evaluator<'_>, name: &str, value: &Value) -> Member {
+fn member(ev: &Evaluator<'_>, name: &str, value: &Value) -> LibraryMember {
     let (kind, signature) = match value {
         Value::Builtin(builtin) => (MemberKind::Function, of_builtin(ev, name, builtin)),
         Value::Function(function) => (MemberKind::Function, Some(of_function(ev, name, function))),
@@ -175,7 +175,7 @@ fn member(ev: &Evaluator<'_>, name: &str, value: &Value) -> Member {
         Value::Module(_) => (MemberKind::Module, None),
         _ => (MemberKind::Value, None),
     };
-    Member {
+    LibraryMember {
         name: name.to_owned(),
         kind,
         signature,

@@ -11,17 +11,17 @@ pub use crate::ast::{
 pub use crate::lexer::names::is_name;
 pub use crate::lexer::{Token, TokenKind};
 pub use crate::lint::visit::{blocks, own_expressions, parts};
-pub use crate::reading::{Piece, Reading};
-pub use library::{Member, MemberKind, builtins, module_members, type_members};
+pub use crate::reading::{DocumentUnit, ParsedDocument};
+pub use library::{LibraryMember, MemberKind, builtins, module_members, type_members};
 
 use crate::diagnostic::Diagnostic;
-use crate::limits::memory::Budget;
+use crate::limits::memory::WorkBudget;
 use crate::source::SourceFile;
 pub use crate::stack::with_deep_stack;
 
 /// The tokens of a text.
 pub fn tokens(file: &SourceFile) -> Vec<Token> {
-    crate::lexer::lex(file, &Budget::of(crate::parser::TREE_MAX)).tokens
+    crate::lexer::lex(file, &WorkBudget::of(crate::parser::TREE_MAX)).tokens
 }
 
 /// Whether two texts have the same tree, wherever in them its parts are written. None if one of them has errors.

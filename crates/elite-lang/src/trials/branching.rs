@@ -4,7 +4,7 @@
 use std::time::Instant;
 
 use super::{begin, task_with};
-use crate::{Limits, Resume, Step};
+use crate::{Limits, Resume, ResumeOutcome};
 
 /// How the next value is made of `v`, the innermost one, and what walks through the outermost.
 const WALKS: &[(&str, &str, &[&str])] = &[
@@ -128,8 +128,8 @@ except (MemoryError, RecursionError, TypeError, ValueError):
             let mut ended = false;
             for _ in 0..40 {
                 match main.resume(Resume::Continue, 1000) {
-                    Step::OutOfFuel => {}
-                    Step::Done(_) | Step::Failed(_) => {
+                    ResumeOutcome::OutOfFuel => {}
+                    ResumeOutcome::Done(_) | ResumeOutcome::Failed(_) => {
                         ended = true;
                         break;
                     }

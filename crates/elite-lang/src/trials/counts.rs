@@ -5,7 +5,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use super::{Stage, drive};
+use super::{TestHost, drive};
 use crate::value::CellVar;
 use crate::{
     Interpreter, KnownNames, Limits, NativeBody, NativeFunction, Param, SourceFile, Value, compile,
@@ -83,7 +83,7 @@ fn counts_as_its_type_does(value: &Value) {
 
 #[test]
 fn all_kinds_of_values_count_at_the_same_place() {
-    let stage = Rc::new(Stage::default());
+    let stage = Rc::new(TestHost::default());
     let looked = Arc::new(AtomicUsize::new(0));
     let count = looked.clone();
     let native = NativeFunction {

@@ -1,7 +1,7 @@
 //! Every callable of the builtins and of the library that keeps an argument in what it gives: a long chain of it is dropped. Which ones
 //! do is found by asking, so that a new native is tried without being named here.
 
-use super::{Stage, drive};
+use super::{TestHost, drive};
 use crate::{
     Interpreter, KnownNames, Limits, NativeBody, NativeFunction, Param, SourceFile, Value, compile,
 };
@@ -106,7 +106,7 @@ fn found_in(modules: &[&str]) -> String {
             _ => Ok(Value::None),
         }),
     };
-    let (stage, limits) = (Rc::new(Stage::default()), Limits::default());
+    let (stage, limits) = (Rc::new(TestHost::default()), Limits::default());
     let interpreter = Interpreter::new(stage.clone(), vec![references], limits);
     let known = KnownNames::new(["references"]);
     let program = compile(SourceFile::new("trial", text), &known);

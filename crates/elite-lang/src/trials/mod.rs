@@ -19,20 +19,20 @@ use std::process::{Command, Stdio};
 use std::rc::Rc;
 
 use crate::{
-    Host, Interpreter, KnownNames, Limits, Resume, ScriptThread, SourceFile, Step, ThreadId,
-    compile, render_human, render_script_error,
+    Host, Interpreter, KnownNames, Limits, Resume, ResumeOutcome, ScriptThread, SourceFile,
+    ThreadId, compile, render_human, render_script_error,
 };
 
 /// Collects what is printed; time moves on when all threads wait.
 #[derive(Default)]
-struct Stage {
+struct TestHost {
     output: RefCell<String>,
     now: Cell<f64>,
     started: RefCell<Vec<ScriptThread>>,
     woken: RefCell<Vec<ThreadId>>,
 }
 
-impl Host for Stage {
+impl Host for TestHost {
     fn print(&self, _: ThreadId, text: &str) {
         self.output.borrow_mut().push_str(text);
     }
@@ -55,22 +55,22 @@ impl Host for Stage {
 }
 
 /// A task that may hold a gibibyte, so that no trial ends for want of memory.
-fn task() -> (Rc<Stage>, Interpreter) {
+fn task() -> (Rc<TestHost>, Interpreter) {
     task_with(Limits {
         memory_bytes: 1 << 30,
         ..Limits::default()
     })
 }
 
-fn task_with(limits: Limits) -> (Rc<Stage>, Interpreter) {
-    let stage = Rc::new(Stage::default());
+fn task_with(limits: Limits) -> (Rc<TestHost>, Interpreter) {
+    let stage = Rc::new(TestHost::default());
     let interpreter = Interpreter::new(stage.clone(), Vec::new(), limits);
     (stage, interpreter)
 }
 
 /// Runs `act` with the evaluator of a program's thread, whose turn ends where `act` gives way.
 pub fn evaluate(act: impl Fn(&crate::eval::Evaluator<'_>) -> crate::value::R<()> + Send + 'static) {
-    let stage = Rc::new(Stage::default());
+    let stage = Rc::new(TestHost::default());
     let native = crate::NativeFunction {
         name: "act",
         params: Vec::new(),
@@ -105,7 +105,7 @@ fn begin(interpreter: &Interpreter, text: &str) -> ScriptThread {
 }
 
 /// Runs threads in turn to the end of the first one; the report if one of them failed.
-fn drive(stage: &Stage, main: ScriptThread) -> String {
+fn drive(stage: &TestHost, main: ScriptThread) -> String {
     let mut threads = vec![(main, None)];
     loop {
         let mut ran = false;
@@ -118,11 +118,13 @@ fn drive(stage: &Stage, main: ScriptThread) -> String {
             }
             ran = true;
             match thread.resume(Resume::Continue, 10_000) {
-                Step::OutOfFuel | Step::Waiting(_) => {}
-                Step::Parked { until } => *parked = Some(until),
-                Step::Failed(error) => return render_script_error(&error),
-                Step::Done(_) | Step::Stopped if index == 1 => return String::new(),
-                Step::Done(_) | Step::Stopped => {
+                ResumeOutcome::OutOfFuel | ResumeOutcome::Waiting(_) => {}
+                ResumeOutcome::Parked { until } => *parked = Some(until),
+                ResumeOutcome::Failed(error) => return render_script_error(&error),
+                ResumeOutcome::Done(_) | ResumeOutcome::Stopped if index == 1 => {
+                    return String::new();
+                }
+                ResumeOutcome::Done(_) | ResumeOutcome::Stopped => {
                     index -= 1;
                     threads.remove(index);
                 }

@@ -11,7 +11,7 @@ const ONE_MAX: usize = 4096;
 /// So many.
 const PARTS: usize = 64;
 
-type Part<V> = HashMap<Symbol, V, BuildHasherDefault<SymbolHasher>>;
+type MapShard<V> = HashMap<Symbol, V, BuildHasherDefault<SymbolHasher>>;
 
 /// Spreads symbols over a table: they are numbers that the interpreter gives out itself, so nobody can choose them to
 /// collide.
@@ -41,16 +41,16 @@ const SPREAD: u64 = 0x9E37_79B9_7F4A_7C15;
 /// A table by symbol.
 pub struct SymbolMap<V> {
     /// All of it, while there are few.
-    one: Part<V>,
+    one: MapShard<V>,
     /// Otherwise they are here.
-    many: Option<Box<[Part<V>]>>,
+    many: Option<Box<[MapShard<V>]>>,
     length: usize,
 }
 
 impl<V> Default for SymbolMap<V> {
     fn default() -> Self {
         SymbolMap {
-            one: Part::default(),
+            one: MapShard::default(),
             many: None,
             length: 0,
         }
@@ -64,14 +64,14 @@ fn part_of(name: Symbol) -> usize {
 
 impl<V> SymbolMap<V> {
     #[inline]
-    fn part(&self, name: Symbol) -> &Part<V> {
+    fn part(&self, name: Symbol) -> &MapShard<V> {
         match &self.many {
             None => &self.one,
             Some(parts) => &parts[part_of(name)],
         }
     }
 
-    fn part_mut(&mut self, name: Symbol) -> &mut Part<V> {
+    fn part_mut(&mut self, name: Symbol) -> &mut MapShard<V> {
         match &mut self.many {
             None => &mut self.one,
             Some(parts) => &mut parts[part_of(name)],
@@ -97,7 +97,7 @@ impl<V> SymbolMap<V> {
     /// Makes a name lead to a value; what it led to before.
     pub fn insert(&mut self, name: Symbol, value: V) -> Option<V> {
         if self.length == ONE_MAX && self.many.is_none() {
-            let mut parts: Box<[Part<V>]> = (0..PARTS).map(|_| Part::default()).collect();
+            let mut parts: Box<[MapShard<V>]> = (0..PARTS).map(|_| MapShard::default()).collect();
             for (name, value) in std::mem::take(&mut self.one) {
                 parts[part_of(name)].insert(name, value);
             }
@@ -118,7 +118,7 @@ impl<V> SymbolMap<V> {
     /// What the names lead to, in no order.
     pub fn values(&self) -> impl Iterator<Item = &V> {
         let parts = self.many.iter().flat_map(|parts| parts.iter());
-        self.one.values().chain(parts.flat_map(Part::values))
+        self.one.values().chain(parts.flat_map(MapShard::values))
     }
 
     /// The same, without the table.
@@ -126,7 +126,7 @@ impl<V> SymbolMap<V> {
         let parts = self.many.into_iter().flatten();
         self.one
             .into_values()
-            .chain(parts.flat_map(Part::into_values))
+            .chain(parts.flat_map(MapShard::into_values))
     }
 
     /// Gives room back that more than twice as many names would need.

@@ -3,8 +3,8 @@
 use std::ops::Deref;
 use std::rc::Rc;
 
-use super::Held;
-use super::held::Look;
+use super::ScriptCell;
+use super::held::ScriptRef;
 
 /// Immutable bytes.
 pub struct Bytes {
@@ -67,27 +67,27 @@ impl Deref for Buffer {
 /// Mutable bytes. Who goes through them with safepoints on the way takes a snapshot; who changes them meanwhile copies.
 #[derive(Default)]
 pub struct ByteArray {
-    data: Held<Rc<Buffer>>,
+    data: ScriptCell<Rc<Buffer>>,
 }
 
 impl ByteArray {
     /// Takes over `data`.
     pub fn new(data: Vec<u8>) -> Self {
         ByteArray {
-            data: Held::new(Rc::new(data.into())),
+            data: ScriptCell::new(Rc::new(data.into())),
         }
     }
 
     /// A look at the bytes; no script code may run before it is over.
     #[inline]
-    pub fn borrow(&self) -> Look<'_, [u8]> {
-        Look::map(self.data.borrow(), |data| &***data)
+    pub fn borrow(&self) -> ScriptRef<'_, [u8]> {
+        ScriptRef::map(self.data.borrow(), |data| &***data)
     }
 
     /// A look at the vector they lie in, at whose end there may be room.
     #[inline]
-    pub fn borrow_whole(&self) -> Look<'_, Vec<u8>> {
-        Look::map(self.data.borrow(), |data| &data.whole)
+    pub fn borrow_whole(&self) -> ScriptRef<'_, Vec<u8>> {
+        ScriptRef::map(self.data.borrow(), |data| &data.whole)
     }
 
     /// The bytes as they are now, which stay so for whoever holds this.
@@ -146,27 +146,27 @@ impl ByteArray {
 
 /// The bytes of a `bytes` or `bytearray`, which stay as they are.
 #[derive(Clone)]
-pub enum Data {
+pub enum BytesRef {
     /// Of `bytes`.
     Bytes(Rc<Bytes>),
     /// Of a `bytearray`, as they were.
     Snapshot(Rc<Buffer>),
 }
 
-impl Deref for Data {
+impl Deref for BytesRef {
     type Target = [u8];
 
     #[inline]
     fn deref(&self) -> &[u8] {
         match self {
-            Data::Bytes(bytes) => bytes.data(),
-            Data::Snapshot(data) => data,
+            BytesRef::Bytes(bytes) => bytes.data(),
+            BytesRef::Snapshot(data) => data,
         }
     }
 }
 
-impl Default for Data {
+impl Default for BytesRef {
     fn default() -> Self {
-        Data::Snapshot(Rc::default())
+        BytesRef::Snapshot(Rc::default())
     }
 }

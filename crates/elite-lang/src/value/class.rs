@@ -8,15 +8,15 @@ use std::rc::Rc;
 
 use super::attrs::AttrMap;
 use super::by_symbol::{SymbolMap, SymbolSet};
-use super::held::Look;
+use super::held::ScriptRef;
 use super::symbol::known;
 use super::weak::WeakList;
-use super::{Function, Held, Symbol, Value, trash};
+use super::{Function, ScriptCell, Symbol, Value, trash};
 
 /// How instances of a class are laid out: which builtin type they extend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
-pub enum Base {
+pub enum BuiltinBase {
     Object,
     Type,
     NoneType,
@@ -56,7 +56,7 @@ pub enum Base {
 
 /// Attributes of instances of one class: which slot holds which.
 #[derive(Default)]
-pub struct Layout {
+pub struct InstanceLayout {
     index: SymbolMap<u32>,
     names: Vec<Symbol>,
 }
@@ -80,7 +80,7 @@ impl SlotNames {
 /// Slots an instance may have; further attributes turn it into dictionary mode.
 pub const LAYOUT_MAX: usize = 256;
 
-impl Layout {
+impl InstanceLayout {
     /// The slot of an attribute.
     pub fn find(&self, name: Symbol) -> Option<usize> {
         if self.names.len() <= 8 {
@@ -102,7 +102,7 @@ impl Layout {
 }
 
 /// Attributes under their names.
-type Parts = Box<[(Symbol, Value)]>;
+type MemberDescriptors = Box<[(Symbol, Value)]>;
 
 /// A class.
 pub struct Class {
@@ -112,18 +112,18 @@ pub struct Class {
     /// CPython has this class in C, so messages name it with its module.
     pub in_c: Cell<bool>,
     /// The builtin type its instances extend.
-    pub base: Base,
-    bases: Held<Rc<[Rc<Class>]>>,
+    pub base: BuiltinBase,
+    bases: ScriptCell<Rc<[Rc<Class>]>>,
     /// The method resolution order without the class itself.
-    ancestors: Held<Rc<[Rc<Class>]>>,
-    attrs: Held<AttrMap>,
+    ancestors: ScriptCell<Rc<[Rc<Class>]>>,
+    attrs: ScriptCell<AttrMap>,
     /// How many attributes were there when it was made, those that are not written aside.
     own: Cell<usize>,
     /// What it shows of the parts that it adds to its instances, once that has been asked for.
-    pub added: Held<Option<Parts>>,
+    pub added: ScriptCell<Option<MemberDescriptors>>,
     version: Cell<u32>,
     subclasses: WeakList<Class>,
-    layout: RefCell<Layout>,
+    layout: RefCell<InstanceLayout>,
     /// The only attributes instances may have (`__slots__`), those of the ancestors aside.
     slots: RefCell<Option<SlotNames>>,
     /// It or an ancestor has had slots with names.
@@ -133,10 +133,10 @@ pub struct Class {
     /// A `class` statement made it; only such classes can be changed.
     pub is_script: bool,
     /// How instances are made, and the versions of the class and of its own class which that holds for.
-    making: Cell<(u32, u32, Making)>,
+    making: Cell<(u32, u32, ConstructPath)>,
     is_abstract: Cell<bool>,
     /// Makes instances without going through `__new__` and `__init__` of scripts.
-    pub constructor: Held<Value>,
+    pub constructor: ScriptCell<Value>,
     /// A search for cycles has found it in use.
     pub old: Cell<bool>,
 }
@@ -162,9 +162,9 @@ fn fresh_version() -> u32 {
 
 /// How calling a class of a script makes an instance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Making {
+pub enum ConstructPath {
     /// A plain object, then this `__init__`, which is a function.
-    Init(Location),
+    Init(AttrLocation),
     /// A plain object without `__init__`.
     Bare,
     /// By its constructor, which is written in Rust.
@@ -175,7 +175,7 @@ pub enum Making {
 
 /// Where an attribute was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Location {
+pub struct AttrLocation {
     /// 0 for the class itself, otherwise 1 + the index of the ancestor.
     pub depth: u16,
     /// Index in the attributes of that class.
@@ -186,7 +186,7 @@ impl Class {
     /// A class with the given linearised ancestors (itself excluded).
     pub fn new(
         name: &str,
-        base: Base,
+        base: BuiltinBase,
         bases: Vec<Rc<Class>>,
         ancestors: Vec<Rc<Class>>,
         is_script: bool,
@@ -197,11 +197,11 @@ impl Class {
             qualname: RefCell::default(),
             in_c: Cell::new(false),
             base,
-            bases: Held::new(bases.into()),
-            ancestors: Held::new(ancestors.into()),
-            attrs: Held::default(),
+            bases: ScriptCell::new(bases.into()),
+            ancestors: ScriptCell::new(ancestors.into()),
+            attrs: ScriptCell::default(),
             own: Cell::new(0),
-            added: Held::default(),
+            added: ScriptCell::default(),
             version: Cell::new(UNKNOWN),
             subclasses: WeakList::default(),
             old: Cell::new(false),
@@ -210,9 +210,9 @@ impl Class {
             slotted: Cell::new(slotted),
             metaclass: OnceCell::new(),
             is_script,
-            making: Cell::new((0, 0, Making::General)),
+            making: Cell::new((0, 0, ConstructPath::General)),
             is_abstract: Cell::new(false),
-            constructor: Held::default(),
+            constructor: ScriptCell::default(),
         });
         for parent in &*class.bases() {
             parent.subclasses.push(&class);
@@ -287,7 +287,7 @@ impl Class {
     pub fn set_metaclass(&self, metaclass: Rc<Class>) {
         let set = self.metaclass.set(metaclass);
         debug_assert!(set.is_ok(), "a class changes its metaclass");
-        self.making.set((0, 0, Making::General));
+        self.making.set((0, 0, ConstructPath::General));
     }
 
     /// An attribute that the metaclass has for its own; what `type` itself has does not count.
@@ -405,7 +405,7 @@ impl Class {
     }
 
     /// The attributes of the class itself.
-    pub fn own_attrs(&self) -> Look<'_, AttrMap> {
+    pub fn own_attrs(&self) -> ScriptRef<'_, AttrMap> {
         self.attrs.borrow()
     }
 
@@ -420,13 +420,13 @@ impl Class {
     }
 
     /// Like `lookup`, with the place for a cache.
-    pub fn locate(&self, name: Symbol) -> Option<(Location, Value)> {
+    pub fn locate(&self, name: Symbol) -> Option<(AttrLocation, Value)> {
         let within = |class: &Class, depth: usize| {
             let attrs = class.attrs.borrow();
             let index = attrs.index_of(name)?;
             let value = attrs.get(name)?.clone();
             Some((
-                Location {
+                AttrLocation {
                     depth: depth as u16,
                     index: index as u32,
                 },
@@ -442,7 +442,7 @@ impl Class {
 
     /// The value at a place from `locate`, valid while the version is the same.
     #[inline]
-    pub fn at(&self, location: Location) -> Value {
+    pub fn at(&self, location: AttrLocation) -> Value {
         let index = location.index as usize;
         let found = match location.depth {
             0 => self.attrs.borrow().at(index).cloned(),
@@ -460,7 +460,7 @@ impl Class {
 
     /// The function at a place from `locate`; None if something else is there.
     #[inline(always)]
-    pub fn function_at(&self, location: Location) -> Option<Rc<Function>> {
+    pub fn function_at(&self, location: AttrLocation) -> Option<Rc<Function>> {
         let within = |class: &Class| match class.attrs.borrow().at(location.index as usize) {
             Some(Value::Function(function)) => Some(function.clone()),
             _ => None,
@@ -473,7 +473,7 @@ impl Class {
 
     /// How calling the class makes an instance.
     #[inline]
-    pub fn making(&self) -> Making {
+    pub fn making(&self) -> ConstructPath {
         let (version, of_metaclass, making) = self.making.get();
         let metaclass = self.metaclass().map_or(0, |metaclass| metaclass.version());
         if version == self.version() && of_metaclass == metaclass {
@@ -485,19 +485,19 @@ impl Class {
     }
 
     #[cold]
-    fn find_making(&self) -> Making {
+    fn find_making(&self) -> ConstructPath {
         if !self.is_script && self.metaclass().is_none() {
-            return Making::Native;
+            return ConstructPath::Native;
         }
         let is_plain = self.is_script
-            && self.base == Base::Object
+            && self.base == BuiltinBase::Object
             && !self.is_abstract()
             && self.meta_method(known::CALL).is_none()
             && self.lookup(known::NEW).is_none();
         match self.locate(known::INIT) {
-            Some((location, Value::Function(_))) if is_plain => Making::Init(location),
-            None if is_plain => Making::Bare,
-            _ => Making::General,
+            Some((location, Value::Function(_))) if is_plain => ConstructPath::Init(location),
+            None if is_plain => ConstructPath::Bare,
+            _ => ConstructPath::General,
         }
     }
 
@@ -622,7 +622,9 @@ impl Class {
     pub fn has_dict(&self) -> bool {
         let is_open_script = |class: &Rc<Class>| class.is_script && class.is_open();
         let ancestors = self.ancestors.borrow();
-        self.base == Base::Exception || self.is_open() || ancestors.iter().any(is_open_script)
+        self.base == BuiltinBase::Exception
+            || self.is_open()
+            || ancestors.iter().any(is_open_script)
     }
 
     /// Whether instances may have an attribute of this name.
@@ -662,7 +664,7 @@ impl Class {
     }
 
     /// The instance layout.
-    pub fn layout(&self) -> Ref<'_, Layout> {
+    pub fn layout(&self) -> Ref<'_, InstanceLayout> {
         self.layout.borrow()
     }
 

@@ -7,15 +7,15 @@ use std::mem::ManuallyDrop;
 use std::rc::Rc;
 
 use super::Value;
-use crate::eval::words::Words;
+use crate::eval::words::PairOf;
 
 /// Any object, seen by somebody who only counts.
-pub(crate) type Counted = Rc<u64>;
+pub(crate) type RefCounts = Rc<u64>;
 
 impl Value {
     /// The `Rc` of a value that has one, for counting only.
     #[inline(always)]
-    pub(crate) fn counted(&self) -> Option<&Counted> {
+    pub(crate) fn counted(&self) -> Option<&RefCounts> {
         if self.is_flat() {
             return None;
         }
@@ -24,7 +24,7 @@ impl Value {
         // as its own layout of C has it and as a trial holds against every kind (`trials/counts.rs`). Nobody looks at the object
         // through this reference, and it lives no longer than the value.
         #[allow(unsafe_code)]
-        Some(unsafe { &*std::ptr::from_ref(self).cast::<Counted>().add(1) })
+        Some(unsafe { &*std::ptr::from_ref(self).cast::<RefCounts>().add(1) })
     }
 
     /// Which kind it is of, as a number.
@@ -54,7 +54,7 @@ impl Value {
     #[inline(always)]
     pub fn discard(self) {
         if let Some(last) = self.last() {
-            drop_last(Words::of(last));
+            drop_last(PairOf::of(last));
         }
     }
 
@@ -77,6 +77,6 @@ impl Value {
 
 /// Drops a value together with its object.
 #[inline(never)]
-fn drop_last(value: Words<Value>) {
+fn drop_last(value: PairOf<Value>) {
     drop(value.whole());
 }

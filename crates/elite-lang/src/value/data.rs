@@ -9,7 +9,7 @@ use std::rc::Rc;
 use super::{Value, trash};
 
 /// Data of some type.
-pub struct Data(Box<Typed<dyn Contents>>);
+pub struct NativeData(Box<TypedBox<dyn Contents>>);
 
 /// What data of the library is made of: the values in it. Every type says so, those without values by `no_values!`; what is not said
 /// does not compile. The search for cycles, and the queue that takes deep chains apart, learn it from here.
@@ -59,12 +59,12 @@ pub(crate) use no_values;
 
 /// Data beside its type.
 #[repr(C)]
-struct Typed<T: ?Sized> {
+struct TypedBox<T: ?Sized> {
     id: TypeId,
     data: T,
 }
 
-impl Drop for Data {
+impl Drop for NativeData {
     fn drop(&mut self) {
         let mut held = Vec::new();
         self.0.data.take(&mut held);
@@ -72,7 +72,7 @@ impl Drop for Data {
     }
 }
 
-impl Data {
+impl NativeData {
     /// Runs `each` on the values it holds.
     pub fn visit(&self, each: &mut dyn FnMut(&Value)) {
         self.0.data.visit(each);
@@ -88,7 +88,7 @@ impl Data {
     /// Takes data of type `T`.
     pub fn new<T: Contents>(data: T) -> Self {
         let id = TypeId::of::<T>();
-        Data(Box::new(Typed { id, data }))
+        NativeData(Box::new(TypedBox { id, data }))
     }
 
     /// The data, if it is of type `T`.
@@ -97,7 +97,7 @@ impl Data {
         if self.0.id != TypeId::of::<T>() {
             return None;
         }
-        let typed: *const Typed<T> = std::ptr::from_ref(&*self.0).cast();
+        let typed: *const TypedBox<T> = std::ptr::from_ref(&*self.0).cast();
         // SAFETY: only `new` makes one, with the type of the data beside it.
         #[allow(unsafe_code)]
         let typed = unsafe { &*typed };
@@ -107,21 +107,21 @@ impl Data {
 
 #[cfg(test)]
 mod tests {
-    use super::Data;
+    use super::NativeData;
 
     no_values!(String, &'static str, u8, Wide, ());
 
     #[test]
     fn data_is_of_its_own_type_only() {
-        let text = Data::new(String::from("elbow"));
+        let text = NativeData::new(String::from("elbow"));
         assert_eq!(text.get::<String>().map(String::as_str), Some("elbow"));
         assert!(text.get::<&str>().is_none());
         assert!(text.get::<u8>().is_none());
 
         // Alignments other than that of the type's number.
-        assert_eq!(Data::new(7_u8).get(), Some(&7_u8));
-        assert_eq!(Data::new(Wide(3)).get(), Some(&Wide(3)));
-        assert_eq!(Data::new(()).get(), Some(&()));
+        assert_eq!(NativeData::new(7_u8).get(), Some(&7_u8));
+        assert_eq!(NativeData::new(Wide(3)).get(), Some(&Wide(3)));
+        assert_eq!(NativeData::new(()).get(), Some(&()));
     }
 
     #[derive(Debug, PartialEq)]

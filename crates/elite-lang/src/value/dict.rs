@@ -10,15 +10,15 @@ mod variables;
 use std::cell::Cell;
 use std::rc::Rc;
 
-use super::values::Part as _;
-use super::{Held, Value, trash};
-use table::{AT_ONCE, EMPTY, SCAN_MAX, Table, place, slots_for};
-pub use table::{Entry, Found};
+use super::values::DropItem as _;
+use super::{ScriptCell, Value, trash};
+use table::{AT_ONCE, DictTable, EMPTY, SCAN_MAX, place, slots_for};
+pub use table::{Entry, KeySearch};
 
 /// A dictionary.
 #[derive(Default)]
 pub struct Dict {
-    table: Held<Table>,
+    table: ScriptCell<DictTable>,
     /// The interpreter knows it as a possible part of a cycle.
     pub noted: Cell<bool>,
     /// A search for cycles has found it in use.
@@ -26,7 +26,7 @@ pub struct Dict {
 }
 
 /// What a look at some places of a table came to: between two that are in use there may be millions that are not.
-pub enum Sought<T> {
+pub enum ScanResult<T> {
     /// This is the next one.
     Found(T),
     /// None so far; where to go on.
@@ -36,7 +36,7 @@ pub enum Sought<T> {
 }
 
 /// What is called between pieces of work on a table, with the number of entries done; others may change the table then.
-pub type Between<'b, E> = &'b mut dyn FnMut(usize) -> Result<(), E>;
+pub type YieldHook<'b, E> = &'b mut dyn FnMut(usize) -> Result<(), E>;
 /// Entries that are worked on at once.
 pub const SOME: usize = 4096;
 /// Times a piece of work starts over because the table has been changed meanwhile; after that it is done at once.
@@ -74,11 +74,13 @@ impl Dict {
 
     /// Searches a key with its hash.
     #[inline]
-    pub fn find(&self, hash: u64, key: &Value) -> Found {
+    pub fn find(&self, hash: u64, key: &Value) -> KeySearch {
         let table = self.table.borrow();
         match table.find(hash, key) {
-            Found::At(index) if table.of_variables() && table.is_absent(&table.entries[index]) => {
-                Found::Nowhere
+            KeySearch::At(index)
+                if table.of_variables() && table.is_absent(&table.entries[index]) =>
+            {
+                KeySearch::Nowhere
             }
             found => found,
         }
@@ -215,7 +217,7 @@ impl Dict {
 
     /// The first entry at position `from` or later, and the position after it. Positions survive changes of values,
     /// not of keys.
-    pub fn next_entry(&self, from: usize) -> Sought<(usize, Value, Value)> {
+    pub fn next_entry(&self, from: usize) -> ScanResult<(usize, Value, Value)> {
         let table = self.table.borrow();
         let head = table.head.get();
         let begin = from.max(head);
@@ -229,20 +231,20 @@ impl Dict {
                 is_first = false;
             }
             if let Some(value) = entry.read(table.of_variables()) {
-                return Sought::Found((at + 1, entry.key.clone(), value));
+                return ScanResult::Found((at + 1, entry.key.clone(), value));
             }
         }
         if is_first {
             table.head.set(end.max(head));
         }
         match end < table.entries.len() {
-            true => Sought::Further(end),
-            false => Sought::Nowhere,
+            true => ScanResult::Further(end),
+            false => ScanResult::Nowhere,
         }
     }
 
     /// The last entry before position `from` and its position; `usize::MAX` starts at the end.
-    pub fn previous_entry(&self, from: usize) -> Sought<(usize, Value, Value)> {
+    pub fn previous_entry(&self, from: usize) -> ScanResult<(usize, Value, Value)> {
         let table = self.table.borrow();
         let tail = table.tail.get();
         let end = from.min(tail);
@@ -255,15 +257,15 @@ impl Dict {
                 is_last = false;
             }
             if let Some(value) = entry.read(table.of_variables()) {
-                return Sought::Found((at, entry.key.clone(), value));
+                return ScanResult::Found((at, entry.key.clone(), value));
             }
         }
         if is_last {
             table.tail.set(begin);
         }
         match begin > 0 {
-            true => Sought::Further(begin),
-            false => Sought::Nowhere,
+            true => ScanResult::Further(begin),
+            false => ScanResult::Nowhere,
         }
     }
 
@@ -332,9 +334,9 @@ impl Dict {
         }
         let old = self.table.change(|table| {
             let generation = table.generation + 1;
-            let empty = Table {
+            let empty = DictTable {
                 generation,
-                ..Table::default()
+                ..DictTable::default()
             };
             std::mem::replace(table, empty)
         });
@@ -342,7 +344,7 @@ impl Dict {
     }
 
     /// A shallow copy.
-    pub fn copy<E>(&self, between: Between<'_, E>) -> Result<Dict, E> {
+    pub fn copy<E>(&self, between: YieldHook<'_, E>) -> Result<Dict, E> {
         let mut tries = 0;
         loop {
             let generation = self.generation();
@@ -399,7 +401,7 @@ impl Dict {
     }
 
     /// Makes the table greater before a new key does.
-    pub fn enlarge<E>(&self, between: Between<'_, E>) -> Result<(), E> {
+    pub fn enlarge<E>(&self, between: YieldHook<'_, E>) -> Result<(), E> {
         for _ in 0..RETRIES_MAX {
             let generation = self.generation();
             let (length, live) = {
@@ -455,7 +457,7 @@ impl Dict {
 
     /// Makes a big table anew without deleted entries, with room for `front` entries in front of the others and as many behind
     /// them; not if others keep changing it meanwhile.
-    pub fn remake<E>(&self, front: usize, between: Between<'_, E>) -> Result<(), E> {
+    pub fn remake<E>(&self, front: usize, between: YieldHook<'_, E>) -> Result<(), E> {
         for _ in 0..RETRIES_MAX {
             let generation = self.generation();
             let live = {
@@ -514,8 +516,8 @@ impl Dict {
         let key = Value::str(key);
         let Value::Str(text) = &key else { return None };
         match self.find(text.hash(), &key) {
-            Found::At(index) => Some(self.value_at(index)),
-            Found::Nowhere | Found::Ask(..) => None,
+            KeySearch::At(index) => Some(self.value_at(index)),
+            KeySearch::Nowhere | KeySearch::Ask(..) => None,
         }
     }
 
@@ -529,13 +531,13 @@ impl Dict {
         let Value::Str(text) = &key else { return };
         let hash = text.hash();
         match self.find(hash, &key) {
-            Found::At(index) => self.set_value_at(index, value),
-            Found::Nowhere | Found::Ask(..) => self.append(hash, key, value),
+            KeySearch::At(index) => self.set_value_at(index, value),
+            KeySearch::Nowhere | KeySearch::Ask(..) => self.append(hash, key, value),
         }
     }
 }
 
-fn empty_slots<E>(size: usize, between: Between<'_, E>) -> Result<Vec<u32>, E> {
+fn empty_slots<E>(size: usize, between: YieldHook<'_, E>) -> Result<Vec<u32>, E> {
     let mut slots = Vec::with_capacity(size);
     while slots.len() < size {
         slots.resize(size.min(slots.len() + 16 * SOME), EMPTY);
@@ -549,7 +551,7 @@ fn new_slots<E>(
     size: usize,
     entries: &[Entry],
     length: usize,
-    between: Between<'_, E>,
+    between: YieldHook<'_, E>,
 ) -> Result<Vec<u32>, E> {
     let mut slots = empty_slots(size, between)?;
     for (some, first) in entries[..length].chunks(SOME).zip((0..).step_by(SOME)) {

@@ -3,7 +3,7 @@
 use std::cell::{Cell, OnceCell, RefCell};
 use std::rc::Rc;
 
-use super::{Held, Instance, Value};
+use super::{Instance, ScriptCell, Value};
 use crate::eval::code::Code;
 use crate::source::Span;
 
@@ -11,19 +11,19 @@ use crate::source::Span;
 #[derive(Default)]
 pub struct ExceptionState {
     /// Arguments; `Unbound` while there is only a message, which then is the single argument.
-    args: Held<Value>,
+    args: ScriptCell<Value>,
     message: RefCell<Option<Box<str>>>,
     /// `__cause__`, or `Unbound`.
-    pub cause: Held<Value>,
+    pub cause: ScriptCell<Value>,
     /// `__context__`; `Unbound` until it is known, `None` if it is known that there is none.
-    pub context: Held<Value>,
+    pub context: ScriptCell<Value>,
     /// `raise … from …` has been used.
     pub suppress_context: Cell<bool>,
     /// How the function is to be called whose call raised it.
     pub signature: RefCell<Option<Box<str>>>,
     /// What the embedder advises.
     pub help: RefCell<Option<Box<str>>>,
-    traceback: RefCell<Vec<Trace>>,
+    traceback: RefCell<Vec<TracebackEntry>>,
     /// What an exception group consists of.
     pub group: OnceCell<Group>,
 }
@@ -38,7 +38,7 @@ pub struct Group {
 
 /// One place an exception passed through, innermost first in the list.
 #[derive(Clone)]
-pub struct Trace {
+pub struct TracebackEntry {
     /// The code of the frame.
     pub code: Rc<Code>,
     /// The expression or statement within it.
@@ -60,7 +60,7 @@ impl ExceptionState {
     /// State of an exception made with these arguments.
     pub fn with_args(args: Value) -> Self {
         ExceptionState {
-            args: Held::new(args),
+            args: ScriptCell::new(args),
             ..ExceptionState::default()
         }
     }
@@ -93,17 +93,17 @@ impl ExceptionState {
     pub fn trace(&self, code: Rc<Code>, span: Span) {
         let mut traceback = self.traceback.borrow_mut();
         if traceback.len() < TRACEBACK_MAX {
-            traceback.push(Trace { code, span });
+            traceback.push(TracebackEntry { code, span });
         }
     }
 
     /// The places it passed through, innermost first.
-    pub fn traceback(&self) -> Vec<Trace> {
+    pub fn traceback(&self) -> Vec<TracebackEntry> {
         self.traceback.borrow().clone()
     }
 
     /// Takes over where another exception passed through.
-    pub fn set_traceback(&self, traceback: Vec<Trace>) {
+    pub fn set_traceback(&self, traceback: Vec<TracebackEntry>) {
         *self.traceback.borrow_mut() = traceback;
     }
 
@@ -180,7 +180,7 @@ impl ExceptionState {
     /// Takes out everything it refers to.
     pub fn take_values(&mut self) -> Vec<Value> {
         let places = [&mut self.args, &mut self.cause, &mut self.context];
-        let mut values = Vec::from(places.map(Held::get_mut).map(std::mem::take));
+        let mut values = Vec::from(places.map(ScriptCell::get_mut).map(std::mem::take));
         values.extend(self.group.take().map(|group| group.exceptions));
         values
     }

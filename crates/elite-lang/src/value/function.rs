@@ -5,7 +5,7 @@ use std::rc::Rc;
 
 use super::attrs::AttrMap;
 use super::symbol::known;
-use super::{CellVar, Class, Held, Value, trash};
+use super::{CellVar, Class, ScriptCell, Value, trash};
 use crate::eval::code::Code;
 
 /// A function: code, defaults and the variables it shares with functions around it.
@@ -13,17 +13,17 @@ pub struct Function {
     /// What runs.
     pub code: Rc<Code>,
     /// Defaults of the last positional parameters.
-    pub defaults: Held<Rc<[Value]>>,
+    pub defaults: ScriptCell<Rc<[Value]>>,
     /// Defaults of the keyword-only parameters, `Unbound` where there is none.
     pub keyword_defaults: Box<[Value]>,
     /// The same as a dictionary, once a script has asked for it or set it.
-    pub keyword_defaults_dict: Held<Option<Value>>,
+    pub keyword_defaults_dict: ScriptCell<Option<Value>>,
     /// `__annotations__`; None until there are any.
-    pub annotations: Held<Option<Value>>,
+    pub annotations: ScriptCell<Option<Value>>,
     /// Cells of outer functions.
     pub closure: Box<[Rc<CellVar>]>,
     /// Attributes set by scripts, and what `__name__` and the like were changed to.
-    pub attrs: Held<Option<Box<AttrMap>>>,
+    pub attrs: ScriptCell<Option<Box<AttrMap>>>,
     /// The interpreter knows it as a possible part of a cycle.
     pub noted: Cell<bool>,
     /// A search for cycles has found it in use.
@@ -33,15 +33,15 @@ pub struct Function {
 impl Function {
     /// A function without defaults.
     pub fn plain(code: Rc<Code>, closure: Box<[Rc<CellVar>]>) -> Rc<Self> {
-        let defaults = Held::new(Rc::from([]));
+        let defaults = ScriptCell::new(Rc::from([]));
         Rc::new(Function {
             code,
             defaults,
             keyword_defaults: Box::default(),
-            keyword_defaults_dict: Held::default(),
-            annotations: Held::default(),
+            keyword_defaults_dict: ScriptCell::default(),
+            annotations: ScriptCell::default(),
             closure,
-            attrs: Held::default(),
+            attrs: ScriptCell::default(),
             noted: Cell::new(false),
             old: Cell::new(false),
         })
@@ -102,21 +102,21 @@ impl Drop for BoundMethod {
 }
 
 /// What a static or class method wraps: usually a function.
-pub struct Wrapped {
+pub struct WrappedFunction {
     function: Value,
     /// `__dict__`; None until a script asks for it or sets an attribute.
-    pub attrs: Held<Option<Value>>,
+    pub attrs: ScriptCell<Option<Value>>,
 }
 
-impl Wrapped {
+impl WrappedFunction {
     /// For a static or class method around a value.
     pub fn around(function: Value) -> Rc<Self> {
-        let attrs = Held::default();
-        Rc::new(Wrapped { function, attrs })
+        let attrs = ScriptCell::default();
+        Rc::new(WrappedFunction { function, attrs })
     }
 }
 
-impl std::ops::Deref for Wrapped {
+impl std::ops::Deref for WrappedFunction {
     type Target = Value;
 
     #[inline]
@@ -125,7 +125,7 @@ impl std::ops::Deref for Wrapped {
     }
 }
 
-impl Drop for Wrapped {
+impl Drop for WrappedFunction {
     fn drop(&mut self) {
         // They may be wrapped again and again.
         trash::dismantle_one(&mut self.function);
@@ -141,11 +141,11 @@ pub struct Property {
     pub get: Value,
     pub set: Value,
     pub delete: Value,
-    pub doc: Held<Value>,
+    pub doc: ScriptCell<Value>,
     /// The documentation is the getter's.
     pub is_getters_doc: bool,
     /// What it is called in its class, `Unbound` until a class tells it.
-    pub name: Held<Value>,
+    pub name: ScriptCell<Value>,
 }
 
 impl Property {
@@ -155,9 +155,9 @@ impl Property {
             get,
             set,
             delete,
-            doc: Held::new(doc),
+            doc: ScriptCell::new(doc),
             is_getters_doc: false,
-            name: Held::default(),
+            name: ScriptCell::default(),
         }
     }
 

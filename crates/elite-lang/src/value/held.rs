@@ -12,26 +12,26 @@ use super::Value;
 
 /// A cell that is never in use while script code runs.
 #[derive(Default)]
-pub struct Held<T>(RefCell<T>);
+pub struct ScriptCell<T>(RefCell<T>);
 
-/// A look at what a `Held` keeps.
-pub struct Look<'h, T: ?Sized> {
+/// A look at what a `ScriptCell` keeps.
+pub struct ScriptRef<'h, T: ?Sized> {
     value: Ref<'h, T>,
-    _open: Open,
+    _open: BorrowToken,
 }
 
-impl<T> Held<T> {
+impl<T> ScriptCell<T> {
     /// A cell that keeps `value`.
     pub const fn new(value: T) -> Self {
-        Held(RefCell::new(value))
+        ScriptCell(RefCell::new(value))
     }
 
     /// A look at what it keeps; no script code may run before it is over.
     #[inline(always)]
-    pub fn borrow(&self) -> Look<'_, T> {
-        Look {
+    pub fn borrow(&self) -> ScriptRef<'_, T> {
+        ScriptRef {
             value: self.0.borrow(),
-            _open: Open::begin(),
+            _open: BorrowToken::begin(),
         }
     }
 
@@ -49,10 +49,10 @@ impl<T> Held<T> {
 
     /// The same, unless it is being changed.
     #[inline]
-    pub fn try_borrow(&self) -> Option<Look<'_, T>> {
-        Some(Look {
+    pub fn try_borrow(&self) -> Option<ScriptRef<'_, T>> {
+        Some(ScriptRef {
             value: self.0.try_borrow().ok()?,
-            _open: Open::begin(),
+            _open: BorrowToken::begin(),
         })
     }
 
@@ -60,7 +60,7 @@ impl<T> Held<T> {
     #[inline(always)]
     pub fn change<O>(&self, change: impl FnOnce(&mut T) -> O) -> O {
         let mut value = self.0.borrow_mut();
-        let _open = Open::begin();
+        let _open = BorrowToken::begin();
         change(&mut value)
     }
 
@@ -74,7 +74,7 @@ impl<T> Held<T> {
     ) -> Result<O, V> {
         match self.0.try_borrow_mut() {
             Ok(mut kept) => {
-                let _open = Open::begin();
+                let _open = BorrowToken::begin();
                 change(&mut kept, value)
             }
             Err(_) => Err(value),
@@ -101,7 +101,7 @@ impl<T> Held<T> {
     }
 }
 
-impl<T: Clone> Held<T> {
+impl<T: Clone> ScriptCell<T> {
     /// A copy of what it keeps.
     #[inline(always)]
     pub fn get(&self) -> T {
@@ -109,7 +109,7 @@ impl<T: Clone> Held<T> {
     }
 }
 
-impl Held<Value> {
+impl ScriptCell<Value> {
     /// A copy of the value, without keeping count of the look; `Unbound` if it is being changed.
     #[inline(always)]
     pub fn copied(&self) -> Value {
@@ -119,7 +119,7 @@ impl Held<Value> {
     }
 }
 
-impl<T: Default> Held<T> {
+impl<T: Default> ScriptCell<T> {
     /// Takes out what it keeps.
     #[inline(always)]
     #[must_use = "what was kept is dropped only now"]
@@ -128,7 +128,7 @@ impl<T: Default> Held<T> {
     }
 }
 
-impl<T: ?Sized> Deref for Look<'_, T> {
+impl<T: ?Sized> Deref for ScriptRef<'_, T> {
     type Target = T;
 
     #[inline(always)]
@@ -137,10 +137,10 @@ impl<T: ?Sized> Deref for Look<'_, T> {
     }
 }
 
-impl<'h, T: ?Sized> Look<'h, T> {
+impl<'h, T: ?Sized> ScriptRef<'h, T> {
     /// A look at a part.
-    pub fn map<U: ?Sized>(look: Self, part: impl FnOnce(&T) -> &U) -> Look<'h, U> {
-        Look {
+    pub fn map<U: ?Sized>(look: Self, part: impl FnOnce(&T) -> &U) -> ScriptRef<'h, U> {
+        ScriptRef {
             value: Ref::map(look.value, part),
             _open: look._open,
         }
@@ -148,7 +148,7 @@ impl<'h, T: ?Sized> Look<'h, T> {
 }
 
 /// An open look or change.
-struct Open;
+struct BorrowToken;
 
 #[cfg(debug_assertions)]
 mod count {
@@ -158,14 +158,14 @@ mod count {
         static OPEN: Cell<u32> = const { Cell::new(0) };
     }
 
-    impl super::Open {
+    impl super::BorrowToken {
         pub(super) fn begin() -> Self {
             let _ = OPEN.try_with(|open| open.set(open.get() + 1));
-            super::Open
+            super::BorrowToken
         }
     }
 
-    impl Drop for super::Open {
+    impl Drop for super::BorrowToken {
         fn drop(&mut self) {
             let _ = OPEN.try_with(|open| open.set(open.get() - 1));
         }
@@ -177,10 +177,10 @@ mod count {
 }
 
 #[cfg(not(debug_assertions))]
-impl Open {
+impl BorrowToken {
     #[inline(always)]
     fn begin() -> Self {
-        Open
+        BorrowToken
     }
 }
 

@@ -5,67 +5,67 @@ use std::rc::Rc;
 
 use smallvec::SmallVec;
 
-use super::data::Data;
+use super::data::NativeData;
 use super::exception::ExceptionState;
-use super::order::Order;
-use super::{Class, Dict, Held, Symbol, Value, trash};
+use super::order::SlotOrder;
+use super::{Class, Dict, ScriptCell, Symbol, Value, trash};
 
 /// An object with a class.
 pub struct Instance {
     /// Its class.
     pub class: Rc<Class>,
-    attrs: Held<Attrs>,
+    attrs: ScriptCell<AttrStorage>,
     /// What it is beyond its attributes.
-    pub payload: Payload,
+    pub payload: InstancePayload,
     /// The interpreter knows it as a possible part of a cycle.
     pub noted: Cell<bool>,
     /// A search for cycles has found it in use.
     pub old: Cell<bool>,
     /// In which order its slots were set.
-    order: Cell<Order>,
+    order: Cell<SlotOrder>,
     /// Its attributes are in a dictionary, which may have any name.
     pub in_dict: Cell<bool>,
 }
 
 /// Attributes by slot; as many as most objects have lie in the object itself.
-type Slots = SmallVec<[Value; 4]>;
+type InlineSlots = SmallVec<[Value; 4]>;
 
 /// Where the attributes are.
-enum Attrs {
+enum AttrStorage {
     /// By slot of the class's layout; short if the last ones were never set.
-    Slots(Slots),
+    Slots(InlineSlots),
     /// In a dictionary that scripts can see (`__dict__`), and those of `__slots__` in one that they cannot.
     Dict(Rc<Dict>, Option<Rc<Dict>>),
 }
 
-impl Attrs {
+impl AttrStorage {
     /// The dictionary that has or is to have an attribute; None if there is none, or none yet.
     fn dict_with(&self, class: &Class, name: Symbol) -> Option<&Rc<Dict>> {
         match self {
-            Attrs::Slots(_) => None,
-            Attrs::Dict(_, hidden) if class.has_slot(name) => hidden.as_ref(),
-            Attrs::Dict(dict, _) => Some(dict),
+            AttrStorage::Slots(_) => None,
+            AttrStorage::Dict(_, hidden) if class.has_slot(name) => hidden.as_ref(),
+            AttrStorage::Dict(dict, _) => Some(dict),
         }
     }
 }
 
 /// What an instance is beyond its attributes.
-pub enum Payload {
+pub enum InstancePayload {
     /// Nothing.
     None,
     /// An exception.
     Exception(Box<ExceptionState>),
     /// The builtin value a subclass of a builtin type extends.
-    Value(Held<Value>),
+    Value(ScriptCell<Value>),
     /// Data of the library.
-    Object(Data),
+    Object(NativeData),
 }
 
 impl Instance {
     /// An instance without attributes.
-    pub fn new(class: Rc<Class>, payload: Payload) -> Rc<Self> {
+    pub fn new(class: Rc<Class>, payload: InstancePayload) -> Rc<Self> {
         let width = class.layout().names().len();
-        let attrs = Held::new(Attrs::Slots(Slots::with_capacity(width)));
+        let attrs = ScriptCell::new(AttrStorage::Slots(InlineSlots::with_capacity(width)));
         Rc::new(Instance {
             class,
             attrs,
@@ -79,18 +79,18 @@ impl Instance {
 
     /// Drops all attributes, to break cycles when an interpreter ends.
     pub fn dismantle(&self) {
-        let attrs = self.attrs.replace(Attrs::Slots(Slots::new()));
+        let attrs = self.attrs.replace(AttrStorage::Slots(InlineSlots::new()));
         self.order.take();
         match attrs {
-            Attrs::Slots(mut slots) => trash::dismantle_all(&mut slots),
-            Attrs::Dict(dict, hidden) => {
+            AttrStorage::Slots(mut slots) => trash::dismantle_all(&mut slots),
+            AttrStorage::Dict(dict, hidden) => {
                 dict.clear();
                 hidden.iter().for_each(|hidden| hidden.clear());
             }
         }
         match &self.payload {
-            Payload::Exception(state) => state.clear(),
-            Payload::Object(data) => data.clear(),
+            InstancePayload::Exception(state) => state.clear(),
+            InstancePayload::Object(data) => data.clear(),
             _ => {}
         }
     }
@@ -99,8 +99,8 @@ impl Instance {
     pub fn visit(&self, each: &mut dyn FnMut(&Value)) {
         if let Some(attrs) = self.attrs.try_borrow() {
             match &*attrs {
-                Attrs::Slots(slots) => slots.iter().for_each(&mut *each),
-                Attrs::Dict(dict, hidden) => {
+                AttrStorage::Slots(slots) => slots.iter().for_each(&mut *each),
+                AttrStorage::Dict(dict, hidden) => {
                     each(&Value::Dict(dict.clone()));
                     if let Some(hidden) = hidden {
                         each(&Value::Dict(hidden.clone()));
@@ -109,14 +109,14 @@ impl Instance {
             }
         }
         match &self.payload {
-            Payload::Value(value) => {
+            InstancePayload::Value(value) => {
                 if let Some(value) = value.try_borrow() {
                     each(&value);
                 }
             }
-            Payload::Exception(state) => state.visit(each),
-            Payload::Object(data) => data.visit(each),
-            Payload::None => {}
+            InstancePayload::Exception(state) => state.visit(each),
+            InstancePayload::Object(data) => data.visit(each),
+            InstancePayload::None => {}
         }
     }
 
@@ -124,7 +124,7 @@ impl Instance {
     #[inline]
     pub fn exception(&self) -> Option<&ExceptionState> {
         match &self.payload {
-            Payload::Exception(state) => Some(state),
+            InstancePayload::Exception(state) => Some(state),
             _ => None,
         }
     }
@@ -132,7 +132,7 @@ impl Instance {
     /// The builtin value this instance extends.
     pub fn extended(&self) -> Option<Value> {
         match &self.payload {
-            Payload::Value(value) => Some(value.borrow().clone()),
+            InstancePayload::Value(value) => Some(value.borrow().clone()),
             _ => None,
         }
     }
@@ -141,7 +141,7 @@ impl Instance {
     #[inline(always)]
     pub fn object<T: 'static>(&self) -> Option<&T> {
         match &self.payload {
-            Payload::Object(object) => object.get(),
+            InstancePayload::Object(object) => object.get(),
             _ => None,
         }
     }
@@ -157,14 +157,14 @@ impl Instance {
     /// Where the attribute in slot `slot` lies; None as in `slot`.
     ///
     /// # Safety
-    /// As `Held::glimpse`.
+    /// As `ScriptCell::glimpse`.
     #[inline(always)]
     #[allow(unsafe_code)]
     pub(crate) unsafe fn glimpse(&self, slot: usize) -> Option<&Value> {
         // SAFETY: the caller's promise.
         match unsafe { self.attrs.glimpse() }? {
-            Attrs::Slots(slots) => slots.get(slot).filter(|value| !value.is_unbound()),
-            Attrs::Dict(..) => None,
+            AttrStorage::Slots(slots) => slots.get(slot).filter(|value| !value.is_unbound()),
+            AttrStorage::Dict(..) => None,
         }
     }
 
@@ -172,11 +172,11 @@ impl Instance {
     #[inline(always)]
     pub fn look_at<T>(&self, slot: usize, look: impl FnOnce(&Value) -> T) -> Option<T> {
         match &*self.attrs.borrow() {
-            Attrs::Slots(slots) => match slots.get(slot) {
+            AttrStorage::Slots(slots) => match slots.get(slot) {
                 None | Some(Value::Unbound) => None,
                 Some(value) => Some(look(value)),
             },
-            Attrs::Dict(..) => None,
+            AttrStorage::Dict(..) => None,
         }
     }
 
@@ -184,11 +184,11 @@ impl Instance {
     #[inline(always)]
     pub fn replace_slot(&self, slot: usize, value: Value) -> Result<Value, Value> {
         self.attrs.change_by(value, |attrs, value| match attrs {
-            Attrs::Slots(slots) => match slots.get_mut(slot) {
+            AttrStorage::Slots(slots) => match slots.get_mut(slot) {
                 Some(place) if !place.is_unbound() => Ok(std::mem::replace(place, value)),
                 _ => Err(value),
             },
-            Attrs::Dict(..) => Err(value),
+            AttrStorage::Dict(..) => Err(value),
         })
     }
 
@@ -210,30 +210,30 @@ impl Instance {
     #[inline(never)]
     fn add_slot(&self, slot: usize, value: Value) -> Result<(), Value> {
         self.attrs.change(|attrs| match attrs {
-            Attrs::Slots(slots) if !self.puts_in_order(slots, slot) => Err(value),
-            Attrs::Slots(slots) if slot < slots.len() => {
+            AttrStorage::Slots(slots) if !self.puts_in_order(slots, slot) => Err(value),
+            AttrStorage::Slots(slots) if slot < slots.len() => {
                 slots[slot] = value;
                 Ok(())
             }
-            Attrs::Slots(slots) => {
+            AttrStorage::Slots(slots) => {
                 slots.resize_with(slot, Value::default);
                 slots.push(value);
                 Ok(())
             }
-            Attrs::Dict(..) => Err(value),
+            AttrStorage::Dict(..) => Err(value),
         })
     }
 
     /// Whether an empty slot may be set: scripts see attributes in the order in which they were set. That is the order of the
     /// slots, or kept beside them where it has a place; otherwise the attributes have to be in a dictionary.
-    fn puts_in_order(&self, slots: &Slots, slot: usize) -> bool {
+    fn puts_in_order(&self, slots: &InlineSlots, slot: usize) -> bool {
         let before = self.order.get();
         let is_set = |at: &usize| !slots[*at].is_unbound();
         if before.is_natural() && !(slot..slots.len()).any(|at| is_set(&at)) {
             return true;
         }
         let before = match before.is_natural() {
-            true => Order::of((0..slots.len()).filter(is_set)),
+            true => SlotOrder::of((0..slots.len()).filter(is_set)),
             false => Some(before),
         };
         match before.and_then(|before| before.with(slot)) {
@@ -248,7 +248,7 @@ impl Instance {
     /// The attribute `name` of the instance itself.
     pub fn get(&self, name: Symbol, symbols: &super::symbol::Symbols) -> Option<Value> {
         let value = match &*self.attrs.borrow() {
-            Attrs::Slots(slots) => {
+            AttrStorage::Slots(slots) => {
                 let slot = self.class.slot(name)?;
                 slots.get(slot).cloned()
             }
@@ -262,7 +262,7 @@ impl Instance {
     /// Sets the attribute `name` of the instance itself.
     pub fn set(&self, name: Symbol, value: Value, symbols: &super::symbol::Symbols) {
         // Slots are named; a dictionary has the text itself as its key.
-        let in_dict = matches!(&*self.attrs.borrow(), Attrs::Dict(..));
+        let in_dict = matches!(&*self.attrs.borrow(), AttrStorage::Dict(..));
         let slot = match in_dict {
             true => None,
             false => self.class.slot_for(name),
@@ -279,7 +279,7 @@ impl Instance {
         };
         self.dict(symbols);
         let dict = self.attrs.change(|attrs| {
-            if let Attrs::Dict(_, hidden @ None) = attrs
+            if let AttrStorage::Dict(_, hidden @ None) = attrs
                 && self.class.has_slot(name)
             {
                 *hidden = Some(Rc::new(Dict::new()));
@@ -294,7 +294,7 @@ impl Instance {
     /// Deletes the attribute `name` of the instance itself; whether it was there.
     pub fn remove(&self, name: Symbol, symbols: &super::symbol::Symbols) -> bool {
         let removed = self.attrs.change(|attrs| match attrs {
-            Attrs::Slots(slots) => {
+            AttrStorage::Slots(slots) => {
                 let slot = self.class.slot(name)?;
                 self.order.set(self.order.get().without(slot));
                 slots.get_mut(slot).map(std::mem::take)
@@ -304,7 +304,7 @@ impl Instance {
                 let key = symbols.value(name);
                 let Value::Str(text) = &key else { return None };
                 match dict.find(text.hash(), &key) {
-                    super::dict::Found::At(index) => Some(dict.delete_at(index).1),
+                    super::dict::KeySearch::At(index) => Some(dict.delete_at(index).1),
                     _ => None,
                 }
             }
@@ -315,11 +315,11 @@ impl Instance {
     /// All attributes of the instance itself, in the order in which they were set.
     pub fn entries(&self, symbols: &super::symbol::Symbols) -> Vec<(Value, Value)> {
         match &*self.attrs.borrow() {
-            Attrs::Slots(_) => {
+            AttrStorage::Slots(_) => {
                 let named = self.named_slots(symbols).into_iter();
                 named.map(|(_, key, value)| (key, value)).collect()
             }
-            Attrs::Dict(dict, hidden) => {
+            AttrStorage::Dict(dict, hidden) => {
                 let hidden = hidden.as_ref().map(|hidden| hidden.entries());
                 let entries = dict.entries().into_iter().chain(hidden.unwrap_or_default());
                 entries.map(|(_, key, value)| (key, value)).collect()
@@ -331,8 +331,8 @@ impl Instance {
     pub fn set_dict(&self, dict: Rc<Dict>, symbols: &super::symbol::Symbols) {
         self.dict(symbols);
         let old = self.attrs.change(|attrs| match attrs {
-            Attrs::Dict(place, _) => Some(std::mem::replace(place, dict)),
-            Attrs::Slots(_) => None,
+            AttrStorage::Dict(place, _) => Some(std::mem::replace(place, dict)),
+            AttrStorage::Slots(_) => None,
         });
         drop(old);
     }
@@ -340,14 +340,14 @@ impl Instance {
     /// The dictionary its attributes are in, if they are in one.
     pub fn shown_dict(&self) -> Option<Rc<Dict>> {
         match &*self.attrs.borrow() {
-            Attrs::Slots(_) => None,
-            Attrs::Dict(dict, _) => Some(dict.clone()),
+            AttrStorage::Slots(_) => None,
+            AttrStorage::Dict(dict, _) => Some(dict.clone()),
         }
     }
 
     /// The attributes as a dictionary, live from now on (`__dict__`).
     pub fn dict(&self, symbols: &super::symbol::Symbols) -> Rc<Dict> {
-        if let Attrs::Dict(dict, _) = &*self.attrs.borrow() {
+        if let AttrStorage::Dict(dict, _) = &*self.attrs.borrow() {
             return dict.clone();
         }
         let (dict, mut hidden) = (Rc::new(Dict::new()), None);
@@ -360,13 +360,13 @@ impl Instance {
         }
         self.in_dict.set(true);
         self.order.take();
-        self.attrs.put(Attrs::Dict(dict.clone(), hidden));
+        self.attrs.put(AttrStorage::Dict(dict.clone(), hidden));
         dict
     }
 
     /// The attributes that lie in slots, with their names, in the order in which they were set.
     fn named_slots(&self, symbols: &super::symbol::Symbols) -> Vec<(Symbol, Value, Value)> {
-        let Attrs::Slots(slots) = &*self.attrs.borrow() else {
+        let AttrStorage::Slots(slots) = &*self.attrs.borrow() else {
             return Vec::new();
         };
         let layout = self.class.layout();
@@ -383,17 +383,17 @@ impl Instance {
 
 impl Drop for Instance {
     fn drop(&mut self) {
-        if let Attrs::Slots(slots) = self.attrs.get_mut() {
+        if let AttrStorage::Slots(slots) = self.attrs.get_mut() {
             trash::dismantle_all(slots);
         }
         match &mut self.payload {
-            Payload::Exception(state) => {
+            InstancePayload::Exception(state) => {
                 let mut values = state.take_values();
                 trash::dismantle(&mut values);
             }
-            Payload::Value(value) => trash::dismantle_one(value.get_mut()),
+            InstancePayload::Value(value) => trash::dismantle_one(value.get_mut()),
             // Data takes itself apart.
-            Payload::None | Payload::Object(_) => {}
+            InstancePayload::None | InstancePayload::Object(_) => {}
         }
     }
 }

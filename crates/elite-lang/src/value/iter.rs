@@ -4,14 +4,14 @@ use std::cell::Cell;
 use std::rc::Rc;
 
 use super::dict::ViewKind;
-use super::{Bytes, Class, Dict, Held, List, R, Set, Str, Tuple, Value, trash};
+use super::{Bytes, Class, Dict, List, R, ScriptCell, Set, Str, Tuple, Value, trash};
 use crate::eval::Evaluator;
 
 /// An iterator. What can run script code while stepping keeps nothing borrowed meanwhile.
 pub enum Iter {
     /// Over a list; emptied at its end, so that later growth does not revive it.
     List {
-        list: Held<Option<Rc<List>>>,
+        list: ScriptCell<Option<Rc<List>>>,
         index: Cell<usize>,
     },
     /// Over a tuple.
@@ -71,7 +71,10 @@ pub enum Iter {
     /// `zip`
     Zip { sources: Vec<Value>, strict: bool },
     /// `enumerate`
-    Enumerate { source: Value, count: Held<Value> },
+    Enumerate {
+        source: Value,
+        count: ScriptCell<Value>,
+    },
     /// Of the library: a closure with its own name.
     Native(NativeIter),
 }

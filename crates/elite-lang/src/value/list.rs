@@ -2,14 +2,14 @@
 
 use std::cell::Cell;
 
-use super::held::Look;
-use super::{Held, Value, trash};
+use super::held::ScriptRef;
+use super::{ScriptCell, Value, trash};
 use crate::ops::item::place_of;
 
 /// A list. Nothing may hold a borrow of the items while it runs script code.
 #[derive(Default)]
 pub struct List {
-    items: Held<Vec<Value>>,
+    items: ScriptCell<Vec<Value>>,
     /// Counts changes, for who makes a new content beside the old one.
     changes: Cell<u32>,
     /// The interpreter knows it as a possible part of a cycle.
@@ -22,7 +22,7 @@ impl List {
     /// A list of these items.
     pub fn new(items: Vec<Value>) -> Self {
         List {
-            items: Held::new(items),
+            items: ScriptCell::new(items),
             changes: Cell::new(0),
             noted: Cell::new(false),
             old: Cell::new(false),
@@ -40,7 +40,7 @@ impl List {
 
     /// The items, to read.
     #[inline]
-    pub fn borrow(&self) -> Look<'_, Vec<Value>> {
+    pub fn borrow(&self) -> ScriptRef<'_, Vec<Value>> {
         self.items.borrow()
     }
 
@@ -94,7 +94,7 @@ impl List {
     /// The items, without keeping count of the look.
     ///
     /// # Safety
-    /// As `Held::glimpse`.
+    /// As `ScriptCell::glimpse`.
     #[inline(always)]
     #[allow(unsafe_code)]
     pub(crate) unsafe fn glimpse(&self) -> &[Value] {
@@ -164,14 +164,14 @@ impl Drop for List {
 
 /// A tuple. Two or three items, the commonest numbers, are kept in the object itself.
 pub struct Tuple {
-    items: Items,
+    items: TupleItems,
     /// A search for cycles has found it in use.
     pub old: Cell<bool>,
     /// 0: not known, or not the same for ever because items have hashes of the script's making.
     hash: Cell<u64>,
 }
 
-enum Items {
+enum TupleItems {
     Two([Value; 2]),
     Three([Value; 3]),
     Many(Vec<Value>),
@@ -187,23 +187,23 @@ impl Tuple {
 
     /// A tuple of these items.
     pub fn new(items: Vec<Value>) -> Self {
-        Tuple::of(Items::Many(items))
+        Tuple::of(TupleItems::Many(items))
     }
 
     /// A tuple of two items.
     #[inline]
     pub fn of_two(items: [Value; 2]) -> Self {
-        Tuple::of(Items::Two(items))
+        Tuple::of(TupleItems::Two(items))
     }
 
     /// A tuple of three items.
     #[inline]
     pub fn of_three(items: [Value; 3]) -> Self {
-        Tuple::of(Items::Three(items))
+        Tuple::of(TupleItems::Three(items))
     }
 
     #[inline]
-    fn of(items: Items) -> Self {
+    fn of(items: TupleItems) -> Self {
         Tuple {
             items,
             old: Cell::new(false),
@@ -225,9 +225,9 @@ impl Tuple {
     #[inline]
     pub fn items(&self) -> &[Value] {
         match &self.items {
-            Items::Two(items) => items,
-            Items::Three(items) => items,
-            Items::Many(items) => items,
+            TupleItems::Two(items) => items,
+            TupleItems::Three(items) => items,
+            TupleItems::Many(items) => items,
         }
     }
 }
@@ -235,9 +235,9 @@ impl Tuple {
 impl Drop for Tuple {
     fn drop(&mut self) {
         match &mut self.items {
-            Items::Two(items) => trash::dismantle_all(items),
-            Items::Three(items) => trash::dismantle_all(items),
-            Items::Many(items) => trash::dismantle(items),
+            TupleItems::Two(items) => trash::dismantle_all(items),
+            TupleItems::Three(items) => trash::dismantle_all(items),
+            TupleItems::Many(items) => trash::dismantle(items),
         }
     }
 }

@@ -39,7 +39,7 @@ pub use bytes::{ByteArray, Bytes};
 pub use class::Class;
 pub use dict::{Dict, DictView};
 pub use function::{BoundMethod, Function};
-pub use held::Held;
+pub use held::ScriptCell;
 pub use instance::Instance;
 pub use iter::Iter;
 pub use list::{List, Tuple};
@@ -48,7 +48,7 @@ pub use range::{LongRange, Range, Slice};
 pub use set::Set;
 pub use string::Str;
 pub use symbol::Symbol;
-pub use values::Values;
+pub use values::ValueVec;
 
 use crate::builtins::Builtin;
 use crate::eval::code::Code;
@@ -98,8 +98,8 @@ pub enum Value {
     Iter(Rc<Iter>),
     Generator(Rc<Generator>),
     Property(Rc<function::Property>),
-    StaticMethod(Rc<function::Wrapped>),
-    ClassMethod(Rc<function::Wrapped>),
+    StaticMethod(Rc<function::WrappedFunction>),
+    ClassMethod(Rc<function::WrappedFunction>),
     Super(Rc<function::Super>),
     /// Only in slots: a variable shared with inner functions.
     Cell(Rc<CellVar>),
@@ -123,7 +123,7 @@ const _: () = assert!(size_of::<Result<Value, Raised>>() == 16);
 #[derive(Default)]
 pub struct CellVar {
     /// The current value; `replace` changes it.
-    pub value: Held<Value>,
+    pub value: ScriptCell<Value>,
     /// The interpreter knows it as a possible part of a cycle.
     pub noted: Cell<bool>,
     /// A search for cycles has found it in use.
@@ -134,7 +134,7 @@ impl CellVar {
     /// A cell with this value.
     pub fn new(value: Value) -> Rc<Self> {
         Rc::new(CellVar {
-            value: Held::new(value),
+            value: ScriptCell::new(value),
             noted: Cell::new(false),
             old: Cell::new(false),
         })

@@ -36,18 +36,18 @@ pub struct Namespace {
     /// Where names are looked up that are not here.
     parent: Option<Rc<Namespace>>,
     /// The dictionary with the same variables that scripts have of it.
-    shown: OnceCell<Shown>,
+    shown: OnceCell<NamespaceDict>,
     /// What names mean that are bound nowhere, if that is not the interpreter's own builtins.
     builtins: OnceCell<Rc<Namespace>>,
 }
 
 /// A namespace as a dictionary of scripts: both have the same variables, each made in whichever is asked first.
-struct Shown {
+struct NamespaceDict {
     dict: Rc<Dict>,
     symbols: Rc<Symbols>,
 }
 
-impl Shown {
+impl NamespaceDict {
     fn variable(&self, name: Symbol) -> Rc<CellVar> {
         self.dict.variable(&self.symbols.value(name))
     }
@@ -80,7 +80,7 @@ impl Namespace {
             }
         }
         let symbols = symbols.clone();
-        let _ = self.shown.set(Shown { dict, symbols });
+        let _ = self.shown.set(NamespaceDict { dict, symbols });
     }
 
     /// What unbound names mean, if that is not the interpreter's own builtins.

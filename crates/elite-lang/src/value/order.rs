@@ -7,29 +7,29 @@ const BITS: u32 = 4;
 
 /// The slots that are set, in the order in which they were; that of the slots themselves if there are none.
 #[derive(Clone, Copy, Default, PartialEq, Eq, Debug)]
-pub struct Order(u32);
+pub struct SlotOrder(u32);
 
-impl Order {
+impl SlotOrder {
     /// Whether it is that of the slots.
     pub fn is_natural(self) -> bool {
         self.0 == 0
     }
 
     /// The order of these slots; None if it has no place for one of them.
-    pub fn of(slots: impl IntoIterator<Item = usize>) -> Option<Order> {
-        slots.into_iter().try_fold(Order(0), Order::with)
+    pub fn of(slots: impl IntoIterator<Item = usize>) -> Option<SlotOrder> {
+        slots.into_iter().try_fold(SlotOrder(0), SlotOrder::with)
     }
 
     /// With one more slot, set last.
-    pub fn with(self, slot: usize) -> Option<Order> {
+    pub fn with(self, slot: usize) -> Option<SlotOrder> {
         let place = BITS * self.slots().count() as u32;
-        (slot < SLOTS && place < u32::BITS).then(|| Order(self.0 | (slot as u32 + 1) << place))
+        (slot < SLOTS && place < u32::BITS).then(|| SlotOrder(self.0 | (slot as u32 + 1) << place))
     }
 
     /// Without a slot that is set no more.
-    pub fn without(self, slot: usize) -> Order {
+    pub fn without(self, slot: usize) -> SlotOrder {
         // There is a place for each that was there.
-        Order::of(self.slots().filter(|other| *other != slot)).unwrap_or_default()
+        SlotOrder::of(self.slots().filter(|other| *other != slot)).unwrap_or_default()
     }
 
     /// The slots.
@@ -50,13 +50,13 @@ mod tests {
 
     #[test]
     fn slots_stand_as_they_were_set() {
-        let order = Order::of([3, 0, 7, 1]).unwrap();
+        let order = SlotOrder::of([3, 0, 7, 1]).unwrap();
         assert!(!order.is_natural());
         assert_eq!(order.without(0).slots().collect::<Vec<_>>(), [3, 7, 1]);
-        let all = Order::of([7, 6, 5, 4, 3, 2, 1, 0]).unwrap();
+        let all = SlotOrder::of([7, 6, 5, 4, 3, 2, 1, 0]).unwrap();
         assert_eq!(all.slots().collect::<Vec<_>>(), [7, 6, 5, 4, 3, 2, 1, 0]);
         assert_eq!(all.with(0), None);
         assert_eq!(order.with(8), None);
-        assert!(Order::of([2]).unwrap().without(2).is_natural());
+        assert!(SlotOrder::of([2]).unwrap().without(2).is_natural());
     }
 }

@@ -5,10 +5,10 @@
 
 use std::cell::Cell;
 
-use super::dict::{Between, Found, SOME, Sought};
-use super::values::Part;
-use super::{Held, Value, trash};
-use crate::ops::hash::{Equal, quick_equal};
+use super::dict::{KeySearch, SOME, ScanResult, YieldHook};
+use super::values::DropItem;
+use super::{ScriptCell, Value, trash};
+use crate::ops::hash::{Equality, quick_equal};
 
 const SIZE_MIN: usize = 8;
 const LINEAR_PROBES: usize = 9;
@@ -18,7 +18,7 @@ const RETRIES_MAX: usize = 3;
 
 /// A set. Frozen sets are the same behind another tag.
 pub struct Set {
-    table: Held<Table>,
+    table: ScriptCell<SetTable>,
     /// The interpreter knows it as a possible part of a cycle.
     pub noted: Cell<bool>,
     /// A search for cycles has found it in use.
@@ -27,12 +27,12 @@ pub struct Set {
 
 /// A place of the table. One without a key is free, or its element has been deleted: then it says so in the place of the hash.
 #[derive(Clone, Default)]
-struct Slot {
+struct SetSlot {
     hash: u64,
     key: Value,
 }
 
-impl Part for Slot {
+impl DropItem for SetSlot {
     fn tells(&self) -> bool {
         self.key.tells()
     }
@@ -51,7 +51,7 @@ impl Part for Slot {
 /// What stands for the hash where an element has been deleted.
 const DELETED: u64 = 1;
 
-impl Slot {
+impl SetSlot {
     #[inline]
     fn is_used(&self) -> bool {
         !self.key.is_unbound()
@@ -63,8 +63,8 @@ impl Slot {
     }
 }
 
-struct Table {
-    slots: Vec<Slot>,
+struct SetTable {
+    slots: Vec<SetSlot>,
     used: usize,
     /// Used and deleted slots.
     filled: usize,
@@ -76,17 +76,17 @@ struct Table {
 impl Default for Set {
     fn default() -> Self {
         Set {
-            table: Held::new(Table::with_size(SIZE_MIN)),
+            table: ScriptCell::new(SetTable::with_size(SIZE_MIN)),
             noted: Cell::new(false),
             old: Cell::new(false),
         }
     }
 }
 
-impl Table {
+impl SetTable {
     fn with_size(size: usize) -> Self {
-        Table {
-            slots: vec![Slot::default(); size],
+        SetTable {
+            slots: vec![SetSlot::default(); size],
             used: 0,
             filled: 0,
             generation: 0,
@@ -95,7 +95,7 @@ impl Table {
     }
 
     /// Slots in the order in which CPython probes for `hash`.
-    fn probe(&self, hash: u64, mut visit: impl FnMut(usize, &Slot) -> bool) {
+    fn probe(&self, hash: u64, mut visit: impl FnMut(usize, &SetSlot) -> bool) {
         let mask = self.slots.len() - 1;
         let mut perturb = hash;
         let mut at = hash as usize & mask;
@@ -120,13 +120,13 @@ impl Table {
     }
 
     #[inline]
-    fn find(&self, hash: u64, key: &Value) -> Found {
+    fn find(&self, hash: u64, key: &Value) -> KeySearch {
         // Most often the first slot says it.
         let first = hash as usize & (self.slots.len() - 1);
         match self.slots.get(first) {
-            Some(slot) if slot.is_free() => return Found::Nowhere,
-            Some(slot) if slot.hash == hash && quick_equal(&slot.key, key) == Equal::Yes => {
-                return Found::At(first);
+            Some(slot) if slot.is_free() => return KeySearch::Nowhere,
+            Some(slot) if slot.hash == hash && quick_equal(&slot.key, key) == Equality::Yes => {
+                return KeySearch::At(first);
             }
             _ => {}
         }
@@ -134,19 +134,19 @@ impl Table {
     }
 
     #[inline(never)]
-    fn find_further(&self, hash: u64, key: &Value) -> Found {
+    fn find_further(&self, hash: u64, key: &Value) -> KeySearch {
         let mut found = None;
         // Only what lies on the way of the hash is looked at, whoever has to compare it.
         let mut asked = Vec::new();
         self.probe(hash, |index, slot| match slot.is_used() {
             false => slot.is_free(),
             true if slot.hash == hash => match quick_equal(&slot.key, key) {
-                Equal::Yes => {
+                Equality::Yes => {
                     found = Some(index);
                     true
                 }
-                Equal::No => false,
-                Equal::Ask => {
+                Equality::No => false,
+                Equality::Ask => {
                     asked.push((index, slot.key.clone()));
                     false
                 }
@@ -154,9 +154,9 @@ impl Table {
             true => false,
         });
         match found {
-            Some(index) => Found::At(index),
-            None if asked.is_empty() => Found::Nowhere,
-            None => Found::Ask(asked, self.generation),
+            Some(index) => KeySearch::At(index),
+            None if asked.is_empty() => KeySearch::Nowhere,
+            None => KeySearch::Ask(asked, self.generation),
         }
     }
 
@@ -165,7 +165,7 @@ impl Table {
         if let Some(slot) = self.slots.get_mut(first)
             && slot.is_free()
         {
-            *slot = Slot { hash, key };
+            *slot = SetSlot { hash, key };
             self.used += 1;
             self.filled += 1;
             return;
@@ -178,7 +178,7 @@ impl Table {
             slot.is_free()
         });
         if let Some(index) = free {
-            self.slots[index] = Slot { hash, key };
+            self.slots[index] = SetSlot { hash, key };
             self.used += 1;
             self.filled += 1;
         }
@@ -212,7 +212,7 @@ impl Table {
     }
 
     fn resize(&mut self, wanted: usize) {
-        let old = std::mem::replace(self, Table::with_size(size_above(wanted)));
+        let old = std::mem::replace(self, SetTable::with_size(size_above(wanted)));
         self.generation = old.generation;
         self.finger = old.finger;
         for slot in old.slots {
@@ -249,7 +249,7 @@ impl Set {
     }
 
     /// Searches an element with its hash.
-    pub fn find(&self, hash: u64, key: &Value) -> Found {
+    pub fn find(&self, hash: u64, key: &Value) -> KeySearch {
         self.table.borrow().find(hash, key)
     }
 
@@ -274,7 +274,7 @@ impl Set {
 
     /// Bytes of its table.
     pub fn bytes(&self) -> usize {
-        self.table.borrow().slots.capacity() * size_of::<Slot>()
+        self.table.borrow().slots.capacity() * size_of::<SetSlot>()
     }
 
     /// Bytes its table grows by for `more` new elements; 0 if they fit as it is.
@@ -286,7 +286,7 @@ impl Set {
         }
         let wanted = (table.used + more).saturating_mul(if table.used > 50_000 { 2 } else { 4 });
         let slots = wanted.saturating_mul(2).min(1 << 50);
-        slots.saturating_mul(size_of::<Slot>())
+        slots.saturating_mul(size_of::<SetSlot>())
     }
 
     /// Removes the element at an index from `find`.
@@ -295,40 +295,40 @@ impl Set {
     }
 
     /// Takes an element out: the next one behind that of the last call.
-    pub fn pop(&self) -> Sought<Value> {
+    pub fn pop(&self) -> ScanResult<Value> {
         self.table.change(|table| {
             if table.used == 0 {
-                return Sought::Nowhere;
+                return ScanResult::Nowhere;
             }
             let mask = table.slots.len() - 1;
             for _ in 0..SOME {
                 let at = table.finger & mask;
                 table.finger = at + 1;
                 if table.slots[at].is_used() {
-                    return Sought::Found(table.delete(at));
+                    return ScanResult::Found(table.delete(at));
                 }
             }
-            Sought::Further(table.finger)
+            ScanResult::Further(table.finger)
         })
     }
 
     /// The first element at position `from` or later, with the position after it and its hash.
-    pub fn next_element(&self, from: usize) -> Sought<(usize, u64, Value)> {
+    pub fn next_element(&self, from: usize) -> ScanResult<(usize, u64, Value)> {
         let table = self.table.borrow();
         let end = table.slots.len().min(from.saturating_add(SOME));
         let some = table.slots.get(from..end).unwrap_or_default();
-        match some.iter().position(Slot::is_used) {
+        match some.iter().position(SetSlot::is_used) {
             Some(offset) => {
                 let (at, slot) = (from + offset, &some[offset]);
-                Sought::Found((at + 1, slot.hash, slot.key.clone()))
+                ScanResult::Found((at + 1, slot.hash, slot.key.clone()))
             }
-            None if end < table.slots.len() => Sought::Further(end),
-            None => Sought::Nowhere,
+            None if end < table.slots.len() => ScanResult::Further(end),
+            None => ScanResult::Nowhere,
         }
     }
 
     /// Makes room for the elements of another set, as CPython does before it merges one in (`set_merge`).
-    pub fn reserve<E>(&self, more: usize, between: Between<'_, E>) -> Result<(), E> {
+    pub fn reserve<E>(&self, more: usize, between: YieldHook<'_, E>) -> Result<(), E> {
         let wanted = {
             let table = self.table.borrow();
             table.is_full_with(more).then_some((table.used + more) * 2)
@@ -340,7 +340,7 @@ impl Set {
     }
 
     /// Makes a big table greater before a new element does (`grows_far`).
-    pub fn enlarge<E>(&self, between: Between<'_, E>) -> Result<(), E> {
+    pub fn enlarge<E>(&self, between: YieldHook<'_, E>) -> Result<(), E> {
         let used = self.len();
         self.resize(if used > 50_000 { used * 2 } else { used * 4 }, between)
     }
@@ -352,7 +352,7 @@ impl Set {
         table.slots.len() > 4 * SOME && table.is_full_with(1)
     }
 
-    fn resize<E>(&self, wanted: usize, between: Between<'_, E>) -> Result<(), E> {
+    fn resize<E>(&self, wanted: usize, between: YieldHook<'_, E>) -> Result<(), E> {
         let old = match self.copied_to(size_above(wanted), between)? {
             Some(mut table) => {
                 table.generation = self.generation();
@@ -373,16 +373,16 @@ impl Set {
     }
 
     /// The elements in a table of another size, in order; None if they keep changing meanwhile.
-    fn copied_to<E>(&self, size: usize, between: Between<'_, E>) -> Result<Option<Table>, E> {
+    fn copied_to<E>(&self, size: usize, between: YieldHook<'_, E>) -> Result<Option<SetTable>, E> {
         for _ in 0..RETRIES_MAX {
             let generation = self.generation();
-            let mut new = Table {
+            let mut new = SetTable {
                 slots: Vec::with_capacity(size),
-                ..Table::with_size(SIZE_MIN)
+                ..SetTable::with_size(SIZE_MIN)
             };
             while new.slots.len() < size {
                 let more = size.min(new.slots.len() + SOME);
-                new.slots.resize(more, Slot::default());
+                new.slots.resize(more, SetSlot::default());
                 between(SOME)?;
             }
             let mut at = 0;
@@ -419,9 +419,9 @@ impl Set {
 
     /// Takes over the elements of `other`.
     pub fn replace(&self, other: Set) {
-        let table = other.table.replace(Table::with_size(SIZE_MIN));
+        let table = other.table.replace(SetTable::with_size(SIZE_MIN));
         let generation = self.generation() + 1;
-        let old = self.table.replace(Table {
+        let old = self.table.replace(SetTable {
             generation,
             ..table
         });
@@ -468,19 +468,19 @@ impl Set {
     pub fn clear(&self) {
         let old = self.table.change(|table| {
             let generation = table.generation + 1;
-            let empty = Table {
+            let empty = SetTable {
                 generation,
-                ..Table::with_size(SIZE_MIN)
+                ..SetTable::with_size(SIZE_MIN)
             };
             std::mem::replace(table, empty)
         });
         let mut slots = old.slots;
-        trash::leave(&mut slots, Slot::tells);
+        trash::leave(&mut slots, SetSlot::tells);
         drop(slots);
     }
 
     /// A copy, in the order in which CPython would have it: elements are inserted into a fresh table.
-    pub fn copy<E>(&self, between: Between<'_, E>) -> Result<Set, E> {
+    pub fn copy<E>(&self, between: YieldHook<'_, E>) -> Result<Set, E> {
         let used = self.len();
         let size = if used * 5 >= (SIZE_MIN - 1) * 3 {
             size_above(used * 2)
@@ -503,7 +503,7 @@ impl Set {
 impl Drop for Set {
     fn drop(&mut self) {
         let mut slots = std::mem::take(&mut self.table.get_mut().slots);
-        trash::leave(&mut slots, Slot::tells);
+        trash::leave(&mut slots, SetSlot::tells);
         let cell = Cell::new(slots);
         trash::dismantle_with(
             || drop(cell.take()),

@@ -7,7 +7,7 @@ use compact_str::CompactString;
 
 /// An immutable string.
 pub struct Str {
-    text: Text,
+    text: StrRepr,
     /// 0: not computed yet.
     hash: Cell<u64>,
 }
@@ -15,25 +15,25 @@ pub struct Str {
 // With what `Rc` counts, 48 bytes.
 const _: () = assert!(size_of::<Str>() == 32);
 
-enum Text {
+enum StrRepr {
     /// Every character is a byte.
     Ascii(CompactString),
     /// Some characters are several bytes.
-    Wide(Box<Wide>),
+    Wide(Box<WideText>),
 }
 
-struct Wide {
+struct WideText {
     text: CompactString,
     chars: usize,
     /// Where characters lie, once somebody asks for one far into the text.
-    marks: OnceCell<Box<Marks>>,
+    marks: OnceCell<Box<CharIndex>>,
 }
 
-impl Text {
+impl StrRepr {
     fn new(text: CompactString, chars: usize) -> Self {
         match chars == text.len() {
-            true => Text::Ascii(text),
-            false => Text::Wide(Box::new(Wide {
+            true => StrRepr::Ascii(text),
+            false => StrRepr::Wide(Box::new(WideText {
                 text,
                 chars,
                 marks: OnceCell::new(),
@@ -59,11 +59,11 @@ const MARK_STEP: usize = 64;
 
 /// Byte offsets of every `MARK_STEP`th character, from the first on.
 #[derive(Default)]
-struct Marks {
+struct CharIndex {
     offsets: Vec<usize>,
 }
 
-impl Marks {
+impl CharIndex {
     /// Goes on to the end of `text`, which goes on from what was marked.
     fn extend(&mut self, text: &str) {
         let (mut skip, start) = match self.offsets.last() {
@@ -101,7 +101,7 @@ impl Str {
             return Self::fitted(text, chars);
         }
         Str {
-            text: Text::Ascii(text),
+            text: StrRepr::Ascii(text),
             hash: Cell::new(0),
         }
     }
@@ -113,7 +113,7 @@ impl Str {
             text.shrink_to_fit();
         }
         Str {
-            text: Text::new(text, chars),
+            text: StrRepr::new(text, chars),
             hash: Cell::new(0),
         }
     }
@@ -122,8 +122,8 @@ impl Str {
     #[inline]
     pub fn as_str(&self) -> &str {
         match &self.text {
-            Text::Ascii(text) => text,
-            Text::Wide(wide) => &wide.text,
+            StrRepr::Ascii(text) => text,
+            StrRepr::Wide(wide) => &wide.text,
         }
     }
 
@@ -131,8 +131,8 @@ impl Str {
     #[inline]
     pub fn len(&self) -> usize {
         match &self.text {
-            Text::Ascii(text) => text.len(),
-            Text::Wide(wide) => wide.chars,
+            StrRepr::Ascii(text) => text.len(),
+            StrRepr::Wide(wide) => wide.chars,
         }
     }
 
@@ -144,14 +144,14 @@ impl Str {
     /// Whether every character is one byte, so that indices are byte offsets.
     #[inline]
     pub fn is_ascii(&self) -> bool {
-        matches!(self.text, Text::Ascii(_))
+        matches!(self.text, StrRepr::Ascii(_))
     }
 
     /// Byte offset of character `index`; the end for indices at or past the length.
     pub fn byte_offset(&self, index: usize) -> usize {
         match &self.text {
-            Text::Ascii(text) => index.min(text.len()),
-            Text::Wide(wide) => wide.byte_offset(index),
+            StrRepr::Ascii(text) => index.min(text.len()),
+            StrRepr::Wide(wide) => wide.byte_offset(index),
         }
     }
 
@@ -162,8 +162,8 @@ impl Str {
         between: &mut dyn FnMut(usize) -> Result<(), E>,
     ) -> Result<(), E> {
         match &self.text {
-            Text::Ascii(_) => Ok(()),
-            Text::Wide(wide) => wide.mark(piece, between),
+            StrRepr::Ascii(_) => Ok(()),
+            StrRepr::Wide(wide) => wide.mark(piece, between),
         }
     }
 
@@ -172,7 +172,7 @@ impl Str {
         Some(self.hash.get()).filter(|hash| *hash != 0)
     }
 
-    /// Notes the hash of a text that is not empty, which the caller has computed as `Hashing` does.
+    /// Notes the hash of a text that is not empty, which the caller has computed as `ByteHasher` does.
     pub fn note_hash(&self, hash: u64) {
         self.hash.set(hash.max(1));
     }
@@ -185,8 +185,8 @@ impl Str {
     /// Number of characters before byte `offset`.
     pub fn char_index(&self, offset: usize) -> usize {
         match &self.text {
-            Text::Ascii(_) => offset,
-            Text::Wide(wide) => wide.char_index(offset),
+            StrRepr::Ascii(_) => offset,
+            StrRepr::Wide(wide) => wide.char_index(offset),
         }
     }
 
@@ -214,19 +214,19 @@ impl Str {
     pub fn push_str(&mut self, more: &Str) {
         self.hash.set(0);
         match &mut self.text {
-            Text::Ascii(text) if more.is_ascii() => text.push_str(more.as_str()),
-            Text::Ascii(text) => {
+            StrRepr::Ascii(text) if more.is_ascii() => text.push_str(more.as_str()),
+            StrRepr::Ascii(text) => {
                 let mut text = std::mem::take(text);
                 let chars = text.len() + more.len();
                 text.push_str(more.as_str());
-                self.text = Text::new(text, chars);
+                self.text = StrRepr::new(text, chars);
             }
-            Text::Wide(wide) => wide.push_str(more),
+            StrRepr::Wide(wide) => wide.push_str(more),
         }
     }
 }
 
-impl Wide {
+impl WideText {
     fn byte_offset(&self, index: usize) -> usize {
         if index >= self.chars {
             return self.text.len();
@@ -252,10 +252,10 @@ impl Wide {
     }
 
     /// None for a short text, which is read from its beginning.
-    fn marks(&self) -> Option<&Marks> {
+    fn marks(&self) -> Option<&CharIndex> {
         (self.chars > MARK_STEP).then(|| {
             let marks = self.marks.get_or_init(|| {
-                let mut marks = Marks::default();
+                let mut marks = CharIndex::default();
                 marks.extend(&self.text);
                 Box::new(marks)
             });
@@ -271,7 +271,7 @@ impl Wide {
         if self.marks.get().is_some() {
             return Ok(());
         }
-        let mut marks = Marks::default();
+        let mut marks = CharIndex::default();
         let mut end = 0;
         while end < self.text.len() {
             end = self
@@ -299,22 +299,22 @@ pub fn hash_bytes(bytes: &[u8]) -> u64 {
     if bytes.is_empty() {
         return 0;
     }
-    let mut hashing = Hashing::new(bytes.len());
+    let mut hashing = ByteHasher::new(bytes.len());
     hashing.add(bytes);
     hashing.finish()
 }
 
 /// The hash of a byte string, piece by piece.
-pub struct Hashing(u64);
+pub struct ByteHasher(u64);
 
-impl Hashing {
+impl ByteHasher {
     /// Bytes that go into it at once; every piece but the last has a multiple of them.
     pub const UNIT: usize = 8;
     const K: u64 = 0x9E37_79B9_7F4A_7C15;
 
     /// For a byte string of this length.
     pub fn new(length: usize) -> Self {
-        Hashing(Self::K ^ length as u64)
+        ByteHasher(Self::K ^ length as u64)
     }
 
     #[inline(always)]

@@ -65,11 +65,11 @@ ABSTRACT_METHODS = "__abstractmethods__", IS_ABSTRACT = "__isabstractmethod__", 
 /// The table of names of one interpreter.
 ///
 /// A name of the interpreter's own stays. One that a program only asks for (`getattr(o, name)`, a key of `**mapping`)
-/// passes: it is forgotten when the last `Passing` for it is dropped, unless something has been called by it meanwhile.
+/// passes: it is forgotten when the last `TempSymbol` for it is dropped, unless something has been called by it meanwhile.
 /// What texts and attributes of a program are called by is given up when a `sweep` finds that nothing is called so any
 /// more, so a program may go on making up names for ever.
 pub struct Symbols {
-    inner: RefCell<Inner>,
+    inner: RefCell<SymbolTable>,
     /// What the names weigh that a sweep may give up, and how much makes the next one due.
     loose: Cell<usize>,
     /// The same as far as a sweep that is under way has found them in use.
@@ -90,9 +90,9 @@ fn weight(text: &str) -> usize {
     1 + text.len() / 32
 }
 
-struct Inner {
-    numbers: Numbers,
-    names: Vec<Name>,
+struct SymbolTable {
+    numbers: SymbolIndex,
+    names: Vec<SymbolEntry>,
     /// Numbers of names that have passed.
     free: Vec<Symbol>,
     /// What those are called.
@@ -100,10 +100,10 @@ struct Inner {
     nothing_value: Rc<Str>,
 }
 
-impl Default for Inner {
+impl Default for SymbolTable {
     fn default() -> Self {
-        Inner {
-            numbers: Numbers::default(),
+        SymbolTable {
+            numbers: SymbolIndex::default(),
             names: Vec::new(),
             free: Vec::new(),
             nothing: "".into(),
@@ -112,18 +112,18 @@ impl Default for Inner {
     }
 }
 
-struct Name {
+struct SymbolEntry {
     text: Rc<str>,
     hash: u64,
     value: Rc<Str>,
     /// How many ask for it right now.
     asked: u32,
-    stay: Stay,
+    stay: Retention,
 }
 
 /// How long a name stays.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Stay {
+enum Retention {
     /// While somebody asks for it.
     Asked,
     /// While something is called by it, as far as is known.
@@ -136,12 +136,12 @@ enum Stay {
 }
 
 /// A name for as long as somebody asks for it.
-pub struct Passing<'s> {
+pub struct TempSymbol<'s> {
     symbols: &'s Symbols,
     symbol: Symbol,
 }
 
-impl std::ops::Deref for Passing<'_> {
+impl std::ops::Deref for TempSymbol<'_> {
     type Target = Symbol;
 
     fn deref(&self) -> &Symbol {
@@ -149,7 +149,7 @@ impl std::ops::Deref for Passing<'_> {
     }
 }
 
-impl Drop for Passing<'_> {
+impl Drop for TempSymbol<'_> {
     fn drop(&mut self) {
         self.symbols.no_longer_asked(self.symbol);
     }
@@ -177,11 +177,11 @@ impl Symbols {
     pub fn intern(&self, name: &str) -> Symbol {
         let mut inner = self.inner.borrow_mut();
         let symbol = inner.number(name);
-        inner.names[symbol.0 as usize].stay = Stay::Always;
+        inner.names[symbol.0 as usize].stay = Retention::Always;
         symbol
     }
 
-    /// The symbol for a name that a program has made up, a new one if need be. Something that `Core::sweep_names` looks at
+    /// The symbol for a name that a program has made up, a new one if need be. Something that `InterpreterState::sweep_names` looks at
     /// is called by it from now on, or soon.
     pub fn take(&self, name: &str) -> Symbol {
         let symbol = self.inner.borrow_mut().number(name);
@@ -190,11 +190,11 @@ impl Symbols {
     }
 
     /// The symbol for `name`, to look for what is called by it. Whoever then calls something by it says so with `settle`.
-    pub fn ask(&self, name: &str) -> Passing<'_> {
+    pub fn ask(&self, name: &str) -> TempSymbol<'_> {
         let mut inner = self.inner.borrow_mut();
         let symbol = inner.number(name);
         inner.names[symbol.0 as usize].asked += 1;
-        Passing {
+        TempSymbol {
             symbols: self,
             symbol,
         }
@@ -204,11 +204,11 @@ impl Symbols {
     pub fn settle(&self, symbol: Symbol) {
         let name = &mut self.inner.borrow_mut().names[symbol.0 as usize];
         match name.stay {
-            Stay::Asked => self.loose.set(self.loose.get() + weight(&name.text)),
-            Stay::Doubtful => {}
-            Stay::Used | Stay::Always => return,
+            Retention::Asked => self.loose.set(self.loose.get() + weight(&name.text)),
+            Retention::Doubtful => {}
+            Retention::Used | Retention::Always => return,
         }
-        name.stay = Stay::Used;
+        name.stay = Retention::Used;
     }
 
     /// Whether so many names, or such long ones, have come into use that a sweep is worth it.
@@ -229,20 +229,20 @@ impl Symbols {
         for number in from..end {
             let symbol = Symbol(number as u32);
             let name = &mut inner.names[number];
-            if !matches!(name.stay, Stay::Used | Stay::Doubtful) {
+            if !matches!(name.stay, Retention::Used | Retention::Doubtful) {
                 continue;
             }
             let weight = weight(&name.text);
             name.stay = match name.stay {
-                _ if used.contains(symbol) => Stay::Used,
-                Stay::Used => Stay::Doubtful,
-                _ if name.asked > 0 => Stay::Asked,
+                _ if used.contains(symbol) => Retention::Used,
+                Retention::Used => Retention::Doubtful,
+                _ if name.asked > 0 => Retention::Asked,
                 _ => {
                     inner.give_up(symbol);
                     continue;
                 }
             };
-            if name.stay != Stay::Asked {
+            if name.stay != Retention::Asked {
                 self.kept.set(self.kept.get() + weight);
             }
         }
@@ -261,7 +261,7 @@ impl Symbols {
         let mut inner = self.inner.borrow_mut();
         let name = &mut inner.names[symbol.0 as usize];
         name.asked -= 1;
-        if name.asked == 0 && name.stay == Stay::Asked {
+        if name.asked == 0 && name.stay == Retention::Asked {
             inner.give_up(symbol);
         }
     }
@@ -301,12 +301,12 @@ impl Symbols {
     }
 }
 
-impl Inner {
+impl SymbolTable {
     fn give_up(&mut self, symbol: Symbol) {
         let name = &mut self.names[symbol.0 as usize];
         name.text = self.nothing.clone();
         name.value = self.nothing_value.clone();
-        name.stay = Stay::Asked;
+        name.stay = Retention::Asked;
         self.numbers.remove(name.hash, symbol);
         self.free.push(symbol);
     }
@@ -321,12 +321,12 @@ impl Inner {
         if let Some(symbol) = self.numbers.find(hash, text, &self.names) {
             return symbol;
         }
-        let name = Name {
+        let name = SymbolEntry {
             text: text.into(),
             hash,
             value: Rc::new(Str::new(text)),
             asked: 0,
-            stay: Stay::Asked,
+            stay: Retention::Asked,
         };
         let symbol = match self.free.pop() {
             Some(symbol) => {
@@ -344,7 +344,7 @@ impl Inner {
 }
 
 /// The numbers of names by their text: many small tables, because one of millions of names would take long to grow.
-struct Numbers {
+struct SymbolIndex {
     tables: Vec<HashTable<(u64, Symbol)>>,
     state: RandomState,
     count: usize,
@@ -352,9 +352,9 @@ struct Numbers {
 
 const TABLES: usize = 64;
 
-impl Default for Numbers {
+impl Default for SymbolIndex {
     fn default() -> Self {
-        Numbers {
+        SymbolIndex {
             tables: (0..TABLES).map(|_| HashTable::new()).collect(),
             state: RandomState::new(),
             count: 0,
@@ -362,7 +362,7 @@ impl Default for Numbers {
     }
 }
 
-impl Numbers {
+impl SymbolIndex {
     fn hash(&self, text: &str) -> u64 {
         self.state.hash_one(text)
     }
@@ -372,7 +372,7 @@ impl Numbers {
         hash as usize >> 32 & (TABLES - 1)
     }
 
-    fn find(&self, hash: u64, text: &str, names: &[Name]) -> Option<Symbol> {
+    fn find(&self, hash: u64, text: &str, names: &[SymbolEntry]) -> Option<Symbol> {
         let is_it = |(_, symbol): &(u64, Symbol)| *names[symbol.0 as usize].text == *text;
         self.tables[Self::table(hash)]
             .find(hash, is_it)

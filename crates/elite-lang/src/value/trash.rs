@@ -8,7 +8,7 @@
 use std::cell::{Cell, RefCell};
 
 use super::Value;
-use super::values::Part;
+use super::values::DropItem;
 use crate::limits::memory;
 use crate::stack::work_on_tree;
 
@@ -106,7 +106,7 @@ const PORTION_BYTES: isize = if cfg!(debug_assertions) {
 
 thread_local! {
     static PUTS_OFF: Cell<bool> = const { Cell::new(false) };
-    static PUT_OFF: RefCell<Vec<Box<dyn Rest>>> = const { RefCell::new(Vec::new()) };
+    static PUT_OFF: RefCell<Vec<Box<dyn DeferredDrop>>> = const { RefCell::new(Vec::new()) };
     /// Parts that have been dropped since the last portion was begun: a few thousand containers of a few thousand parts each are
     /// millions, none of which is in a big one.
     static DONE: Cell<usize> = const { Cell::new(0) };
@@ -122,7 +122,7 @@ fn count(parts: usize) -> usize {
 }
 
 /// Parts of a container that is gone.
-trait Rest {
+trait DeferredDrop {
     /// Drops some of them and counts them; whether there are more.
     fn drop_some(&mut self) -> bool;
 }
@@ -130,9 +130,9 @@ trait Rest {
 /// Bytes that were taken up by parts that are gone, and go back at once.
 const ROOM: usize = 4 << 20;
 
-struct Parts<T>(Vec<T>);
+struct DeferredItems<T>(Vec<T>);
 
-impl<T: Part> Rest for Parts<T> {
+impl<T: DropItem> DeferredDrop for DeferredItems<T> {
     fn drop_some(&mut self) -> bool {
         let taken = memory::taken();
         let mut others = 0_usize;
@@ -142,7 +142,7 @@ impl<T: Part> Rest for Parts<T> {
             let last = self.0[among..].iter().rev();
             let plain = last.take_while(|part| part.is_plain()).count();
             let first = self.0.len() - plain;
-            self.0.drain(first..).for_each(Part::go);
+            self.0.drain(first..).for_each(DropItem::go);
             if count(plain) >= PORTION {
                 break;
             }
@@ -182,7 +182,7 @@ pub fn put_off(on: bool) -> bool {
 /// Leaves the parts of a container to be dropped bit by bit, if they are many, or many have been dropped just now, and nobody
 /// could tell the difference: `tells` says which of them may end a generator, whose `finally` block must run at once (with very
 /// many parts it has to wait, too).
-pub fn leave<T: Part>(parts: &mut Vec<T>, tells: impl Fn(&T) -> bool) {
+pub fn leave<T: DropItem>(parts: &mut Vec<T>, tells: impl Fn(&T) -> bool) {
     if !PUTS_OFF.with(Cell::get) {
         return;
     }
@@ -191,11 +191,11 @@ pub fn leave<T: Part>(parts: &mut Vec<T>, tells: impl Fn(&T) -> bool) {
         && (parts.len() >= MANY || done > PORTION)
         && (done >= VERY_MANY || !parts.iter().any(tells))
     {
-        put_aside(Parts(std::mem::take(parts)));
+        put_aside(DeferredItems(std::mem::take(parts)));
     }
 }
 
-impl<T> Rest for std::vec::IntoIter<T> {
+impl<T> DeferredDrop for std::vec::IntoIter<T> {
     fn drop_some(&mut self) -> bool {
         count(PORTION);
         self.take(PORTION).for_each(drop);
@@ -214,13 +214,13 @@ pub fn leave_rest<T: 'static>(rest: std::vec::IntoIter<T>, tells: impl Fn(&T) ->
     }
 }
 
-fn put_aside(rest: impl Rest + 'static) {
+fn put_aside(rest: impl DeferredDrop + 'static) {
     // At the very end of an OS thread the store may be gone already; then they are dropped here.
     let _ = PUT_OFF.try_with(|put_off| put_off.borrow_mut().push(Box::new(rest)));
 }
 
 /// Nodes of code, many of which are dropped bit by bit. They hold constants only, so nobody can tell the difference.
-pub struct Nodes<T: 'static>(Box<[T]>);
+pub struct NodeList<T: 'static>(Box<[T]>);
 
 /// Bytes of nodes that are dropped at once. Each node may have others below it, in lists of their own, so that their number says
 /// nothing; their bytes say how many blocks are given back.
@@ -254,9 +254,9 @@ fn drop_nodes<T>(nodes: &mut Vec<T>) {
 /// What a node counts that gives nothing back.
 const NODE: isize = 16;
 
-struct Row<T>(Vec<T>);
+struct DeferredNodes<T>(Vec<T>);
 
-impl<T> Rest for Row<T> {
+impl<T> DeferredDrop for DeferredNodes<T> {
     fn drop_some(&mut self) -> bool {
         // This may be any stack.
         work_on_tree(|| drop_nodes(&mut self.0));
@@ -271,29 +271,29 @@ pub fn leave_nodes<T: 'static>(nodes: &mut Vec<T>) {
     }
     drop_nodes(nodes);
     if !nodes.is_empty() {
-        put_aside(Row(std::mem::take(nodes)));
+        put_aside(DeferredNodes(std::mem::take(nodes)));
     }
 }
 
-impl<T: 'static> FromIterator<T> for Nodes<T> {
+impl<T: 'static> FromIterator<T> for NodeList<T> {
     fn from_iter<I: IntoIterator<Item = T>>(nodes: I) -> Self {
-        Nodes(nodes.into_iter().collect())
+        NodeList(nodes.into_iter().collect())
     }
 }
 
-impl<T: 'static> From<Vec<T>> for Nodes<T> {
+impl<T: 'static> From<Vec<T>> for NodeList<T> {
     fn from(nodes: Vec<T>) -> Self {
-        Nodes(nodes.into())
+        NodeList(nodes.into())
     }
 }
 
-impl<T: 'static> Default for Nodes<T> {
+impl<T: 'static> Default for NodeList<T> {
     fn default() -> Self {
-        Nodes(Box::default())
+        NodeList(Box::default())
     }
 }
 
-impl<T: 'static> std::ops::Deref for Nodes<T> {
+impl<T: 'static> std::ops::Deref for NodeList<T> {
     type Target = [T];
 
     #[inline(always)]
@@ -302,7 +302,7 @@ impl<T: 'static> std::ops::Deref for Nodes<T> {
     }
 }
 
-impl<'n, T: 'static> IntoIterator for &'n Nodes<T> {
+impl<'n, T: 'static> IntoIterator for &'n NodeList<T> {
     type Item = &'n T;
     type IntoIter = std::slice::Iter<'n, T>;
 
@@ -312,7 +312,7 @@ impl<'n, T: 'static> IntoIterator for &'n Nodes<T> {
     }
 }
 
-impl<T: 'static> Drop for Nodes<T> {
+impl<T: 'static> Drop for NodeList<T> {
     #[inline]
     fn drop(&mut self) {
         if !self.0.is_empty() {
@@ -394,7 +394,7 @@ fn drop_all(mut values: Vec<Value>) {
     while let Some(value) = values.pop() {
         drop(value);
         if count(0) >= PORTION && !values.is_empty() {
-            return put_aside(Parts(values));
+            return put_aside(DeferredItems(values));
         }
     }
 }
@@ -443,7 +443,7 @@ pub fn dismantle_with(now: impl FnOnce(), later: impl FnOnce(&mut Vec<Value>)) {
         let _ = DEFERRED.try_with(|deferred| later(&mut deferred.borrow_mut()));
         return;
     }
-    let _level = Level::enter(depth);
+    let _level = DropDepthGuard::enter(depth);
     now();
     if depth == 0 {
         drop_deferred();
@@ -465,7 +465,7 @@ fn drop_deferred() {
             if let Ok(rest) = rest
                 && !rest.is_empty()
             {
-                put_aside(Parts(rest));
+                put_aside(DeferredItems(rest));
             }
             return;
         }
@@ -480,17 +480,17 @@ fn drop_deferred() {
 }
 
 /// One level of dropping, left when it goes out of scope.
-struct Level(u32);
+struct DropDepthGuard(u32);
 
-impl Level {
+impl DropDepthGuard {
     #[inline]
     fn enter(depth: u32) -> Self {
         DEPTH.with(|cell| cell.set(depth + 1));
-        Level(depth)
+        DropDepthGuard(depth)
     }
 }
 
-impl Drop for Level {
+impl Drop for DropDepthGuard {
     #[inline]
     fn drop(&mut self) {
         DEPTH.with(|cell| cell.set(self.0));

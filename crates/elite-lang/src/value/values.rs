@@ -8,7 +8,7 @@ use std::ops::{Deref, DerefMut};
 use super::{Symbol, Value, trash};
 
 /// What a native holds many of: values, or values with what belongs to each.
-pub trait Part: Sized + 'static {
+pub trait DropItem: Sized + 'static {
     /// Whether dropping it may run code of the script.
     fn tells(&self) -> bool;
 
@@ -28,7 +28,7 @@ pub trait Part: Sized + 'static {
     }
 }
 
-impl Part for Value {
+impl DropItem for Value {
     fn tells(&self) -> bool {
         trash::tells(self)
     }
@@ -49,7 +49,7 @@ impl Part for Value {
     }
 }
 
-impl Part for u64 {
+impl DropItem for u64 {
     fn tells(&self) -> bool {
         false
     }
@@ -59,7 +59,7 @@ impl Part for u64 {
     }
 }
 
-impl Part for Symbol {
+impl DropItem for Symbol {
     fn tells(&self) -> bool {
         false
     }
@@ -69,7 +69,7 @@ impl Part for Symbol {
     }
 }
 
-impl<A: Part, B: Part> Part for (A, B) {
+impl<A: DropItem, B: DropItem> DropItem for (A, B) {
     fn tells(&self) -> bool {
         self.0.tells() || self.1.tells()
     }
@@ -79,7 +79,7 @@ impl<A: Part, B: Part> Part for (A, B) {
     }
 }
 
-impl<A: Part, B: Part, C: Part> Part for (A, B, C) {
+impl<A: DropItem, B: DropItem, C: DropItem> DropItem for (A, B, C) {
     fn tells(&self) -> bool {
         self.0.tells() || self.1.tells() || self.2.tells()
     }
@@ -91,30 +91,30 @@ impl<A: Part, B: Part, C: Part> Part for (A, B, C) {
 
 /// A vector of values with a drop that gives way.
 #[derive(Clone, Debug)]
-pub struct Values<T: Part = Value>(Vec<T>);
+pub struct ValueVec<T: DropItem = Value>(Vec<T>);
 
-impl<T: Part> Default for Values<T> {
+impl<T: DropItem> Default for ValueVec<T> {
     #[inline]
     fn default() -> Self {
-        Values(Vec::new())
+        ValueVec(Vec::new())
     }
 }
 
-impl<T: Part> From<Vec<T>> for Values<T> {
+impl<T: DropItem> From<Vec<T>> for ValueVec<T> {
     #[inline]
     fn from(values: Vec<T>) -> Self {
-        Values(values)
+        ValueVec(values)
     }
 }
 
-impl<T: Part> From<Values<T>> for Vec<T> {
+impl<T: DropItem> From<ValueVec<T>> for Vec<T> {
     #[inline]
-    fn from(mut values: Values<T>) -> Self {
+    fn from(mut values: ValueVec<T>) -> Self {
         std::mem::take(&mut values.0)
     }
 }
 
-impl Values {
+impl ValueVec {
     /// As a list of the script.
     pub fn into_list(self) -> Value {
         Value::list(self.into())
@@ -126,7 +126,7 @@ impl Values {
     }
 }
 
-impl<T: Part> Deref for Values<T> {
+impl<T: DropItem> Deref for ValueVec<T> {
     type Target = Vec<T>;
 
     #[inline]
@@ -135,14 +135,14 @@ impl<T: Part> Deref for Values<T> {
     }
 }
 
-impl<T: Part> DerefMut for Values<T> {
+impl<T: DropItem> DerefMut for ValueVec<T> {
     #[inline]
     fn deref_mut(&mut self) -> &mut Vec<T> {
         &mut self.0
     }
 }
 
-impl<T: Part> Drop for Values<T> {
+impl<T: DropItem> Drop for ValueVec<T> {
     #[inline]
     fn drop(&mut self) {
         if !self.0.is_empty() {
@@ -151,10 +151,10 @@ impl<T: Part> Drop for Values<T> {
     }
 }
 
-/// The values one after the other; those that nobody has taken are dropped as `Values` are.
-pub struct Taken<T: Part>(std::vec::IntoIter<T>);
+/// The values one after the other; those that nobody has taken are dropped as `ValueVec` are.
+pub struct Taken<T: DropItem>(std::vec::IntoIter<T>);
 
-impl<T: Part> IntoIterator for Values<T> {
+impl<T: DropItem> IntoIterator for ValueVec<T> {
     type Item = T;
     type IntoIter = Taken<T>;
 
@@ -164,7 +164,7 @@ impl<T: Part> IntoIterator for Values<T> {
     }
 }
 
-impl<T: Part> Iterator for Taken<T> {
+impl<T: DropItem> Iterator for Taken<T> {
     type Item = T;
 
     #[inline]
@@ -178,16 +178,16 @@ impl<T: Part> Iterator for Taken<T> {
     }
 }
 
-impl<T: Part> DoubleEndedIterator for Taken<T> {
+impl<T: DropItem> DoubleEndedIterator for Taken<T> {
     #[inline]
     fn next_back(&mut self) -> Option<T> {
         self.0.next_back()
     }
 }
 
-impl<T: Part> ExactSizeIterator for Taken<T> {}
+impl<T: DropItem> ExactSizeIterator for Taken<T> {}
 
-impl<T: Part> Drop for Taken<T> {
+impl<T: DropItem> Drop for Taken<T> {
     #[inline]
     fn drop(&mut self) {
         if self.0.len() > 0 {
@@ -196,7 +196,7 @@ impl<T: Part> Drop for Taken<T> {
     }
 }
 
-impl<'v, T: Part> IntoIterator for &'v Values<T> {
+impl<'v, T: DropItem> IntoIterator for &'v ValueVec<T> {
     type Item = &'v T;
     type IntoIter = std::slice::Iter<'v, T>;
 

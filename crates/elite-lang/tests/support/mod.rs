@@ -6,8 +6,8 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use elite_lang::{
-    Host, Interpreter, KnownNames, Limits, NativeFunction, Resume, ScriptThread, SourceFile, Step,
-    ThreadId, compile, render_human, render_script_error,
+    Host, Interpreter, KnownNames, Limits, NativeFunction, Resume, ResumeOutcome, ScriptThread,
+    SourceFile, ThreadId, compile, render_human, render_script_error,
 };
 
 /// Collects output; time stands still unless a test moves it; random numbers are a counter.
@@ -95,7 +95,7 @@ impl Task {
         let mut thread = self.spawn(text);
         let end = drive(&mut thread, &self.host);
         let mut output = self.host.output.take();
-        if let Step::Failed(error) = end {
+        if let ResumeOutcome::Failed(error) = end {
             output.push_str(&render_script_error(&error));
         }
         output
@@ -104,7 +104,7 @@ impl Task {
 
 /// Runs a thread to its end and with it the threads it starts, in turn, time moving on when all of them wait. An
 /// uncaught error in one of those counts as the end of all.
-pub fn drive(main: &mut ScriptThread, host: &TestHost) -> Step {
+pub fn drive(main: &mut ScriptThread, host: &TestHost) -> ResumeOutcome {
     let mut main_parked = None;
     let mut others: Vec<(ScriptThread, Option<Option<f64>>)> = Vec::new();
     loop {
@@ -112,8 +112,8 @@ pub fn drive(main: &mut ScriptThread, host: &TestHost) -> Step {
         if main_parked.is_none() {
             ran = true;
             match main.resume(Resume::Continue, 10_000) {
-                Step::OutOfFuel | Step::Waiting(_) => {}
-                Step::Parked { until } => main_parked = Some(until),
+                ResumeOutcome::OutOfFuel | ResumeOutcome::Waiting(_) => {}
+                ResumeOutcome::Parked { until } => main_parked = Some(until),
                 end => return end,
             }
         }
@@ -123,9 +123,9 @@ pub fn drive(main: &mut ScriptThread, host: &TestHost) -> Step {
             if parked.is_none() {
                 ran = true;
                 match thread.resume(Resume::Continue, 10_000) {
-                    Step::OutOfFuel | Step::Waiting(_) => {}
-                    Step::Parked { until } => *parked = Some(until),
-                    Step::Done(_) | Step::Stopped => {
+                    ResumeOutcome::OutOfFuel | ResumeOutcome::Waiting(_) => {}
+                    ResumeOutcome::Parked { until } => *parked = Some(until),
+                    ResumeOutcome::Done(_) | ResumeOutcome::Stopped => {
                         others.remove(index);
                         continue;
                     }

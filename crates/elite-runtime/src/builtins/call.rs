@@ -16,7 +16,7 @@ use motion_api::{
 
 use super::declare::{Body, Builtin, Parameter};
 use crate::message::{Message, SCRIPT_ALARM_CODE, Severity};
-use crate::task::{Bounds, JobId, NetworkAccess, TaskContext, TaskEnd, Wait};
+use crate::task::{CallRestriction, JobId, NetworkAccess, TaskContext, TaskEnd, Wait};
 
 /// Suspends the script thread that `native` belongs to until `future` has its result; other threads go on meanwhile.
 pub(super) fn wait_outside<T: 'static>(
@@ -81,7 +81,7 @@ impl<'a, 'n> Call<'a, 'n> {
         if builtin.waits && context.is_secondary() {
             let name = builtin.name;
             let text = match context.bounds() {
-                Bounds::Look => {
+                CallRestriction::Look => {
                     format!(
                         "{name}() waits; only the debug console of a program that runs here may wait"
                     )
@@ -291,7 +291,7 @@ impl<'a, 'n> Call<'a, 'n> {
         if kind.starts_motion() && self.context.is_secondary() {
             let name = self.builtin.name;
             let text = match self.context.bounds() {
-                Bounds::Look => {
+                CallRestriction::Look => {
                     format!(
                         "{name}() moves the arm; only the debug console of a program that runs here may move it"
                     )

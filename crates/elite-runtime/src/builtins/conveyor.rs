@@ -4,7 +4,7 @@ use elite_lang::{ExceptionKind, Raised, Value};
 use motion_api::{CommandKind, EncoderRange, PulseDecoding};
 
 use super::call::Call;
-use super::declare::{Builtin, Category, Default, Kind, Parameter, Range};
+use super::declare::{Builtin, Category, Parameter, ParameterDefault, ParameterType, Range};
 
 /// The builtins of these sections.
 pub const BUILTINS: &[Builtin] = &[
@@ -17,7 +17,7 @@ pub const BUILTINS: &[Builtin] = &[
             ENCODER,
             Parameter::new(
                 "range_id",
-                Kind::Integer(0, 4),
+                ParameterType::Integer(0, 4),
                 "",
                 "counter: 0 signed 32 bit, 1 to 4 unsigned 8, 16, 24, 32 bit",
             ),
@@ -45,7 +45,7 @@ pub const BUILTINS: &[Builtin] = &[
             ENCODER,
             Parameter::new(
                 "count",
-                Kind::Number(Range::Any),
+                ParameterType::Number(Range::Any),
                 "ticks",
                 "count, inside the range of the encoder",
             ),
@@ -63,7 +63,7 @@ pub const BUILTINS: &[Builtin] = &[
             ENCODER,
             Parameter::new(
                 "delta_tick_count",
-                Kind::Number(Range::Any),
+                ParameterType::Number(Range::Any),
                 "ticks",
                 "difference of two counts",
             ),
@@ -80,24 +80,24 @@ pub const BUILTINS: &[Builtin] = &[
         params: &[
             Parameter::new(
                 "center",
-                Kind::Pose,
+                ParameterType::Pose,
                 "m, rad",
                 "centre of the table in the base frame; it turns about its z axis",
             ),
             Parameter::new(
                 "ticks_per_revolution",
-                Kind::Number(Range::Any),
+                ParameterType::Number(Range::Any),
                 "ticks",
                 "encoder ticks a turn, negative when they count against it",
             ),
             Parameter::new(
                 "rotate_tool",
-                Kind::Boolean,
+                ParameterType::Boolean,
                 "",
                 "the tool turns with the table",
             )
-            .or(Default::Boolean(false)),
-            ENCODER.or(Default::Integer(0)),
+            .or(ParameterDefault::Boolean(false)),
+            ENCODER.or(ParameterDefault::Integer(0)),
         ],
         returns: "nothing",
         waits: false,
@@ -111,17 +111,17 @@ pub const BUILTINS: &[Builtin] = &[
         params: &[
             Parameter::new(
                 "direction",
-                Kind::Pose,
+                ParameterType::Pose,
                 "",
                 "where the belt runs to in the base frame: the first three numbers, of any length",
             ),
             Parameter::new(
                 "ticks_per_meter",
-                Kind::Number(Range::Any),
+                ParameterType::Number(Range::Any),
                 "ticks/m",
                 "encoder ticks a metre, negative when they count against the direction",
             ),
-            ENCODER.or(Default::Integer(0)),
+            ENCODER.or(ParameterDefault::Integer(0)),
         ],
         returns: "nothing",
         waits: false,
@@ -146,14 +146,19 @@ pub const BUILTINS: &[Builtin] = &[
             ENCODER,
             Parameter::new(
                 "decoder_type",
-                Kind::Integer(1, 4),
+                ParameterType::Integer(1, 4),
                 "",
                 "1 quadrature, 2 both edges, 3 rising edges, 4 falling edges",
             ),
-            Parameter::new("A", Kind::Integer(16, 17), "", "input of channel A"),
+            Parameter::new(
+                "A",
+                ParameterType::Integer(16, 17),
+                "",
+                "input of channel A",
+            ),
             Parameter::new(
                 "B",
-                Kind::Integer(0, 17),
+                ParameterType::Integer(0, 17),
                 "",
                 "input of channel B: 16 or 17 in quadrature mode, otherwise 0",
             ),
@@ -164,7 +169,8 @@ pub const BUILTINS: &[Builtin] = &[
     },
 ];
 
-const ENCODER: Parameter = Parameter::new("encoder_index", Kind::Integer(0, 1), "", "encoder");
+const ENCODER: Parameter =
+    Parameter::new("encoder_index", ParameterType::Integer(0, 1), "", "encoder");
 
 fn encoder(call: &mut Call<'_, '_>, index: usize) -> Result<u8, Raised> {
     // Declared as 0 to 1.

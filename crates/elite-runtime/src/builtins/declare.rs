@@ -98,9 +98,9 @@ pub struct Parameter {
     /// Other spellings the manual uses.
     pub aliases: &'static [&'static str],
     /// What it accepts.
-    pub kind: Kind,
+    pub kind: ParameterType,
     /// What an omitted argument means.
-    pub default: Default,
+    pub default: ParameterDefault,
     /// Unit, empty when there is none.
     pub unit: &'static str,
     /// A phrase that says what it is.
@@ -111,7 +111,7 @@ impl Parameter {
     /// A parameter that must be given and has one name.
     pub const fn new(
         name: &'static str,
-        kind: Kind,
+        kind: ParameterType,
         unit: &'static str,
         meaning: &'static str,
     ) -> Self {
@@ -119,7 +119,7 @@ impl Parameter {
             name,
             aliases: &[],
             kind,
-            default: Default::Required,
+            default: ParameterDefault::Required,
             unit,
             meaning,
         }
@@ -128,7 +128,7 @@ impl Parameter {
 
 /// What a parameter accepts.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Kind {
+pub enum ParameterType {
     /// Six joint positions, rad.
     Joints,
     /// A pose `[x, y, z, Rx, Ry, Rz]`, m and rad.
@@ -225,7 +225,7 @@ impl fmt::Display for Range {
 
 /// What an omitted argument means.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Default {
+pub enum ParameterDefault {
     /// It cannot be omitted.
     Required,
     /// This number.
@@ -250,7 +250,7 @@ pub enum Default {
     Symbolic(&'static str),
 }
 
-impl Kind {
+impl ParameterType {
     /// The type as listings show it.
     pub fn type_name(self) -> String {
         match self {
@@ -296,19 +296,19 @@ impl Kind {
 
 impl Parameter {
     /// A parameter that must be given.
-    pub const fn required(name: &'static str, kind: Kind, meaning: &'static str) -> Self {
+    pub const fn required(name: &'static str, kind: ParameterType, meaning: &'static str) -> Self {
         Self {
             name,
             aliases: &[],
             kind,
-            default: Default::Required,
+            default: ParameterDefault::Required,
             unit: "",
             meaning,
         }
     }
 
     /// The same, with a value when it is omitted.
-    pub const fn or(mut self, default: Default) -> Self {
+    pub const fn or(mut self, default: ParameterDefault) -> Self {
         self.default = default;
         self
     }
@@ -328,36 +328,36 @@ impl Parameter {
 
 impl fmt::Display for Parameter {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.kind == Kind::Rest {
+        if self.kind == ParameterType::Rest {
             return write!(f, "*{}", self.name);
         }
         f.write_str(self.name)?;
         match self.default {
-            Default::Required => Ok(()),
-            Default::Number(x) => write!(f, "={x}"),
-            Default::Integer(n) => write!(f, "={n}"),
-            Default::Text(text) => write!(f, "='{text}'"),
-            Default::Ones => {
-                let n = if let Kind::Booleans(Some(n)) = self.kind {
+            ParameterDefault::Required => Ok(()),
+            ParameterDefault::Number(x) => write!(f, "={x}"),
+            ParameterDefault::Integer(n) => write!(f, "={n}"),
+            ParameterDefault::Text(text) => write!(f, "='{text}'"),
+            ParameterDefault::Ones => {
+                let n = if let ParameterType::Booleans(Some(n)) = self.kind {
                     n
                 } else {
                     6
                 };
                 write!(f, "=[{}]", vec!["1"; n].join(","))
             }
-            Default::None => f.write_str("=None"),
-            Default::Boolean(b) => f.write_str(if b { "=True" } else { "=False" }),
-            Default::Zeros => {
-                let n = if let Kind::Numbers(n) = self.kind {
+            ParameterDefault::None => f.write_str("=None"),
+            ParameterDefault::Boolean(b) => f.write_str(if b { "=True" } else { "=False" }),
+            ParameterDefault::Zeros => {
+                let n = if let ParameterType::Numbers(n) = self.kind {
                     n
                 } else {
                     6
                 };
                 write!(f, "=[{}]", vec!["0"; n].join(","))
             }
-            Default::EmptyText => f.write_str("=''"),
-            Default::EmptyTuple => f.write_str("=()"),
-            Default::Symbolic(word) => write!(f, "='{word}'"),
+            ParameterDefault::EmptyText => f.write_str("=''"),
+            ParameterDefault::EmptyTuple => f.write_str("=()"),
+            ParameterDefault::Symbolic(word) => write!(f, "='{word}'"),
         }
     }
 }

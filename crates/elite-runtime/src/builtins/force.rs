@@ -4,7 +4,7 @@ use elite_lang::{Raised, Value};
 use motion_api::CommandKind;
 
 use super::call::Call;
-use super::declare::{Builtin, Category, Default, Kind, Parameter, Range};
+use super::declare::{Builtin, Category, Parameter, ParameterDefault, ParameterType, Range};
 
 /// The builtins of this chapter.
 pub const BUILTINS: &[Builtin] = &[
@@ -16,31 +16,31 @@ pub const BUILTINS: &[Builtin] = &[
         params: &[
             Parameter::new(
                 "reference_frame",
-                Kind::Pose,
+                ParameterType::Pose,
                 "m, rad",
                 "the force reference frame in the base frame",
             ),
             Parameter::new(
                 "selection_vector",
-                Kind::Numbers(6),
+                ParameterType::Numbers(6),
                 "",
                 "for x, y, z, rx, ry, rz: 0 follows the motion, any other number is force controlled",
             ),
             Parameter::new(
                 "target_wrench",
-                Kind::Numbers(6),
+                ParameterType::Numbers(6),
                 "N, Nm",
                 "what the tool applies to the environment, in the force frame",
             ),
             Parameter::new(
                 "mode",
-                Kind::Integer(0, 3),
+                ParameterType::Integer(0, 3),
                 "",
                 "the force frame: 0 the reference frame, 1 Y to its origin, 2 X along the motion, 3 the TCP frame",
             ),
             Parameter::new(
                 "speed_limits",
-                Kind::Numbers(6),
+                ParameterType::Numbers(6),
                 "m/s, rad/s",
                 "largest TCP speeds along the force controlled axes; 0 or more",
             ),
@@ -56,7 +56,7 @@ pub const BUILTINS: &[Builtin] = &[
         summary: "How fast forces approach their targets; 0.2 after start, kept until the controller ends.",
         params: &[Parameter::new(
             "scaling",
-            Kind::Number(Range::Any),
+            ParameterType::Number(Range::Any),
             "",
             "0 to 2, clamped; larger is faster and overshoots more",
         )
@@ -72,7 +72,7 @@ pub const BUILTINS: &[Builtin] = &[
         summary: "How fast force axes come to rest without a force; 0 after start, kept until the controller ends.",
         params: &[Parameter::new(
             "damping",
-            Kind::Number(Range::Any),
+            ParameterType::Number(Range::Any),
             "",
             "0 to 1, clamped; 0 keeps the speed",
         )],
@@ -117,7 +117,7 @@ pub const BUILTINS: &[Builtin] = &[
         summary: "What the environment applies to the tool, in the TCP frame, moments about the TCP.",
         params: &[Parameter::new(
             "enable_compensation",
-            Kind::Boolean,
+            ParameterType::Boolean,
             "",
             "True: without weight and inertia of the payload, and zeroed; False: as the sensor reads",
         )],
@@ -131,28 +131,28 @@ pub const BUILTINS: &[Builtin] = &[
         category: Category::Force,
         summary: "Whether the RTSI input external_force_torque acts on the tool (base axes).",
         params: &[
-            Parameter::new("enable", Kind::Boolean, "", "True: it does"),
+            Parameter::new("enable", ParameterType::Boolean, "", "True: it does"),
             Parameter::new(
                 "sensor_mass",
-                Kind::Number(Range::Between(0.0, 1000.0)),
+                ParameterType::Number(Range::Between(0.0, 1000.0)),
                 "kg",
                 "mass of the sensor that is read; its weight is taken off",
             )
-            .or(Default::Number(0.0)),
+            .or(ParameterDefault::Number(0.0)),
             Parameter::new(
                 "sensor_measuring_offset",
-                Kind::Numbers(3),
+                ParameterType::Numbers(3),
                 "m",
                 "what its moments are about, from the flange; zero means the TCP",
             )
-            .or(Default::Zeros),
+            .or(ParameterDefault::Zeros),
             Parameter::new(
                 "sensor_cog",
-                Kind::Numbers(3),
+                ParameterType::Numbers(3),
                 "m",
                 "its centre of gravity, from the flange",
             )
-            .or(Default::Zeros),
+            .or(ParameterDefault::Zeros),
         ],
         returns: "nothing",
         waits: false,

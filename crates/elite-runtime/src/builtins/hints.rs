@@ -4,13 +4,13 @@
 //!
 //! Reads the declarations, so a new builtin that takes joints or a pose is covered without a word here.
 
-mod declared;
+mod signature_check;
 
 use std::rc::Rc;
 
-use elite_lang::{CallHint, CallSite, KnownNames, Literal, NativeCall, Raised};
+use elite_lang::{ArgumentLiteral, CallHint, CallSite, KnownNames, NativeCall, Raised};
 
-use super::declare::{Builtin, Category, Kind, Parameter};
+use super::declare::{Builtin, Category, Parameter, ParameterType};
 use super::{all, names};
 use crate::message::{Message, Severity};
 use crate::task::TaskContext;
@@ -57,15 +57,15 @@ fn hints(site: &CallSite<'_>) -> Vec<CallHint> {
     };
     // What the language itself provides is listed here and not bound by its declaration.
     let misfits = match builtin.run {
-        Some(_) => declared::misfits(builtin, site),
+        Some(_) => signature_check::misfits(builtin, site),
         None => Vec::new(),
     };
     let args = site.args.iter().enumerate();
     let slips = args.filter_map(|(index, arg)| {
         let parameter = parameter(builtin, index, arg.name)?;
         let (code, message, help) = match parameter.kind {
-            Kind::Joints => about_joints(builtin, parameter, &arg.value)?,
-            Kind::Pose => about_pose(builtin, parameter, &arg.value)?,
+            ParameterType::Joints => about_joints(builtin, parameter, &arg.value)?,
+            ParameterType::Pose => about_pose(builtin, parameter, &arg.value)?,
             _ => return None,
         };
         Some(CallHint {
@@ -108,30 +108,38 @@ fn parameter(builtin: &Builtin, index: usize, name: Option<&str>) -> Option<&'st
     }
 }
 
-type Words = (&'static str, String, &'static str);
+type HintText = (&'static str, String, &'static str);
 
-fn about_joints(builtin: &Builtin, parameter: &Parameter, value: &Literal<'_>) -> Option<Words> {
+fn about_joints(
+    builtin: &Builtin,
+    parameter: &Parameter,
+    value: &ArgumentLiteral<'_>,
+) -> Option<HintText> {
     let what = format!("'{}' of {}()", parameter.name, builtin.name);
     match value {
-        Literal::CallOf(name) if POSES.contains(name) => Some((
+        ArgumentLiteral::CallOf(name) if POSES.contains(name) => Some((
             "pose-for-joints",
             format!("{what} takes joint positions, {name}() returns a pose"),
             POSE_FOR_JOINTS,
         )),
-        Literal::List(items) => degrees(&what, &numbers(items)?),
+        ArgumentLiteral::List(items) => degrees(&what, &numbers(items)?),
         _ => None,
     }
 }
 
-fn about_pose(builtin: &Builtin, parameter: &Parameter, value: &Literal<'_>) -> Option<Words> {
+fn about_pose(
+    builtin: &Builtin,
+    parameter: &Parameter,
+    value: &ArgumentLiteral<'_>,
+) -> Option<HintText> {
     let what = format!("'{}' of {}()", parameter.name, builtin.name);
     match value {
-        Literal::CallOf(name) if JOINTS.contains(name) => Some((
+        ArgumentLiteral::CallOf(name) if JOINTS.contains(name) => Some((
             "joints-for-pose",
             format!("{what} takes a pose, {name}() returns joint positions"),
             JOINTS_FOR_POSE,
         )),
-        Literal::List(items) => {
+        ArgumentLiteral::List(items) => {
             let numbers = numbers(items)?;
             let (position, rotation) = numbers.split_at(numbers.len().min(3));
             millimetres(&what, position).or_else(|| degrees(&what, rotation))
@@ -140,7 +148,7 @@ fn about_pose(builtin: &Builtin, parameter: &Parameter, value: &Literal<'_>) -> 
     }
 }
 
-fn millimetres(what: &str, position: &[f64]) -> Option<Words> {
+fn millimetres(what: &str, position: &[f64]) -> Option<HintText> {
     let x = position.iter().find(|x| x.abs() > REACH_MAX_M)?;
     Some((
         "millimetres",
@@ -149,7 +157,7 @@ fn millimetres(what: &str, position: &[f64]) -> Option<Words> {
     ))
 }
 
-fn degrees(what: &str, angles: &[f64]) -> Option<Words> {
+fn degrees(what: &str, angles: &[f64]) -> Option<HintText> {
     let angle = angles.iter().find(|angle| angle.abs() > ANGLE_MAX_RAD)?;
     Some((
         "degrees",
@@ -163,7 +171,8 @@ fn degrees(what: &str, angles: &[f64]) -> Option<Words> {
 /// The arguments of a call that are six numbers where joints or a pose are meant.
 fn six_numbers(builtin: &Builtin, native: &NativeCall<'_>) -> Vec<(&'static Parameter, [f64; 6])> {
     let params = builtin.params.iter().enumerate();
-    let places = params.filter(|(_, p)| matches!(p.kind, Kind::Joints | Kind::Pose));
+    let places =
+        params.filter(|(_, p)| matches!(p.kind, ParameterType::Joints | ParameterType::Pose));
     let six = |(index, parameter): (usize, &'static Parameter)| {
         let items = native.arg(index)?.as_items()?;
         let numbers: Option<Vec<f64>> = items.iter().map(elite_lang::Value::as_f64).collect();
@@ -183,7 +192,7 @@ pub(super) fn explain(
         .find_map(|(parameter, numbers)| {
             let what = format!("'{}' of {}()", parameter.name, builtin.name);
             match parameter.kind {
-                Kind::Joints => degrees(&what, &numbers),
+                ParameterType::Joints => degrees(&what, &numbers),
                 _ => millimetres(&what, &numbers[..3]).or_else(|| degrees(&what, &numbers[3..])),
             }
         });
@@ -205,14 +214,14 @@ pub(super) fn before(
     let state = context.robot().foreseen().state;
     for (parameter, numbers) in six_numbers(builtin, native) {
         let (given, wanted, help) = match parameter.kind {
-            Kind::Joints
+            ParameterType::Joints
                 if [state.actual_tcp_pose, state.target_tcp_pose]
                     .iter()
                     .any(|pose| pose.to_array() == numbers) =>
             {
                 ("the TCP pose", "joint positions", POSE_FOR_JOINTS)
             }
-            Kind::Pose
+            ParameterType::Pose
                 if [state.actual_q, state.target_q]
                     .iter()
                     .any(|q| q.0 == numbers) =>
@@ -231,10 +240,10 @@ pub(super) fn before(
     }
 }
 
-fn numbers(items: &[Literal<'_>]) -> Option<Vec<f64>> {
-    let number = |item: &Literal<'_>| match item {
-        Literal::Integer(number) => Some(*number as f64),
-        Literal::Number(number) => Some(*number),
+fn numbers(items: &[ArgumentLiteral<'_>]) -> Option<Vec<f64>> {
+    let number = |item: &ArgumentLiteral<'_>| match item {
+        ArgumentLiteral::Integer(number) => Some(*number as f64),
+        ArgumentLiteral::Number(number) => Some(*number),
         _ => None,
     };
     items.iter().map(number).collect()

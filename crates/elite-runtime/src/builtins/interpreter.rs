@@ -7,9 +7,9 @@ use elite_lang::{ExceptionKind, Raised, Value, memory};
 use motion_api::ThreadNumber;
 
 use super::call::Call;
-use super::declare::{Builtin, Category, Default, Kind, Parameter};
-use crate::external::What;
-use crate::interpreter::Next;
+use super::declare::{Builtin, Category, Parameter, ParameterDefault, ParameterType};
+use crate::external::ExternalInputKind;
+use crate::interpreter::NextAction;
 use crate::message::Message;
 use crate::message::{InterpreterEvent, Severity};
 use crate::task::Wait;
@@ -65,8 +65,8 @@ const fn switch(name: &'static str, meaning: &'static str) -> Parameter {
     Parameter {
         name,
         aliases: &[],
-        kind: Kind::Boolean,
-        default: Default::Boolean(true),
+        kind: ParameterType::Boolean,
+        default: ParameterDefault::Boolean(true),
         unit: "",
         meaning,
     }
@@ -102,12 +102,12 @@ fn execute_statements(call: &mut Call<'_, '_>) -> Result<(), Raised> {
     let mut executed = 0_u32;
     loop {
         match memory::outside(|| interpreter.next()) {
-            Next::End => return Ok(()),
-            Next::Nothing => call.wait(Wait::Statement)?,
-            Next::Statement(id, statement) => {
+            NextAction::End => return Ok(()),
+            NextAction::Nothing => call.wait(Wait::Statement)?,
+            NextAction::Statement(id, statement) => {
                 let text = statement.file().text();
                 let lost = "it was given statements at the interpreter port".to_owned();
-                call.context().note(What::Lost(lost));
+                call.context().note(ExternalInputKind::Lost(lost));
                 observer.interpreter(&InterpreterEvent::Executing { id: id.0, text });
                 let result = call.native().run_statement(&statement);
                 memory::outside(|| {

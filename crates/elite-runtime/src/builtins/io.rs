@@ -18,10 +18,10 @@ use calls::{
     set_tool_digital_io_config, set_tool_voltage, standard_analog_in, standard_analog_out,
 };
 
-use super::declare::{Builtin, Category::Io, Kind, Parameter, Range};
+use super::declare::{Builtin, Category::Io, Parameter, ParameterType, Range};
 
 const fn index(name: &'static str, last: i64) -> Parameter {
-    Parameter::required(name, Kind::Integer(0, last), "number of the point")
+    Parameter::required(name, ParameterType::Integer(0, last), "number of the point")
 }
 
 const STANDARD: Parameter = index("n", 15);
@@ -31,7 +31,7 @@ const ANALOG: Parameter = index("n", 1);
 const STANDARD_PORT: Parameter = index("port", 15);
 const STANDARD_OR_NONE: Parameter = Parameter::required(
     "n",
-    Kind::Integer(-1, 15),
+    ParameterType::Integer(-1, 15),
     "number of the point; -1: none, nothing is done",
 );
 const CONFIGURABLE_PORT: Parameter = index("port", 7);
@@ -39,46 +39,51 @@ const TOOL_PORT: Parameter = index("port", 3);
 const REGISTER_PORT: Parameter = index("port", 127);
 const ANALOG_PORT: Parameter = index("port", 1);
 const PIN: Parameter = index("index", 3);
-const LEVEL: Parameter = Parameter::required("b", Kind::Boolean, "level");
+const LEVEL: Parameter = Parameter::required("b", ParameterType::Boolean, "level");
 const RATIO: Parameter = Parameter::required(
     "f",
-    Kind::Number(Range::Any),
+    ParameterType::Number(Range::Any),
     "part of the range of the output; beyond 0 to 1 it is set to the nearer end",
 );
 const DOMAIN: Parameter = Parameter::required(
     "domain",
-    Kind::Integer(0, 1),
+    ParameterType::Integer(0, 1),
     "0 current, 4 to 20 mA; 1 voltage, 0 to 10 V",
 );
 const WORK_MODE: Parameter = Parameter::required(
     "domain",
-    Kind::Integer(0, 3),
+    ParameterType::Integer(0, 3),
     "0 USART, 1 analog input, 2 analog output, 3 both",
 );
 const PIN_MODE: Parameter = Parameter::required(
     "mode",
-    Kind::Integer(0, 2),
+    ParameterType::Integer(0, 2),
     "0 push/pull, 1 sourcing (PNP), 2 sinking (NPN)",
 );
-const ENABLE: Parameter = Parameter::required("enable", Kind::Boolean, "the pin is used");
-const IS_OUT: Parameter = Parameter::required("is_out", Kind::Boolean, "True output, False input");
+const ENABLE: Parameter = Parameter::required("enable", ParameterType::Boolean, "the pin is used");
+const IS_OUT: Parameter =
+    Parameter::required("is_out", ParameterType::Boolean, "True output, False input");
 const RUNSTATE: Parameter = Parameter::required(
     "runstate",
-    Kind::Integer(0, 3),
+    ParameterType::Integer(0, 3),
     "0 keep; 1 low when not running; 2 high when not running; 3 high while running, low otherwise",
 );
 const ANALOG_RUNSTATE: Parameter = Parameter::required(
     "runstate",
-    Kind::Integer(0, 3),
+    ParameterType::Integer(0, 3),
     "0 keep; 1 minimum when not running; 2 maximum when not running; 3 maximum while running, minimum otherwise",
 );
 const ACTION: Parameter = Parameter::required(
     "action",
-    Kind::Word(&["default", "freedrive"]),
+    ParameterType::Word(&["default", "freedrive"]),
     "what a high level sets off",
 );
-const VOLTAGE: Parameter =
-    Parameter::required("voltage", Kind::OneOf(&[0, 12, 24]), "supply voltage").in_unit("V");
+const VOLTAGE: Parameter = Parameter::required(
+    "voltage",
+    ParameterType::OneOf(&[0, 12, 24]),
+    "supply voltage",
+)
+.in_unit("V");
 
 /// The builtins of this chapter.
 pub const BUILTINS: &[Builtin] = &[

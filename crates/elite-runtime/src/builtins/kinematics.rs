@@ -8,7 +8,7 @@ use elite_lang::{ExceptionKind, Raised, Value};
 use motion_api::{RobotState, SafetyMode};
 
 use super::call::Call;
-use super::declare::{Builtin, Category, Default, Kind, Parameter};
+use super::declare::{Builtin, Category, Parameter, ParameterDefault, ParameterType};
 
 /// The builtins of this chapter.
 pub const BUILTINS: &[Builtin] = &[
@@ -51,8 +51,8 @@ pub const BUILTINS: &[Builtin] = &[
             Parameter {
                 name: "q",
                 aliases: &[],
-                kind: Kind::Joints,
-                default: Default::Symbolic(""),
+                kind: ParameterType::Joints,
+                default: ParameterDefault::Symbolic(""),
                 unit: "rad",
                 meaning: "joint positions; default: the current ones",
             },
@@ -69,7 +69,7 @@ pub const BUILTINS: &[Builtin] = &[
         summary: "Whether a TCP pose, or joint positions given as q, can be reached inside joint ranges and safety planes.",
         params: &[
             Parameter {
-                default: Default::Symbolic(""),
+                default: ParameterDefault::Symbolic(""),
                 meaning: "TCP pose in the base frame; either this or q",
                 ..TARGET
             },
@@ -81,8 +81,8 @@ pub const BUILTINS: &[Builtin] = &[
             Parameter {
                 name: "ciPair",
                 aliases: &[],
-                kind: Kind::Booleans(Some(CI_PAIRS)),
-                default: Default::Symbolic(""),
+                kind: ParameterType::Booleans(Some(CI_PAIRS)),
+                default: ParameterDefault::Symbolic(""),
                 unit: "",
                 meaning: "which pairs of configurable inputs (CI0/1, CI2/3, CI4/5, CI6/7) count as set; default: as they are",
             },
@@ -102,8 +102,8 @@ pub const BUILTINS: &[Builtin] = &[
 const TARGET: Parameter = Parameter {
     name: "p",
     aliases: &[],
-    kind: Kind::Pose,
-    default: Default::Required,
+    kind: ParameterType::Pose,
+    default: ParameterDefault::Required,
     unit: "m, rad",
     meaning: "TCP pose in the base frame",
 };
@@ -111,8 +111,8 @@ const TARGET: Parameter = Parameter {
 const QNEAR: Parameter = Parameter {
     name: "qnear",
     aliases: &["qNear"],
-    kind: Kind::Joints,
-    default: Default::Symbolic(""),
+    kind: ParameterType::Joints,
+    default: ParameterDefault::Symbolic(""),
     unit: "rad",
     meaning: "the solution closest to this is taken; default: the current joint positions",
 };
@@ -120,8 +120,8 @@ const QNEAR: Parameter = Parameter {
 const TCP: Parameter = Parameter {
     name: "tcp",
     aliases: &[],
-    kind: Kind::Pose,
-    default: Default::Symbolic("active tcp"),
+    kind: ParameterType::Pose,
+    default: ParameterDefault::Symbolic("active tcp"),
     unit: "m, rad",
     meaning: "TCP in the flange frame; default: the active one",
 };

@@ -8,9 +8,9 @@ use ::kinematics::{RpyPose, Wrench};
 use elite_lang::{ExceptionKind, Raised, Value};
 
 use super::call::Call;
-use super::declare::{Body, Builtin, Category, Default, Kind, Parameter, Range};
+use super::declare::{Body, Builtin, Category, Parameter, ParameterDefault, ParameterType, Range};
 
-type Outcome = Result<Value, Raised>;
+type MathResult = Result<Value, Raised>;
 
 /// The builtins of this chapter.
 pub const BUILTINS: &[Builtin] = &[
@@ -26,7 +26,7 @@ pub const BUILTINS: &[Builtin] = &[
         "get_list_length",
         "3.2.7",
         "Number of entries of a list.",
-        &[given("v", Kind::List, "", "the list")],
+        &[given("v", ParameterType::List, "", "the list")],
         "int",
         get_list_length,
     ),
@@ -34,7 +34,12 @@ pub const BUILTINS: &[Builtin] = &[
         "length",
         "3.2.8",
         "Number of entries of a list or characters of a string.",
-        &[given("v", Kind::ListOrText, "", "the list or string")],
+        &[given(
+            "v",
+            ParameterType::ListOrText,
+            "",
+            "the list or string",
+        )],
         "int",
         length,
     ),
@@ -167,7 +172,12 @@ pub const BUILTINS: &[Builtin] = &[
         "norm",
         "3.2.23",
         "Euclidean length of a list or pose (all numbers alike), absolute value of a number.",
-        &[given("a", Kind::NumberOrList, "", "pose, list or number")],
+        &[given(
+            "a",
+            ParameterType::NumberOrList,
+            "",
+            "pose, list or number",
+        )],
         "float",
         |call| Ok(m::norm(&call.number_list(0)?).into()),
     ),
@@ -175,7 +185,12 @@ pub const BUILTINS: &[Builtin] = &[
         "normalize",
         "3.2.24",
         "A vector divided by its Euclidean length.",
-        &[given("v", Kind::NumberList, "", "vector, not all zero")],
+        &[given(
+            "v",
+            ParameterType::NumberList,
+            "",
+            "vector, not all zero",
+        )],
         "list[float]",
         normalize,
     ),
@@ -236,7 +251,7 @@ pub const BUILTINS: &[Builtin] = &[
         "Rotation vector (axis times angle) to roll, pitch, yaw.",
         &[given(
             "rotation_vector",
-            Kind::Numbers(3),
+            ParameterType::Numbers(3),
             "rad",
             "axis times angle",
         )],
@@ -249,7 +264,7 @@ pub const BUILTINS: &[Builtin] = &[
         "Roll, pitch, yaw to rotation vector (axis times angle).",
         &[given(
             "rpy_vector",
-            Kind::Numbers(3),
+            ParameterType::Numbers(3),
             "rad",
             "roll, pitch, yaw",
         )],
@@ -290,7 +305,7 @@ pub const BUILTINS: &[Builtin] = &[
                 pose("T_from_to", "the transform"),
                 given(
                     "w_from",
-                    Kind::Numbers(6),
+                    ParameterType::Numbers(6),
                     "N, Nm",
                     "force, then moment, in the initial frame",
                 ),
@@ -326,7 +341,7 @@ const fn math(
 /// A parameter that must be given.
 const fn given(
     name: &'static str,
-    kind: Kind,
+    kind: ParameterType,
     unit: &'static str,
     meaning: &'static str,
 ) -> Parameter {
@@ -334,7 +349,7 @@ const fn given(
         name,
         aliases: &[],
         kind,
-        default: Default::Required,
+        default: ParameterDefault::Required,
         unit,
         meaning,
     }
@@ -346,18 +361,23 @@ const fn number(
     unit: &'static str,
     meaning: &'static str,
 ) -> Parameter {
-    given(name, Kind::Number(range), unit, meaning)
+    given(name, ParameterType::Number(range), unit, meaning)
 }
 
 const fn pose(name: &'static str, meaning: &'static str) -> Parameter {
-    given(name, Kind::Pose, "m, rad", meaning)
+    given(name, ParameterType::Pose, "m, rad", meaning)
 }
 
-const BITS: Parameter = given("l", Kind::Booleans(None), "", "bits, the lowest first");
+const BITS: Parameter = given(
+    "l",
+    ParameterType::Booleans(None),
+    "",
+    "bits, the lowest first",
+);
 
 const BITS_OF: Parameter = given(
     "x",
-    Kind::Integer(i64::MIN, i64::MAX),
+    ParameterType::Integer(i64::MIN, i64::MAX),
     "",
     "signed 32 bit; of a longer number the low 32 bits count",
 );
@@ -399,37 +419,37 @@ fn pose_value(pose: &RpyPose) -> Value {
     Value::list_of_f64(&pose.to_array())
 }
 
-fn pose_of_two(call: &mut Call<'_, '_>, f: fn(&RpyPose, &RpyPose) -> RpyPose) -> Outcome {
+fn pose_of_two(call: &mut Call<'_, '_>, f: fn(&RpyPose, &RpyPose) -> RpyPose) -> MathResult {
     Ok(pose_value(&f(&call.pose(0)?, &call.pose(1)?)))
 }
 
-fn bit_list_to_integer(call: &mut Call<'_, '_>) -> Outcome {
+fn bit_list_to_integer(call: &mut Call<'_, '_>) -> MathResult {
     Ok(Value::Int(m::bit_list_to_integer(&call.booleans(0)?)))
 }
 
-fn integer_to_bit_list(call: &mut Call<'_, '_>) -> Outcome {
+fn integer_to_bit_list(call: &mut Call<'_, '_>) -> MathResult {
     let bits = m::integer_to_bit_list(call.integer(0)?);
     Ok(Value::list(bits.map(Value::Bool).to_vec()))
 }
 
-fn get_list_length(call: &mut Call<'_, '_>) -> Outcome {
+fn get_list_length(call: &mut Call<'_, '_>) -> MathResult {
     Ok(Value::Int(call.list(0)?.len() as i64))
 }
 
-fn length(call: &mut Call<'_, '_>) -> Outcome {
+fn length(call: &mut Call<'_, '_>) -> MathResult {
     if let Some(text) = call.given(0).and_then(Value::as_str) {
         return Ok(Value::Int(text.chars().count() as i64));
     }
     get_list_length(call)
 }
 
-fn whole(call: &mut Call<'_, '_>, round: fn(f64) -> f64) -> Outcome {
+fn whole(call: &mut Call<'_, '_>, round: fn(f64) -> f64) -> MathResult {
     let rounded = round(call.number(0)?);
     // The argument is finite, so the rounded number is.
     Ok(Value::whole_part(rounded).unwrap_or(Value::None))
 }
 
-fn pow(call: &mut Call<'_, '_>) -> Outcome {
+fn pow(call: &mut Call<'_, '_>) -> MathResult {
     let (base, exponent) = (call.number(0)?, call.number(1)?);
     let power = base.powf(exponent);
     if power.is_finite() {
@@ -454,19 +474,19 @@ fn pow(call: &mut Call<'_, '_>) -> Outcome {
     })
 }
 
-fn normalize(call: &mut Call<'_, '_>) -> Outcome {
+fn normalize(call: &mut Call<'_, '_>) -> MathResult {
     let mut v = call.number_list(0)?;
     m::normalize(&mut v).or_raise(call)?;
     Ok(Value::list_of_f64(&v))
 }
 
-fn random(call: &mut Call<'_, '_>) -> Outcome {
+fn random(call: &mut Call<'_, '_>) -> MathResult {
     // The upper 53 bits: every float of this spacing in [0, 1) is equally likely.
     let bits = call.native().random_u64() >> 11;
     Ok((bits as f64 * (-53_f64).exp2()).into())
 }
 
-fn wrench_trans(call: &mut Call<'_, '_>) -> Outcome {
+fn wrench_trans(call: &mut Call<'_, '_>) -> MathResult {
     let transform = call.pose(0)?;
     let wrench = Wrench::from_array(call.numbers(1)?);
     let moved = m::wrench_trans(&transform, &wrench);

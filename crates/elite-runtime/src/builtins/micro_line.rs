@@ -13,7 +13,7 @@ use kinematics::{JointPositions, Pose, RobotModel};
 use motion_api::{CommandKind, PointList};
 
 use super::call::Call;
-use super::declare::{Builtin, Category, Default, Kind, Parameter};
+use super::declare::{Builtin, Category, Parameter, ParameterDefault, ParameterType};
 use crate::external::from_outside;
 use crate::micro_line::{MicroLine, MicroLineError, Space, Units};
 
@@ -38,29 +38,29 @@ pub const BUILTINS: &[Builtin] = &[
         params: &[
             Parameter::new(
                 "file_name",
-                Kind::Text,
+                ParameterType::Text,
                 "",
                 "name in the task folder, with or without .txt or .csv; six numbers a line",
             ),
             Parameter::new(
                 "interval_time",
-                Kind::Integer(1, INTERVAL_MAX),
+                ParameterType::Integer(1, INTERVAL_MAX),
                 "ms",
                 "time from point to point",
             ),
             Parameter {
                 name: "pos_type",
                 aliases: &[],
-                kind: Kind::OneOf(&[0, 1]),
-                default: Default::Integer(0),
+                kind: ParameterType::OneOf(&[0, 1]),
+                default: ParameterDefault::Integer(0),
                 unit: "",
                 meaning: "0: joint positions; 1: TCP poses",
             },
             Parameter {
                 name: "unit_type",
                 aliases: &[],
-                kind: Kind::OneOf(&[0, 1]),
-                default: Default::Integer(0),
+                kind: ParameterType::OneOf(&[0, 1]),
+                default: ParameterDefault::Integer(0),
                 unit: "",
                 meaning: "0: rad, or m and rad; 1: degrees, or mm and rad",
             },
@@ -78,7 +78,7 @@ pub const BUILTINS: &[Builtin] = &[
             INDEX,
             Parameter::new(
                 "part_coordinate_system",
-                Kind::Pose,
+                ParameterType::Pose,
                 "m, rad",
                 "the part's frame in the base frame",
             ),
@@ -96,13 +96,13 @@ pub const BUILTINS: &[Builtin] = &[
             INDEX,
             Parameter::new(
                 "pos_type",
-                Kind::OneOf(&[0, 1]),
+                ParameterType::OneOf(&[0, 1]),
                 "",
                 "0: joint positions; 1: TCP pose",
             ),
             Parameter::new(
                 "line_index",
-                Kind::Integer(i64::MIN, i64::MAX),
+                ParameterType::Integer(i64::MIN, i64::MAX),
                 "",
                 "number of the point, from 1",
             ),
@@ -138,8 +138,8 @@ const fn line(name: &'static str, meaning: &'static str) -> Parameter {
     Parameter {
         name,
         aliases: &[],
-        kind: Kind::Integer(0, i64::MAX),
-        default: Default::Integer(0),
+        kind: ParameterType::Integer(0, i64::MAX),
+        default: ParameterDefault::Integer(0),
         unit: "",
         meaning,
     }
@@ -147,7 +147,7 @@ const fn line(name: &'static str, meaning: &'static str) -> Parameter {
 
 const INDEX: Parameter = Parameter::new(
     "micro_line_index",
-    Kind::Integer(i64::MIN, i64::MAX),
+    ParameterType::Integer(i64::MIN, i64::MAX),
     "",
     "index from load_micro_line_file",
 );

@@ -37,7 +37,7 @@ pub use hints::known_names;
 
 use crate::task::TaskContext;
 use call::Call;
-use declare::{Builtin, Category, Default, Kind};
+use declare::{Builtin, Category, ParameterDefault, ParameterType};
 
 /// All builtins, by chapter.
 pub fn all() -> impl Iterator<Item = &'static Builtin> {
@@ -175,8 +175,8 @@ fn param(parameter: &declare::Parameter) -> Param {
         name: parameter.name,
         aliases: parameter.aliases,
         kind: match (parameter.kind, parameter.default) {
-            (Kind::Rest, _) => ParamKind::VarArgs,
-            (_, Default::Required) => ParamKind::Required,
+            (ParameterType::Rest, _) => ParamKind::VarArgs,
+            (_, ParameterDefault::Required) => ParamKind::Required,
             _ => ParamKind::Optional,
         },
     }

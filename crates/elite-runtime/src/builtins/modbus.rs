@@ -13,130 +13,144 @@ use calls::{
     write_port_register,
 };
 
-use super::declare::{Builtin, Category::Modbus, Default, Kind, Parameter, Range};
+use super::declare::{
+    Builtin, Category::Modbus, Parameter, ParameterDefault, ParameterType, Range,
+};
 
-const IP: Parameter = Parameter::required("IP", Kind::Text, "address of the device");
+const IP: Parameter = Parameter::required("IP", ParameterType::Text, "address of the device");
 const SLAVE: Parameter = Parameter::required(
     "slave_number",
-    Kind::Integer(0, 255),
+    ParameterType::Integer(0, 255),
     "unit, normally 255; 248 to 254 mean 255, 0 is a broadcast",
 );
 const ADDRESS: Parameter = Parameter::required(
     "signal_address",
-    Kind::Integer(0, 65535),
+    ParameterType::Integer(0, 65535),
     "first coil or register",
 );
 const TYPE: Parameter = Parameter::required(
     "signal_type",
-    Kind::Integer(0, 3),
+    ParameterType::Integer(0, 3),
     "0 digital input, 1 digital output, 2 register input, 3 register output",
 );
-const NAME: Parameter = Parameter::required("signal_name", Kind::Text, "name of the signal");
+const NAME: Parameter =
+    Parameter::required("signal_name", ParameterType::Text, "name of the signal");
 const SEQUENTIAL: Parameter = Parameter::required(
     "is_sequential",
-    Kind::Boolean,
+    ParameterType::Boolean,
     "update signals in the order they were added",
 )
-.or(Default::Boolean(false));
+.or(ParameterDefault::Boolean(false));
 const COUNT: Parameter = Parameter::required(
     "registers_count",
-    Kind::Integer(1, 123),
+    ParameterType::Integer(1, 123),
     "coils or registers in a row",
 )
-.or(Default::Integer(1));
-const PORT: Parameter =
-    Parameter::required("port", Kind::Integer(1, 65535), "TCP port of the device")
-        .or(Default::Integer(502));
+.or(ParameterDefault::Integer(1));
+const PORT: Parameter = Parameter::required(
+    "port",
+    ParameterType::Integer(1, 65535),
+    "TCP port of the device",
+)
+.or(ParameterDefault::Integer(502));
 const READ_ADDRESS: Parameter = Parameter::required(
     "read_address",
-    Kind::Integer(0, 65535),
+    ParameterType::Integer(0, 65535),
     "first register to read",
 );
 const READ_COUNT: Parameter = Parameter::required(
     "read_register_count",
-    Kind::Integer(1, 123),
+    ParameterType::Integer(1, 123),
     "registers to read",
 );
 const WRITE_ADDRESS: Parameter = Parameter::required(
     "write_address",
-    Kind::Integer(0, 65535),
+    ParameterType::Integer(0, 65535),
     "first register to write",
 );
 const WRITE_COUNT: Parameter = Parameter::required(
     "write_register_count",
-    Kind::Integer(1, 121),
+    ParameterType::Integer(1, 121),
     "registers to write",
 );
 const SECONDARY: Parameter = Parameter::required(
     "is_secondary_program",
-    Kind::Boolean,
+    ParameterType::Boolean,
     "taken for compatibility; changes nothing",
 )
-.or(Default::Boolean(false));
-const FUNCTION: Parameter =
-    Parameter::required("function_code", Kind::Integer(1, 127), "function code");
+.or(ParameterDefault::Boolean(false));
+const FUNCTION: Parameter = Parameter::required(
+    "function_code",
+    ParameterType::Integer(1, 127),
+    "function code",
+);
 const DATA: Parameter = Parameter::required(
     "data",
-    Kind::Checked("list[int]"),
+    ParameterType::Checked("list[int]"),
     "bytes after the function code, 0 to 255 each, at most 252",
 );
 const ONESHOT: Parameter = Parameter::required(
     "oneshot",
-    Kind::Boolean,
+    ParameterType::Boolean,
     "True sends once; False again and again, 10 times a second, until modbus_reset_connection()",
 )
-.or(Default::Boolean(true));
+.or(ParameterDefault::Boolean(true));
 const REGISTER_VALUE: Parameter = Parameter::required(
     "register_value",
-    Kind::Checked("int or list[int]"),
+    ParameterType::Checked("int or list[int]"),
     "value or values; their low 16 bits are written",
 );
 const DIGITAL_VALUE: Parameter = Parameter::required(
     "digital_value",
-    Kind::Checked("bool or list[bool]"),
+    ParameterType::Checked("bool or list[bool]"),
     "level or levels",
 );
 const CHOICE: Parameter = Parameter::required(
     "runstate_choice",
-    Kind::Integer(0, 3),
+    ParameterType::Integer(0, 3),
     "0 keep; 1 low when not running; 2 high when not running; 3 high while running, low otherwise",
 );
 const FREQUENCY: Parameter = Parameter::required(
     "update_frequency",
-    Kind::Integer(0, 250),
+    ParameterType::Integer(0, 250),
     "updates a second; 0 stops",
 )
 .in_unit("Hz");
 const WATCHDOG: Parameter = Parameter::required(
     "timeout",
-    Kind::Number(Range::Between(0.0, 300.0)),
+    ParameterType::Number(Range::Between(0.0, 300.0)),
     "time without a good answer before access raises",
 )
 .in_unit("s");
 const SOURCE: Parameter = Parameter::required(
     "error_source",
-    Kind::Integer(0, 2),
+    ParameterType::Integer(0, 2),
     "0 both, 1 device, 2 connection",
 )
-.or(Default::Integer(0));
-const CONNECTION: Parameter =
-    Parameter::required("connection_id", Kind::Text, "address of the device");
+.or(ParameterDefault::Integer(0));
+const CONNECTION: Parameter = Parameter::required(
+    "connection_id",
+    ParameterType::Text,
+    "address of the device",
+);
 const BLOCKING: Parameter = Parameter::required(
     "is_blocking",
-    Kind::Boolean,
+    ParameterType::Boolean,
     "wait for the connection, at most 3 s",
 )
-.or(Default::Boolean(true));
-const COIL: Parameter = Parameter::required("address", Kind::Integer(0, 127), "bit");
-const REGISTER: Parameter = Parameter::required("address", Kind::Integer(0, 65535), "word");
+.or(ParameterDefault::Boolean(true));
+const COIL: Parameter = Parameter::required("address", ParameterType::Integer(0, 127), "bit");
+const REGISTER: Parameter =
+    Parameter::required("address", ParameterType::Integer(0, 65535), "word");
 const SIGNED: Parameter = Parameter::required(
     "is_signed",
-    Kind::Boolean,
+    ParameterType::Boolean,
     "True: -32768 to 32767, False: 0 to 65535",
 )
-.or(Default::Boolean(false));
-const LEVEL: Parameter = Parameter::required("value", Kind::Boolean, "level");
-const WORD: Parameter = Parameter::required("value", Kind::Integer(-32768, 65535), "value");
+.or(ParameterDefault::Boolean(false));
+const LEVEL: Parameter = Parameter::required("value", ParameterType::Boolean, "level");
+const WORD: Parameter =
+    Parameter::required("value", ParameterType::Integer(-32768, 65535), "value");
 
 /// The builtins of this chapter.
 pub const BUILTINS: &[Builtin] = &[

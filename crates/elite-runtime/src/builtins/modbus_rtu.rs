@@ -10,47 +10,53 @@ use elite_lang::{Raised, Value, memory};
 use io_bus::modbus::pdu::{Reply, Request, Table};
 
 use super::call::Call;
-use super::declare::{Builtin, Category::ModbusRtu, Default, Kind, Parameter, Range};
+use super::declare::{
+    Builtin, Category::ModbusRtu, Parameter, ParameterDefault, ParameterType, Range,
+};
 use super::serial::{OLD_PORT, Port, at_line, check_not_daemon};
 
-const SLAVE: Parameter = Parameter::required("slave", Kind::Integer(1, 247), "the device");
+const SLAVE: Parameter = Parameter::required("slave", ParameterType::Integer(1, 247), "the device");
 const ADDR: Parameter =
-    Parameter::required("addr", Kind::Integer(0, 65535), "first address").also(&["address"]);
+    Parameter::required("addr", ParameterType::Integer(0, 65535), "first address")
+        .also(&["address"]);
 const ADDRESS: Parameter =
-    Parameter::required("address", Kind::Integer(0, 65535), "first address").also(&["addr"]);
+    Parameter::required("address", ParameterType::Integer(0, 65535), "first address")
+        .also(&["addr"]);
 const LEN: Parameter =
-    Parameter::required("len", Kind::Integer(1, 125), "how many").also(&["read_count"]);
-const OLD_LEN: Parameter = Parameter::required("len", Kind::Integer(1, 125), "how many");
+    Parameter::required("len", ParameterType::Integer(1, 125), "how many").also(&["read_count"]);
+const OLD_LEN: Parameter = Parameter::required("len", ParameterType::Integer(1, 125), "how many");
 const READ_COUNT: Parameter =
-    Parameter::required("read_count", Kind::Integer(1, 125), "how many").also(&["len"]);
+    Parameter::required("read_count", ParameterType::Integer(1, 125), "how many").also(&["len"]);
 const PATIENCE: &str = "0 or less waits for ever";
-const TIME_OUT_5: Parameter = Parameter::required("time_out", Kind::Number(Range::Any), PATIENCE)
-    .also(&["timeout"])
-    .or(Default::Number(5.0))
-    .in_unit("s");
-const TIMEOUT_5: Parameter = Parameter::required("timeout", Kind::Number(Range::Any), PATIENCE)
-    .also(&["time_out"])
-    .or(Default::Number(5.0))
-    .in_unit("s");
-const TIMEOUT_3: Parameter = TIMEOUT_5.or(Default::Number(3.0));
+const TIME_OUT_5: Parameter =
+    Parameter::required("time_out", ParameterType::Number(Range::Any), PATIENCE)
+        .also(&["timeout"])
+        .or(ParameterDefault::Number(5.0))
+        .in_unit("s");
+const TIMEOUT_5: Parameter =
+    Parameter::required("timeout", ParameterType::Number(Range::Any), PATIENCE)
+        .also(&["time_out"])
+        .or(ParameterDefault::Number(5.0))
+        .in_unit("s");
+const TIMEOUT_3: Parameter = TIMEOUT_5.or(ParameterDefault::Number(3.0));
 const BIT: Parameter = Parameter::required(
     "data",
-    Kind::Checked("bool or int, alone or as a list of one"),
+    ParameterType::Checked("bool or int, alone or as a list of one"),
     "0 low, otherwise high",
 );
 const BITS_TO_WRITE: Parameter = Parameter::required(
     "data",
-    Kind::Checked("bool, int or list"),
+    ParameterType::Checked("bool, int or list"),
     "levels: 0 low, otherwise high; at most 1968",
 );
 const REGISTER: Parameter = Parameter::required(
     "data",
-    Kind::Checked("int, alone or as a list of one"),
+    ParameterType::Checked("int, alone or as a list of one"),
     "0 to 65535",
 );
 const REGISTERS_TO_WRITE: Parameter = Parameter::required(
     "data",
-    Kind::Checked("int or list[int]"),
+    ParameterType::Checked("int or list[int]"),
     "0 to 65535 each; at most 123",
 );
 
@@ -103,7 +109,7 @@ pub const BUILTINS: &[Builtin] = &[
         &[SLAVE, ADDR, BIT, TIMEOUT_5],
         "int, 1 when written, 0 when it fails",
         "Writes one bit of a Modbus RTU device at the tool (function 5).",
-        |call| write_coil(call, Port::Tool, As::Count),
+        |call| write_coil(call, Port::Tool, WriteResult::Count),
     )
     .waiting(),
     Builtin::new(
@@ -113,7 +119,7 @@ pub const BUILTINS: &[Builtin] = &[
         &[SLAVE, ADDR, BITS_TO_WRITE, TIMEOUT_5],
         "bool, True when written",
         "Writes bits of a Modbus RTU device at the tool (function 15).",
-        |call| write_coils(call, Port::Tool, As::Bool),
+        |call| write_coils(call, Port::Tool, WriteResult::Bool),
     )
     .waiting(),
     Builtin::new(
@@ -123,7 +129,7 @@ pub const BUILTINS: &[Builtin] = &[
         &[SLAVE, ADDR, REGISTER, TIMEOUT_5],
         "int, 1 when written, 0 when it fails",
         "Writes one register of a Modbus RTU device at the tool (function 6).",
-        |call| write_register(call, Port::Tool, As::Count),
+        |call| write_register(call, Port::Tool, WriteResult::Count),
     )
     .waiting(),
     Builtin::new(
@@ -133,7 +139,7 @@ pub const BUILTINS: &[Builtin] = &[
         &[SLAVE, ADDRESS, REGISTERS_TO_WRITE, TIMEOUT_5],
         "bool, True when written",
         "Writes registers of a Modbus RTU device at the tool (function 16).",
-        |call| write_registers(call, Port::Tool, As::Bool),
+        |call| write_registers(call, Port::Tool, WriteResult::Bool),
     )
     .waiting(),
     Builtin::new(
@@ -183,7 +189,7 @@ pub const BUILTINS: &[Builtin] = &[
         &[SLAVE, ADDRESS, BIT, TIMEOUT_3],
         "int, 1 when written, 0 when it fails",
         "Writes one bit of a Modbus RTU device at the control box (function 5).",
-        |call| write_coil(call, Port::Masterboard, As::Count),
+        |call| write_coil(call, Port::Masterboard, WriteResult::Count),
     )
     .waiting(),
     Builtin::new(
@@ -193,7 +199,7 @@ pub const BUILTINS: &[Builtin] = &[
         &[SLAVE, ADDRESS, BITS_TO_WRITE, TIMEOUT_3],
         "int, how many were written, 0 when it fails",
         "Writes bits of a Modbus RTU device at the control box (function 15).",
-        |call| write_coils(call, Port::Masterboard, As::Count),
+        |call| write_coils(call, Port::Masterboard, WriteResult::Count),
     )
     .waiting(),
     Builtin::new(
@@ -203,7 +209,7 @@ pub const BUILTINS: &[Builtin] = &[
         &[SLAVE, ADDRESS, REGISTER, TIMEOUT_3],
         "int, 1 when written, 0 when it fails",
         "Writes one register of a Modbus RTU device at the control box (function 6).",
-        |call| write_register(call, Port::Masterboard, As::Count),
+        |call| write_register(call, Port::Masterboard, WriteResult::Count),
     )
     .waiting(),
     Builtin::new(
@@ -213,7 +219,7 @@ pub const BUILTINS: &[Builtin] = &[
         &[SLAVE, ADDRESS, REGISTERS_TO_WRITE, TIMEOUT_3],
         "int, how many were written, 0 when it fails",
         "Writes registers of a Modbus RTU device at the control box (function 16).",
-        |call| write_registers(call, Port::Masterboard, As::Count),
+        |call| write_registers(call, Port::Masterboard, WriteResult::Count),
     )
     .waiting(),
     Builtin::new(
@@ -263,7 +269,7 @@ pub const BUILTINS: &[Builtin] = &[
         &[SLAVE, ADDRESS, BIT, TIMEOUT_5, OLD_PORT],
         "int, 1 when written, 0 when it fails",
         "Writes one bit of a Modbus RTU device at the control box (function 5).",
-        |call| write_coil(call, Port::Masterboard, As::Count),
+        |call| write_coil(call, Port::Masterboard, WriteResult::Count),
     )
     .waiting(),
     Builtin::new(
@@ -273,7 +279,7 @@ pub const BUILTINS: &[Builtin] = &[
         &[SLAVE, ADDRESS, BITS_TO_WRITE, TIMEOUT_5, OLD_PORT],
         "int, how many were written, 0 when it fails",
         "Writes bits of a Modbus RTU device at the control box (function 15).",
-        |call| write_coils(call, Port::Masterboard, As::Count),
+        |call| write_coils(call, Port::Masterboard, WriteResult::Count),
     )
     .waiting(),
     Builtin::new(
@@ -283,7 +289,7 @@ pub const BUILTINS: &[Builtin] = &[
         &[SLAVE, ADDRESS, REGISTER, TIMEOUT_5, OLD_PORT],
         "int, 1 when written, 0 when it fails",
         "Writes one register of a Modbus RTU device at the control box (function 6).",
-        |call| write_register(call, Port::Masterboard, As::Count),
+        |call| write_register(call, Port::Masterboard, WriteResult::Count),
     )
     .waiting(),
     Builtin::new(
@@ -293,14 +299,14 @@ pub const BUILTINS: &[Builtin] = &[
         &[SLAVE, ADDRESS, REGISTERS_TO_WRITE, TIMEOUT_5, OLD_PORT],
         "int, how many were written, 0 when it fails",
         "Writes registers of a Modbus RTU device at the control box (function 16).",
-        |call| write_registers(call, Port::Masterboard, As::Count),
+        |call| write_registers(call, Port::Masterboard, WriteResult::Count),
     )
     .waiting(),
 ];
 
 /// What a write gives.
 #[derive(Clone, Copy)]
-enum As {
+enum WriteResult {
     /// How many values were written.
     Count,
     /// Whether they were.
@@ -356,14 +362,14 @@ fn write(
     port: Port,
     request: Request,
     count: usize,
-    result: As,
+    result: WriteResult,
 ) -> Result<Value, Raised> {
     let written = ask(call, port, request)?.is_some();
     Ok(match result {
         // At most 1968, and the device confirms all of them or none.
-        As::Count if written => Value::Int(count as i64),
-        As::Count => Value::Int(0),
-        As::Bool => Value::Bool(written),
+        WriteResult::Count if written => Value::Int(count as i64),
+        WriteResult::Count => Value::Int(0),
+        WriteResult::Bool => Value::Bool(written),
     })
 }
 
@@ -412,27 +418,35 @@ fn word(value: &Value) -> Option<u16> {
     value.as_i64().and_then(|number| u16::try_from(number).ok())
 }
 
-fn write_coil(call: &mut Call<'_, '_>, port: Port, result: As) -> Result<Value, Raised> {
+fn write_coil(call: &mut Call<'_, '_>, port: Port, result: WriteResult) -> Result<Value, Raised> {
     let levels = data(call, 1, LEVELS, level)?;
     let request = Request::WriteCoil(address(call)?, levels == [true]);
     write(call, port, request, 1, result)
 }
 
-fn write_coils(call: &mut Call<'_, '_>, port: Port, result: As) -> Result<Value, Raised> {
+fn write_coils(call: &mut Call<'_, '_>, port: Port, result: WriteResult) -> Result<Value, Raised> {
     let levels = data(call, 1968, LEVELS, level)?;
     let count = levels.len();
     let request = Request::WriteCoils(address(call)?, levels);
     write(call, port, request, count, result)
 }
 
-fn write_register(call: &mut Call<'_, '_>, port: Port, result: As) -> Result<Value, Raised> {
+fn write_register(
+    call: &mut Call<'_, '_>,
+    port: Port,
+    result: WriteResult,
+) -> Result<Value, Raised> {
     let words = data(call, 1, WORDS, word)?;
     let request =
         Request::WriteRegister(address(call)?, words.first().copied().unwrap_or_default());
     write(call, port, request, 1, result)
 }
 
-fn write_registers(call: &mut Call<'_, '_>, port: Port, result: As) -> Result<Value, Raised> {
+fn write_registers(
+    call: &mut Call<'_, '_>,
+    port: Port,
+    result: WriteResult,
+) -> Result<Value, Raised> {
     let words = data(call, 123, WORDS, word)?;
     let count = words.len();
     let request = Request::WriteRegisters(address(call)?, words);

@@ -10,7 +10,7 @@ use elite_lang::{ExceptionKind, Raised, Value};
 use motion_api::CommandKind;
 
 use super::call::Call;
-use super::declare::{Builtin, Category, Default, Kind, Parameter, Range};
+use super::declare::{Builtin, Category, Parameter, ParameterDefault, ParameterType, Range};
 
 /// The builtins of this chapter.
 pub const BUILTINS: &[Builtin] = &[
@@ -23,8 +23,8 @@ pub const BUILTINS: &[Builtin] = &[
             Parameter {
                 name: "q",
                 aliases: &[],
-                kind: Kind::Joints,
-                default: Default::Required,
+                kind: ParameterType::Joints,
+                default: ParameterDefault::Required,
                 unit: "rad",
                 meaning: "target joint positions [Base, Shoulder, Elbow, Wrist1, Wrist2, Wrist3]",
             },
@@ -45,13 +45,13 @@ pub const BUILTINS: &[Builtin] = &[
         params: &[
             Parameter::new(
                 "pose_via",
-                Kind::Pose,
+                ParameterType::Pose,
                 "m, rad",
                 "TCP pose on the arc; only its position counts",
             ),
             Parameter::new(
                 "pose_to",
-                Kind::Pose,
+                ParameterType::Pose,
                 "m, rad",
                 "target TCP pose in the base frame",
             ),
@@ -61,8 +61,8 @@ pub const BUILTINS: &[Builtin] = &[
             Parameter {
                 name: "mode",
                 aliases: &[],
-                kind: Kind::Integer(i64::MIN, i64::MAX),
-                default: Default::Integer(0),
+                kind: ParameterType::Integer(i64::MIN, i64::MAX),
+                default: ParameterDefault::Integer(0),
                 unit: "",
                 meaning: "0: the tool keeps its orientation to the arc; otherwise it turns evenly to that of the target",
             },
@@ -80,8 +80,8 @@ pub const BUILTINS: &[Builtin] = &[
             Parameter {
                 name: "pose",
                 aliases: &["p"],
-                kind: Kind::Pose,
-                default: Default::Required,
+                kind: ParameterType::Pose,
+                default: ParameterDefault::Required,
                 unit: "m, rad",
                 meaning: "target TCP pose in the base frame",
             },
@@ -132,24 +132,24 @@ pub const BUILTINS: &[Builtin] = &[
             Parameter {
                 name: "m",
                 aliases: &[],
-                kind: Kind::Number(Range::NotNegative),
-                default: Default::Required,
+                kind: ParameterType::Number(Range::NotNegative),
+                default: ParameterDefault::Required,
                 unit: "kg",
                 meaning: "mass, at most the rated payload of the model",
             },
             Parameter {
                 name: "CoG",
                 aliases: &["cog"],
-                kind: Kind::Numbers(3),
-                default: Default::Required,
+                kind: ParameterType::Numbers(3),
+                default: ParameterDefault::Required,
                 unit: "m",
                 meaning: "centre of gravity in the flange frame",
             },
             Parameter {
                 name: "inertia",
                 aliases: &[],
-                kind: Kind::Numbers(6),
-                default: Default::Zeros,
+                kind: ParameterType::Numbers(6),
+                default: ParameterDefault::Zeros,
                 unit: "kg m^2",
                 meaning: "[Ixx, Iyy, Izz, Ixy, Ixz, Iyz] about the centre of gravity",
             },
@@ -166,8 +166,8 @@ pub const BUILTINS: &[Builtin] = &[
         params: &[Parameter {
             name: "pose",
             aliases: &[],
-            kind: Kind::Pose,
-            default: Default::Required,
+            kind: ParameterType::Pose,
+            default: ParameterDefault::Required,
             unit: "m, rad",
             meaning: "TCP in the flange frame",
         }],
@@ -181,8 +181,8 @@ const fn acceleration(unit: &'static str, default: f64, meaning: &'static str) -
     Parameter {
         name: "a",
         aliases: &[],
-        kind: Kind::Number(Range::Positive),
-        default: Default::Number(default),
+        kind: ParameterType::Number(Range::Positive),
+        default: ParameterDefault::Number(default),
         unit,
         meaning,
     }
@@ -192,8 +192,8 @@ const fn speed(unit: &'static str, default: f64, meaning: &'static str) -> Param
     Parameter {
         name: "v",
         aliases: &[],
-        kind: Kind::Number(Range::Positive),
-        default: Default::Number(default),
+        kind: ParameterType::Number(Range::Positive),
+        default: ParameterDefault::Number(default),
         unit,
         meaning,
     }
@@ -202,8 +202,8 @@ const fn speed(unit: &'static str, default: f64, meaning: &'static str) -> Param
 const DURATION: Parameter = Parameter {
     name: "t",
     aliases: &[],
-    kind: Kind::Number(Range::NotNegative),
-    default: Default::Number(0.0),
+    kind: ParameterType::Number(Range::NotNegative),
+    default: ParameterDefault::Number(0.0),
     unit: "s",
     meaning: "duration; 0 plans from a and v, otherwise a and v are ignored",
 };
@@ -211,8 +211,8 @@ const DURATION: Parameter = Parameter {
 const BLEND_RADIUS: Parameter = Parameter {
     name: "r",
     aliases: &[],
-    kind: Kind::Number(Range::NotNegative),
-    default: Default::Number(0.0),
+    kind: ParameterType::Number(Range::NotNegative),
+    default: ParameterDefault::Number(0.0),
     unit: "m",
     meaning: "blend radius; 0 stops at the target",
 };

@@ -4,7 +4,9 @@ use elite_lang::{ExceptionKind, Raised, Value};
 use motion_api::{CommandKind, OffsetAxes};
 
 use super::call::Call;
-use super::declare::{Builtin, Category, Default, FROM_OUTPUT, Kind, Parameter, Range};
+use super::declare::{
+    Builtin, Category, FROM_OUTPUT, Parameter, ParameterDefault, ParameterType, Range,
+};
 
 /// The builtins of this kind.
 pub const BUILTINS: &[Builtin] = &[
@@ -16,26 +18,26 @@ pub const BUILTINS: &[Builtin] = &[
         params: &[
             Parameter::new(
                 "pose",
-                Kind::Pose,
+                ParameterType::Pose,
                 "m, rad",
                 "target TCP pose in the base frame",
             ),
             Parameter::new(
                 "a",
-                Kind::Number(Range::Positive),
+                ParameterType::Number(Range::Positive),
                 "m/s^2",
                 "TCP acceleration",
             )
-            .or(Default::Number(1.2)),
-            Parameter::new("v", Kind::Number(Range::Positive), "m/s", "TCP speed")
-                .or(Default::Number(0.25)),
+            .or(ParameterDefault::Number(1.2)),
+            Parameter::new("v", ParameterType::Number(Range::Positive), "m/s", "TCP speed")
+                .or(ParameterDefault::Number(0.25)),
             Parameter::new(
                 "r",
-                Kind::Number(Range::NotNegative),
+                ParameterType::Number(Range::NotNegative),
                 "m",
                 "the blend is the arc that touches both lines at this distance from the target; 0 stops there",
             )
-            .or(Default::Number(0.0)),
+            .or(ParameterDefault::Number(0.0)),
         ],
         returns: "nothing; returns when the target is reached or, with r > 0, its blend zone is entered",
         waits: true,
@@ -58,11 +60,11 @@ pub const BUILTINS: &[Builtin] = &[
         summary: "Ends offsets of the path: the joints brake, the next motion starts where the arm stands.",
         params: &[Parameter::new(
             "a",
-            Kind::Number(Range::Positive),
+            ParameterType::Number(Range::Positive),
             "rad/s^2",
             "deceleration of the fastest joint",
         )
-        .or(Default::Number(20.0))],
+        .or(ParameterDefault::Number(20.0))],
         returns: "nothing; returns when the arm stands",
         waits: true,
         run: Some(path_offset_disable),
@@ -75,7 +77,7 @@ pub const BUILTINS: &[Builtin] = &[
         params: &[
             Parameter::new(
                 "offset",
-                Kind::Pose,
+                ParameterType::Pose,
                 "m, rad",
                 "translation and rotation from the path",
             ),
@@ -102,7 +104,7 @@ pub const BUILTINS: &[Builtin] = &[
         summary: "Sets the filter of new offsets.",
         params: &[Parameter::new(
             "alpha",
-            Kind::Number(Range::Between(0.0, 1.0)),
+            ParameterType::Number(Range::Between(0.0, 1.0)),
             "",
             "share of a new offset that is taken over in each cycle; 1, as at the start of a program, does not filter",
         )],
@@ -118,13 +120,13 @@ pub const BUILTINS: &[Builtin] = &[
         params: &[
             Parameter::new(
                 "translation",
-                Kind::Number(Range::NotNegative),
+                ParameterType::Number(Range::NotNegative),
                 "m",
                 "largest translation, 0.1 at the start of a program",
             ),
             Parameter::new(
                 "rotation",
-                Kind::Number(Range::NotNegative),
+                ParameterType::Number(Range::NotNegative),
                 "rad",
                 "largest rotation, 0.5 at the start of a program",
             ),
@@ -150,7 +152,7 @@ pub const BUILTINS: &[Builtin] = &[
 
 const AXES: Parameter = Parameter::new(
     "type",
-    Kind::OneOf(&[1, 2, 3]),
+    ParameterType::OneOf(&[1, 2, 3]),
     "",
     "axes of the offset: 1 base, 2 TCP, 3 motion (X along the path, Y = X × the tool's Z, Z = X × Y)",
 );

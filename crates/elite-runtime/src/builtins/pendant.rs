@@ -6,7 +6,7 @@ use elite_lang::{ExceptionKind, Raised, Value};
 use motion_api::IoChange;
 
 use super::call::Call;
-use super::declare::{Builtin, Category, FROM_OUTPUT, Kind, Parameter};
+use super::declare::{Builtin, Category, FROM_OUTPUT, Parameter, ParameterType};
 
 /// The builtins.
 pub const BUILTINS: &[Builtin] = &[
@@ -16,7 +16,7 @@ pub const BUILTINS: &[Builtin] = &[
         "set_safety_mode_transition_hardness",
         &[Parameter::required(
             "type",
-            Kind::Integer(0, 1),
+            ParameterType::Integer(0, 1),
             "0 hard, 1 soft",
         )],
         "nothing",
@@ -32,7 +32,7 @@ pub const BUILTINS: &[Builtin] = &[
         "set_tool_digital_io_work_mode",
         &[Parameter::required(
             "mode",
-            Kind::Integer(0, 3),
+            ParameterType::Integer(0, 3),
             "kept with the tool's configuration",
         )],
         "nothing",
@@ -47,11 +47,20 @@ pub const BUILTINS: &[Builtin] = &[
         FROM_OUTPUT,
         "cal_rpy_frame",
         &[
-            Parameter::new("origin", Kind::Numbers(3), "m", "where the frame lies"),
-            Parameter::required("x_direction", Kind::Numbers(3), "direction of its X axis"),
+            Parameter::new(
+                "origin",
+                ParameterType::Numbers(3),
+                "m",
+                "where the frame lies",
+            ),
+            Parameter::required(
+                "x_direction",
+                ParameterType::Numbers(3),
+                "direction of its X axis",
+            ),
             Parameter::required(
                 "y_direction",
-                Kind::Numbers(3),
+                ParameterType::Numbers(3),
                 "its Y axis is on this side of X, at a right angle to it",
             ),
         ],
@@ -71,7 +80,7 @@ pub const BUILTINS: &[Builtin] = &[
 
 const COPIED: &[Parameter] = &[Parameter::required(
     "x",
-    Kind::Checked("any"),
+    ParameterType::Checked("any"),
     "what is copied",
 )];
 

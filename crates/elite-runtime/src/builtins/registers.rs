@@ -4,19 +4,26 @@ use elite_lang::{Raised, Value};
 use motion_api::IoChange;
 
 use super::call::Call;
-use super::declare::{Builtin, Category::Register, Kind, Parameter, Range};
+use super::declare::{Builtin, Category::Register, Parameter, ParameterType, Range};
 
-const BIT: Parameter =
-    Parameter::required("address", Kind::Integer(0, 127), "number of the register");
-const NUMBER: Parameter =
-    Parameter::required("address", Kind::Integer(0, 47), "number of the register");
-const LEVEL: Parameter = Parameter::required("value", Kind::Boolean, "what to store");
+const BIT: Parameter = Parameter::required(
+    "address",
+    ParameterType::Integer(0, 127),
+    "number of the register",
+);
+const NUMBER: Parameter = Parameter::required(
+    "address",
+    ParameterType::Integer(0, 47),
+    "number of the register",
+);
+const LEVEL: Parameter = Parameter::required("value", ParameterType::Boolean, "what to store");
 const INTEGER: Parameter = Parameter::required(
     "value",
-    Kind::Integer(i32::MIN as i64, i32::MAX as i64),
+    ParameterType::Integer(i32::MIN as i64, i32::MAX as i64),
     "what to store",
 );
-const FLOAT: Parameter = Parameter::required("value", Kind::Number(Range::Any), "what to store");
+const FLOAT: Parameter =
+    Parameter::required("value", ParameterType::Number(Range::Any), "what to store");
 
 /// The builtins of this chapter.
 pub const BUILTINS: &[Builtin] = &[

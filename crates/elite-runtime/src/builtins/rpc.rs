@@ -2,19 +2,19 @@
 
 use std::rc::Rc;
 
-use elite_lang::{AnyMethod, ExceptionKind, NativeCall, NativeContext, Raised, Value};
+use elite_lang::{ExceptionKind, MethodHandler, NativeCall, NativeContext, Raised, Value};
 use io_bus::xmlrpc::codec::DEPTH_MAX;
-use io_bus::xmlrpc::{RpcClient, RpcValue, Url};
+use io_bus::xmlrpc::{RpcClient, RpcUrl, RpcValue};
 
 use super::call::Call;
-use super::declare::{Builtin, Category::Rpc, Kind, Parameter};
+use super::declare::{Builtin, Category::Rpc, Parameter, ParameterType};
 use crate::external::from_outside;
 use crate::task::TaskContext;
 
-const TYPE: Parameter = Parameter::required("type", Kind::Word(&["xmlrpc"]), "protocol");
+const TYPE: Parameter = Parameter::required("type", ParameterType::Word(&["xmlrpc"]), "protocol");
 const URL: Parameter = Parameter::required(
     "url",
-    Kind::Text,
+    ParameterType::Text,
     "\"ip:port\", which means the path /RPC2, or \"http://ip:port/path\"",
 );
 
@@ -32,7 +32,7 @@ pub const BUILTINS: &[Builtin] = &[Builtin::new(
 fn rpc_factory(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     call.word(0)?;
     let text = call.text(1)?;
-    let url: Url = match text.parse() {
+    let url: RpcUrl = match text.parse() {
         Ok(url) => url,
         Err(error) => {
             return Err(call.error(
@@ -46,8 +46,8 @@ fn rpc_factory(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let (host, port) = url.host_and_port();
     context.has_stand_in(host, port);
     let stand_ins = context.extras().stand_ins.clone();
-    let client = Rc::new(RpcClient::new(url).beside(stand_ins));
-    let remote = AnyMethod::with(Remote { context, client }, Remote::call);
+    let client = Rc::new(RpcClient::new(url).with_simulated_peers(stand_ins));
+    let remote = MethodHandler::with(Remote { context, client }, Remote::call);
     Ok(call.native().object_with_any_method("rpc", remote))
 }
 

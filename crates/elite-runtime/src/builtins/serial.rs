@@ -14,7 +14,9 @@ use io_bus::Fieldbus;
 use io_bus::serial::{SerialLine, SerialMode, SerialSettings};
 
 use super::call::Call;
-use super::declare::{Builtin, Category::Serial, Default, Kind, Parameter, Range};
+use super::declare::{
+    Builtin, Category::Serial, Parameter, ParameterDefault, ParameterType, Range,
+};
 
 /// Sub code of the alarm "the port belongs to a plug-in" (manual 5.32).
 const USED_BY_DAEMON: i32 = 2;
@@ -40,86 +42,108 @@ impl Port {
     }
 }
 
-const TOOL_BAUD: Kind = Kind::OneOf(&[9600, 19200, 38400, 57600, 115_200, 1_000_000, 2_000_000]);
-const BAUD: Kind = Kind::OneOf(&[
+const TOOL_BAUD: ParameterType =
+    ParameterType::OneOf(&[9600, 19200, 38400, 57600, 115_200, 1_000_000, 2_000_000]);
+const BAUD: ParameterType = ParameterType::OneOf(&[
     2400, 4800, 9600, 19200, 38400, 57600, 115_200, 230_400, 460_800, 500_000, 921_600,
 ]);
 
-const ENABLED: Parameter = Parameter::required("enabled", Kind::Boolean, "open or close the port");
+const ENABLED: Parameter =
+    Parameter::required("enabled", ParameterType::Boolean, "open or close the port");
 const TOOL_BAUD_RATE: Parameter =
     Parameter::required("baud_rate", TOOL_BAUD, "baud rate").in_unit("baud");
-const PARITY: Parameter =
-    Parameter::required("parity", Kind::Integer(0, 2), "0 none, 1 odd, 2 even")
-        .also(&["parity_bit"]);
-const STOP_BITS: Parameter = Parameter::required("stop_bits", Kind::Integer(1, 2), "stop bits");
-const TOOL_SIZE: Parameter = Parameter::required("size", Kind::OneOf(&[8]), "data bits")
-    .or(Default::Integer(8))
+const PARITY: Parameter = Parameter::required(
+    "parity",
+    ParameterType::Integer(0, 2),
+    "0 none, 1 odd, 2 even",
+)
+.also(&["parity_bit"]);
+const STOP_BITS: Parameter =
+    Parameter::required("stop_bits", ParameterType::Integer(1, 2), "stop bits");
+const TOOL_SIZE: Parameter = Parameter::required("size", ParameterType::OneOf(&[8]), "data bits")
+    .or(ParameterDefault::Integer(8))
     .in_unit("bit");
 const MODBUS_RTU: Parameter = Parameter::required(
     "modbus_rtu",
-    Kind::Boolean,
+    ParameterType::Boolean,
     "True: Modbus RTU, False: bytes",
 )
-.or(Default::Boolean(false));
+.or(ParameterDefault::Boolean(false));
 const USAGE: Parameter = Parameter::required(
     "usage",
-    Kind::Integer(0, 1),
+    ParameterType::Integer(0, 1),
     "0 scripts use the port, 1 a plug-in does",
 )
-.or(Default::Integer(0));
-const ENABLE: Parameter = Parameter::required("enable", Kind::Boolean, "open or close the port");
+.or(ParameterDefault::Integer(0));
+const ENABLE: Parameter =
+    Parameter::required("enable", ParameterType::Boolean, "open or close the port");
 const BAUD_OR_DEFAULT: Parameter = Parameter::required("baud", BAUD, "baud rate")
-    .or(Default::Integer(115_200))
+    .or(ParameterDefault::Integer(115_200))
     .in_unit("baud");
-const PARITY_OR_DEFAULT: Parameter = PARITY.or(Default::Integer(1));
+const PARITY_OR_DEFAULT: Parameter = PARITY.or(ParameterDefault::Integer(1));
 const STOP_BIT_OR_DEFAULT: Parameter =
-    Parameter::required("stop_bit", Kind::Integer(1, 2), "stop bits").or(Default::Integer(1));
-const SIZE_OR_DEFAULT: Parameter =
-    Parameter::required("size", Kind::Integer(7, 8), "data bits; 8 for Modbus RTU")
-        .or(Default::Integer(8))
-        .in_unit("bit");
+    Parameter::required("stop_bit", ParameterType::Integer(1, 2), "stop bits")
+        .or(ParameterDefault::Integer(1));
+const SIZE_OR_DEFAULT: Parameter = Parameter::required(
+    "size",
+    ParameterType::Integer(7, 8),
+    "data bits; 8 for Modbus RTU",
+)
+.or(ParameterDefault::Integer(8))
+.in_unit("bit");
 const OLD_BAUD: Parameter = Parameter::required("baud", BAUD, "baud rate").in_unit("baud");
-const OLD_PARITY: Parameter =
-    Parameter::required("parity_bit", Kind::Integer(0, 2), "0 none, 1 odd, 2 even")
-        .also(&["parity"]);
-const OLD_STOP_BIT: Parameter = Parameter::required("stop_bit", Kind::Integer(1, 2), "stop bits");
-const OLD_SIZE: Parameter =
-    Parameter::required("size", Kind::Integer(7, 8), "data bits; 8 for Modbus RTU").in_unit("bit");
+const OLD_PARITY: Parameter = Parameter::required(
+    "parity_bit",
+    ParameterType::Integer(0, 2),
+    "0 none, 1 odd, 2 even",
+)
+.also(&["parity"]);
+const OLD_STOP_BIT: Parameter =
+    Parameter::required("stop_bit", ParameterType::Integer(1, 2), "stop bits");
+const OLD_SIZE: Parameter = Parameter::required(
+    "size",
+    ParameterType::Integer(7, 8),
+    "data bits; 8 for Modbus RTU",
+)
+.in_unit("bit");
 const OLD_MODBUS_RTU: Parameter = Parameter::required(
     "modbus_rtu",
-    Kind::Boolean,
+    ParameterType::Boolean,
     "True: Modbus RTU, False: bytes",
 );
 const READ_COUNT: Parameter = Parameter::required(
     "read_count",
-    Kind::Integer(0, READ_BYTES_MAX),
+    ParameterType::Integer(0, READ_BYTES_MAX),
     "bytes to read",
 );
-const LEN: Parameter =
-    Parameter::required("len", Kind::Integer(0, READ_BYTES_MAX), "bytes to read");
+const LEN: Parameter = Parameter::required(
+    "len",
+    ParameterType::Integer(0, READ_BYTES_MAX),
+    "bytes to read",
+);
 const IS_NUMBER: Parameter = Parameter::required(
     "is_number",
-    Kind::Boolean,
+    ParameterType::Boolean,
     "True: a list of integers, False: bytes",
 );
-const IS_NUMBER_OR_DEFAULT: Parameter = IS_NUMBER.or(Default::Boolean(true));
+const IS_NUMBER_OR_DEFAULT: Parameter = IS_NUMBER.or(ParameterDefault::Boolean(true));
 const TIME_OUT: Parameter = Parameter::required(
     "time_out",
-    Kind::Number(Range::Any),
+    ParameterType::Number(Range::Any),
     "0 or less waits for ever",
 )
 .also(&["timeout"])
 .in_unit("s");
-const OLD_TIME_OUT: Parameter = TIME_OUT.or(Default::Number(0.1));
+const OLD_TIME_OUT: Parameter = TIME_OUT.or(ParameterDefault::Number(0.1));
 const TIMEOUT_OR_DEFAULT: Parameter = Parameter::required(
     "timeout",
-    Kind::Number(Range::Any),
+    ParameterType::Number(Range::Any),
     "0 or less waits for ever",
 )
 .also(&["time_out"])
-.or(Default::Number(0.1))
+.or(ParameterDefault::Number(0.1))
 .in_unit("s");
-const DATA_KIND: Kind = Kind::Checked("str, int, list[int], bytes or bytearray");
+const DATA_KIND: ParameterType = ParameterType::Checked("str, int, list[int], bytes or bytearray");
 const WRITE_DATA: Parameter = Parameter::required(
     "write_data",
     DATA_KIND,
@@ -133,10 +157,10 @@ const DATA: Parameter = Parameter::required(
 /// The device of the 2.14.5 edition; every name the editions use is the port of the control box.
 pub(super) const OLD_PORT: Parameter = Parameter::required(
     "port",
-    Kind::Word(&["_dev_ttymxc0", "/dev/ttymxc0", "/dev/ttyS2"]),
+    ParameterType::Word(&["_dev_ttymxc0", "/dev/ttymxc0", "/dev/ttyS2"]),
     "the port of the control box",
 )
-.or(Default::Text("_dev_ttymxc0"));
+.or(ParameterDefault::Text("_dev_ttymxc0"));
 
 /// The builtins of this chapter.
 pub const BUILTINS: &[Builtin] = &[
@@ -375,16 +399,16 @@ pub(super) fn at_line<T: Clone + 'static, E: Display>(
     work: impl Future<Output = Result<T, E>> + 'static,
 ) -> Result<Result<T, String>, Raised> {
     let work = async move { work.await.map_err(|error| error.to_string()) };
-    let theirs = call.outside(Uncounted(Box::pin(work)))?;
+    let theirs = call.outside(UnmeteredFuture(Box::pin(work)))?;
     let own = theirs.clone();
     memory::outside(|| drop(theirs));
     Ok(own)
 }
 
 /// A future whose steps allocate and free for others.
-struct Uncounted<F>(Pin<Box<F>>);
+struct UnmeteredFuture<F>(Pin<Box<F>>);
 
-impl<F: Future> Future for Uncounted<F> {
+impl<F: Future> Future for UnmeteredFuture<F> {
     type Output = F::Output;
 
     fn poll(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<F::Output> {

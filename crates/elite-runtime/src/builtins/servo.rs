@@ -5,7 +5,7 @@ use elite_lang::{Raised, Value};
 use motion_api::CommandKind;
 
 use super::call::Call;
-use super::declare::{Builtin, Category, Default, Kind, Parameter, Range};
+use super::declare::{Builtin, Category, Parameter, ParameterDefault, ParameterType, Range};
 
 /// The builtins of these sections.
 pub const BUILTINS: &[Builtin] = &[
@@ -15,28 +15,28 @@ pub const BUILTINS: &[Builtin] = &[
         category: Category::Motion,
         summary: "Leads the joints along a stream of positions, one call a point.",
         params: &[
-            Parameter::new("q", Kind::Joints, "rad", "target joint positions"),
+            Parameter::new("q", ParameterType::Joints, "rad", "target joint positions"),
             Parameter::new(
                 "t",
-                Kind::Number(Range::Positive),
+                ParameterType::Number(Range::Positive),
                 "s",
                 "how long this point leads the arm; the call lasts as long",
             )
-            .or(Default::Number(0.004)),
+            .or(ParameterDefault::Number(0.004)),
             Parameter::new(
                 "lookahead_time",
-                Kind::Number(Range::Any),
+                ParameterType::Number(Range::Any),
                 "s",
                 "length of the mean filter, 0.03 to 0.2: longer is smoother and later",
             )
-            .or(Default::Number(0.1)),
+            .or(ParameterDefault::Number(0.1)),
             Parameter::new(
                 "gain",
-                Kind::Number(Range::Any),
+                ParameterType::Number(Range::Any),
                 "",
                 "100 to 2000: higher follows faster",
             )
-            .or(Default::Number(300.0)),
+            .or(ParameterDefault::Number(300.0)),
         ],
         returns: "nothing; returns after t",
         waits: true,
@@ -48,10 +48,10 @@ pub const BUILTINS: &[Builtin] = &[
         category: Category::Motion,
         summary: "Accelerates the joints to speeds and keeps them until the next motion command.",
         params: &[
-            Parameter::new("qd", Kind::Numbers(6), "rad/s", "joint speeds"),
+            Parameter::new("qd", ParameterType::Numbers(6), "rad/s", "joint speeds"),
             Parameter::new(
                 "a",
-                Kind::Number(Range::Positive),
+                ParameterType::Number(Range::Positive),
                 "rad/s^2",
                 "acceleration of the joint that changes most",
             ),
@@ -68,7 +68,7 @@ pub const BUILTINS: &[Builtin] = &[
         summary: "Brings all joints to rest.",
         params: &[Parameter::new(
             "a",
-            Kind::Number(Range::Positive),
+            ParameterType::Number(Range::Positive),
             "rad/s^2",
             "deceleration of the fastest joint",
         )],
@@ -84,24 +84,24 @@ pub const BUILTINS: &[Builtin] = &[
         params: &[
             Parameter::new(
                 "xd",
-                Kind::Numbers(6),
+                ParameterType::Numbers(6),
                 "m/s, rad/s",
                 "TCP velocity in the base frame: linear, then angular",
             ),
             Parameter::new(
                 "a",
-                Kind::Number(Range::Positive),
+                ParameterType::Number(Range::Positive),
                 "m/s^2",
                 "linear acceleration",
             ),
             DURATION,
             Parameter::new(
                 "aRot",
-                Kind::Number(Range::Positive),
+                ParameterType::Number(Range::Positive),
                 "rad/s^2",
                 "angular acceleration; default: the number of a; counts only when t is given",
             )
-            .or(Default::Symbolic("a")),
+            .or(ParameterDefault::Symbolic("a")),
         ],
         returns: "nothing; returns after t, without t when the velocity is reached",
         waits: true,
@@ -114,7 +114,7 @@ pub const BUILTINS: &[Builtin] = &[
         summary: "Brings the TCP to rest on its line.",
         params: &[Parameter::new(
             "a",
-            Kind::Number(Range::Positive),
+            ParameterType::Number(Range::Positive),
             "m/s^2",
             "deceleration of the TCP",
         )],
@@ -126,11 +126,11 @@ pub const BUILTINS: &[Builtin] = &[
 
 const DURATION: Parameter = Parameter::new(
     "t",
-    Kind::Number(Range::NotNegative),
+    ParameterType::Number(Range::NotNegative),
     "s",
     "when the call returns; without it when the speed is reached",
 )
-.or(Default::Symbolic(""));
+.or(ParameterDefault::Symbolic(""));
 
 /// Shortest time a speed command is given, s: one cycle, whatever its length.
 const ONE_CYCLE: f64 = 1e-6;

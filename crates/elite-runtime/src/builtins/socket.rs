@@ -6,10 +6,12 @@
 use std::rc::Rc;
 
 use elite_lang::{ExceptionKind, Raised, Value};
-use io_bus::{Link, ScriptSocket};
+use io_bus::{PeerStream, ScriptSocket};
 
 use super::call::Call;
-use super::declare::{Builtin, Category::Socket, Default, Kind, Parameter, Range};
+use super::declare::{
+    Builtin, Category::Socket, Parameter, ParameterDefault, ParameterType, Range,
+};
 use crate::value_text::compact_text;
 
 /// Most sockets of one task.
@@ -23,51 +25,68 @@ const DEFAULT_NAME: &str = "socket_0";
 
 const NAME: Parameter = Parameter::required(
     "socket_name",
-    Kind::Text,
+    ParameterType::Text,
     "name of the connection; empty means socket_0",
 )
-.or(Default::Text(DEFAULT_NAME));
+.or(ParameterDefault::Text(DEFAULT_NAME));
 const TIMEOUT: Parameter = Parameter::required(
     "timeout",
-    Kind::Number(Range::Any),
+    ParameterType::Number(Range::Any),
     "0 or less waits for ever",
 )
-.or(Default::Number(2.0))
+.or(ParameterDefault::Number(2.0))
 .in_unit("s");
-const NUMBER: Parameter = Parameter::required("number", Kind::Integer(1, 30), "how many");
-const BYTES: Parameter = Parameter::required("number", Kind::Integer(1, 512), "how many");
-const ADDRESS: Parameter =
-    Parameter::required("address", Kind::Text, "address or name of the server");
-const PORT: Parameter =
-    Parameter::required("port", Kind::Integer(1, 65535), "TCP port of the server");
-const VAR_NAME: Parameter = Parameter::required("var_name", Kind::Text, "name of the variable");
-const SET_NAME: Parameter = Parameter::required("name", Kind::Text, "name of the variable");
-const SET_VALUE: Parameter =
-    Parameter::required("value", Kind::Integer(i64::MIN, i64::MAX), "its value");
+const NUMBER: Parameter = Parameter::required("number", ParameterType::Integer(1, 30), "how many");
+const BYTES: Parameter = Parameter::required("number", ParameterType::Integer(1, 512), "how many");
+const ADDRESS: Parameter = Parameter::required(
+    "address",
+    ParameterType::Text,
+    "address or name of the server",
+);
+const PORT: Parameter = Parameter::required(
+    "port",
+    ParameterType::Integer(1, 65535),
+    "TCP port of the server",
+);
+const VAR_NAME: Parameter =
+    Parameter::required("var_name", ParameterType::Text, "name of the variable");
+const SET_NAME: Parameter =
+    Parameter::required("name", ParameterType::Text, "name of the variable");
+const SET_VALUE: Parameter = Parameter::required(
+    "value",
+    ParameterType::Integer(i64::MIN, i64::MAX),
+    "its value",
+);
 const PREFIX: Parameter =
-    Parameter::required("prefix", Kind::Text, "text before the wanted part").or(Default::Text(""));
+    Parameter::required("prefix", ParameterType::Text, "text before the wanted part")
+        .or(ParameterDefault::Text(""));
 const SUFFIX: Parameter =
-    Parameter::required("suffix", Kind::Text, "text after the wanted part").or(Default::Text(""));
-const BYTE_LIST: Parameter =
-    Parameter::required("value", Kind::Checked("list[int]"), "bytes, 0 to 255 each");
+    Parameter::required("suffix", ParameterType::Text, "text after the wanted part")
+        .or(ParameterDefault::Text(""));
+const BYTE_LIST: Parameter = Parameter::required(
+    "value",
+    ParameterType::Checked("list[int]"),
+    "bytes, 0 to 255 each",
+);
 const BYTE: Parameter = Parameter::required(
     "value",
-    Kind::Checked("int or str"),
+    ParameterType::Checked("int or str"),
     "a number, of which the low 8 bits are sent, or one ASCII character",
 );
 const INT: Parameter = Parameter::required(
     "value",
-    Kind::Integer(i32::MIN as i64, i32::MAX as i64),
+    ParameterType::Integer(i32::MIN as i64, i32::MAX as i64),
     "the number",
 );
-const LINE: Parameter = Parameter::required("str", Kind::Text, "the text");
+const LINE: Parameter = Parameter::required("str", ParameterType::Text, "the text");
 const LINEFEED: Parameter = Parameter::required(
     "linefeed_type",
-    Kind::Integer(0, 2),
+    ParameterType::Integer(0, 2),
     "0 \\n, 1 \\r, 2 \\r\\n",
 )
-.or(Default::Integer(0));
-const ANYTHING: Parameter = Parameter::required("str", Kind::Printable, "sent as str() shows it");
+.or(ParameterDefault::Integer(0));
+const ANYTHING: Parameter =
+    Parameter::required("str", ParameterType::Printable, "sent as str() shows it");
 
 /// The builtins of this chapter.
 pub const BUILTINS: &[Builtin] = &[
@@ -239,7 +258,7 @@ fn socket_open(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
         return Err(call.error(ExceptionKind::RuntimeError, text));
     }
     let opened = match call.context().stand_in(&address, port) {
-        Some(stream) => stream.and_then(Link::local).map(ScriptSocket::over),
+        Some(stream) => stream.and_then(PeerStream::local).map(ScriptSocket::over),
         None => call.outside(async move { ScriptSocket::open(&address, port).await })?,
     };
     Ok(Value::Bool(match opened {
@@ -270,7 +289,7 @@ fn socket_get_var(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let Some(socket) = socket(call, 1)? else {
         return Ok(Value::Int(0));
     };
-    let value = call.outside(async move { socket.get_var(&variable).await })?;
+    let value = call.outside(async move { socket.query_var(&variable).await })?;
     Ok(Value::Int(value.into()))
 }
 

@@ -5,7 +5,7 @@ use elite_lang::{Raised, Value};
 use motion_api::{CommandKind, RobotState};
 
 use super::call::Call;
-use super::declare::{Builtin, Category, Default, Kind, Parameter};
+use super::declare::{Builtin, Category, Parameter, ParameterDefault, ParameterType};
 
 /// A builtin without parameters that reads the latest state.
 macro_rules! getter {
@@ -91,7 +91,7 @@ pub const BUILTINS: &[Builtin] = &[
         summary: "Sets the acceleration that the mounted arm feels: away from the centre of the earth.",
         params: &[Parameter::new(
             "d",
-            Kind::Numbers(3),
+            ParameterType::Numbers(3),
             "m/s^2",
             "in the base frame; [0, 0, 9.82] for an upright arm",
         )],
@@ -145,18 +145,18 @@ pub const BUILTINS: &[Builtin] = &[
         params: &[
             Parameter::new(
                 "freeAxes",
-                Kind::Booleans(Some(6)),
+                ParameterType::Booleans(Some(6)),
                 "",
                 "1 for every one of x, y, z, rx, ry, rz that may move",
             )
-            .or(Default::Ones),
+            .or(ParameterDefault::Ones),
             Parameter::new(
                 "frame",
-                Kind::Frame,
+                ParameterType::Frame,
                 "m, rad",
                 "whose axes: a pose relative to the base, \"base\" or \"tool\"",
             )
-            .or(Default::Zeros),
+            .or(ParameterDefault::Zeros),
         ],
         returns: "nothing",
         waits: false,
@@ -179,7 +179,7 @@ pub const BUILTINS: &[Builtin] = &[
         summary: "Switches collision detection on or off.",
         params: &[Parameter::new(
             "enabled",
-            Kind::Boolean,
+            ParameterType::Boolean,
             "",
             "True switches it on",
         )],
@@ -208,7 +208,7 @@ pub const BUILTINS: &[Builtin] = &[
         summary: "Sets the sensitivity of collision detection; 100 is the most sensitive.",
         params: &[Parameter::new(
             "ratio",
-            Kind::Integer(10, 100),
+            ParameterType::Integer(10, 100),
             "%",
             "sensitivity",
         )],

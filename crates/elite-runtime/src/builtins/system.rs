@@ -4,7 +4,7 @@ use elite_lang::{ExceptionKind, Raised, Value, memory};
 use motion_api::{CommandKind, Seconds};
 
 use super::call::Call;
-use super::declare::{Builtin, Category, Default, Kind, Parameter, Range};
+use super::declare::{Builtin, Category, Parameter, ParameterDefault, ParameterType, Range};
 use crate::message::{Message, Severity};
 use crate::panel::{FLAGS, Operator, Popup, PopupStyle, WatchdogAction, is_rtsi_input};
 use crate::task::{TaskRequest, Wait};
@@ -17,10 +17,10 @@ pub const BUILTINS: &[Builtin] = &[
         category: Category::Other,
         summary: "Writes the values, joined by one blank, to the log; to standard output under `run`.",
         params: &[Parameter {
-            default: Default::EmptyTuple,
+            default: ParameterDefault::EmptyTuple,
             ..parameter(
                 "values",
-                Kind::Rest,
+                ParameterType::Rest,
                 "what to write; Python's keywords sep and end work too",
             )
         }],
@@ -52,10 +52,10 @@ pub const BUILTINS: &[Builtin] = &[
         section: "9.3.1",
         summary: "Writes both parts, joined, to the log.",
         params: &[
-            parameter("s1", Kind::Printable, "first part"),
+            parameter("s1", ParameterType::Printable, "first part"),
             Parameter {
-                default: Default::EmptyText,
-                ..parameter("s2", Kind::Printable, "second part")
+                default: ParameterDefault::EmptyText,
+                ..parameter("s2", ParameterType::Printable, "second part")
             },
         ],
         ..system(textmsg)
@@ -65,10 +65,10 @@ pub const BUILTINS: &[Builtin] = &[
         section: "9.3.2",
         summary: "Shows a window; with blocking=True the thread waits until it is closed, except in a secondary program.",
         params: &[
-            parameter("s", Kind::Printable, "what it says"),
+            parameter("s", ParameterType::Printable, "what it says"),
             Parameter {
-                default: Default::Text("Popup"),
-                ..parameter("title", Kind::Printable, "the window's title")
+                default: ParameterDefault::Text("Popup"),
+                ..parameter("title", ParameterType::Printable, "the window's title")
             },
             flag("warning", "looks like a warning"),
             flag("error", "looks like an error; stronger than warning"),
@@ -84,7 +84,7 @@ pub const BUILTINS: &[Builtin] = &[
             unit: "s",
             ..parameter(
                 "t",
-                Kind::Number(Range::Any),
+                ParameterType::Number(Range::Any),
                 "how long; 0 or less returns at once",
             )
         }],
@@ -95,7 +95,7 @@ pub const BUILTINS: &[Builtin] = &[
         name: "set_flag",
         section: "9.5.2",
         summary: "Sets an internal flag; it keeps its level when the program ends.",
-        params: &[FLAG_INDEX, parameter("b", Kind::Boolean, "level")],
+        params: &[FLAG_INDEX, parameter("b", ParameterType::Boolean, "level")],
         ..system(set_flag)
     },
     Builtin {
@@ -132,14 +132,22 @@ pub const BUILTINS: &[Builtin] = &[
         section: "9.5.6",
         summary: "Watches how often an RTSI input is set; the watch ends with the program.",
         params: &[
-            parameter("variable", Kind::Text, "name of an RTSI input variable"),
+            parameter(
+                "variable",
+                ParameterType::Text,
+                "name of an RTSI input variable",
+            ),
             Parameter {
                 unit: "Hz",
-                ..parameter("frequency", Kind::Number(Range::Positive), "lowest rate")
+                ..parameter(
+                    "frequency",
+                    ParameterType::Number(Range::Positive),
+                    "lowest rate",
+                )
             },
             parameter(
                 "action",
-                Kind::Text,
+                ParameterType::Text,
                 "what happens below it: \"ignore\", \"pause\" or \"stop\"",
             ),
         ],
@@ -153,7 +161,11 @@ pub const BUILTINS: &[Builtin] = &[
     },
 ];
 
-const FLAG_INDEX: Parameter = parameter("n", Kind::Integer(0, FLAGS as i64 - 1), "which flag");
+const FLAG_INDEX: Parameter = parameter(
+    "n",
+    ParameterType::Integer(0, FLAGS as i64 - 1),
+    "which flag",
+);
 
 const fn system(run: fn(&mut Call<'_, '_>) -> Result<Value, Raised>) -> Builtin {
     Builtin {
@@ -168,12 +180,12 @@ const fn system(run: fn(&mut Call<'_, '_>) -> Result<Value, Raised>) -> Builtin 
     }
 }
 
-const fn parameter(name: &'static str, kind: Kind, meaning: &'static str) -> Parameter {
+const fn parameter(name: &'static str, kind: ParameterType, meaning: &'static str) -> Parameter {
     Parameter {
         name,
         aliases: &[],
         kind,
-        default: Default::Required,
+        default: ParameterDefault::Required,
         unit: "",
         meaning,
     }
@@ -181,8 +193,8 @@ const fn parameter(name: &'static str, kind: Kind, meaning: &'static str) -> Par
 
 const fn flag(name: &'static str, meaning: &'static str) -> Parameter {
     Parameter {
-        default: Default::Boolean(false),
-        ..parameter(name, Kind::Boolean, meaning)
+        default: ParameterDefault::Boolean(false),
+        ..parameter(name, ParameterType::Boolean, meaning)
     }
 }
 

@@ -6,7 +6,7 @@
 use elite_lang::{ExceptionKind, Letters, Raised, Value};
 
 use super::call::Call;
-use super::declare::{Builtin, Category, Default, Kind, Parameter};
+use super::declare::{Builtin, Category, Parameter, ParameterDefault, ParameterType};
 use crate::value_text::compact_text;
 
 /// Longest text that `str_cat` and `to_str` return, characters (manual 9.4.2, 9.4.8).
@@ -22,7 +22,7 @@ pub const BUILTINS: &[Builtin] = &[
             SRC,
             required(
                 "index",
-                Kind::Integer(i64::MIN, i64::MAX),
+                ParameterType::Integer(i64::MIN, i64::MAX),
                 "position, from 0",
             ),
         ],
@@ -34,8 +34,8 @@ pub const BUILTINS: &[Builtin] = &[
         "9.4.2",
         "Both values as text, joined; floats with six decimals, zeros at the end removed.",
         &[
-            required("object1", Kind::Printable, "first value"),
-            required("object2", Kind::Printable, "second value"),
+            required("object1", ParameterType::Printable, "first value"),
+            required("object2", ParameterType::Printable, "second value"),
         ],
         "str, at most 1023 characters",
         str_cat,
@@ -44,7 +44,7 @@ pub const BUILTINS: &[Builtin] = &[
         "str_empty",
         "9.4.3",
         "Whether a text is empty.",
-        &[required("str", Kind::Text, "the text")],
+        &[required("str", ParameterType::Text, "the text")],
         "bool",
         str_empty,
     ),
@@ -54,12 +54,12 @@ pub const BUILTINS: &[Builtin] = &[
         "Where a text begins in another one.",
         &[
             SRC,
-            required("target", Kind::Text, "what to look for"),
+            required("target", ParameterType::Text, "what to look for"),
             Parameter {
-                default: Default::Number(0.0),
+                default: ParameterDefault::Number(0.0),
                 ..required(
                     "start_from",
-                    Kind::Integer(0, i64::MAX),
+                    ParameterType::Integer(0, i64::MAX),
                     "first position to look at",
                 )
             },
@@ -71,7 +71,7 @@ pub const BUILTINS: &[Builtin] = &[
         "str_len",
         "9.4.5",
         "Length of a text in bytes.",
-        &[required("str", Kind::Text, "the text")],
+        &[required("str", ParameterType::Text, "the text")],
         "int",
         str_len,
     ),
@@ -83,14 +83,14 @@ pub const BUILTINS: &[Builtin] = &[
             SRC,
             required(
                 "index",
-                Kind::Integer(i64::MIN, i64::MAX),
+                ParameterType::Integer(i64::MIN, i64::MAX),
                 "first position, 0 to the length",
             ),
             Parameter {
-                default: Default::None,
+                default: ParameterDefault::None,
                 ..required(
                     "len",
-                    Kind::Integer(0, i64::MAX),
+                    ParameterType::Integer(0, i64::MAX),
                     "how many characters; all that follow when omitted",
                 )
             },
@@ -104,7 +104,7 @@ pub const BUILTINS: &[Builtin] = &[
         "The number that a text stands for.",
         &[required(
             "str",
-            Kind::Text,
+            ParameterType::Text,
             "decimal, hexadecimal (0x), exponent form, inf, nan",
         )],
         "int, or float with a point or an exponent",
@@ -114,20 +114,20 @@ pub const BUILTINS: &[Builtin] = &[
         "to_str",
         "9.4.8",
         "A value as text; floats with six decimals, zeros at the end removed.",
-        &[required("val", Kind::Printable, "the value")],
+        &[required("val", ParameterType::Printable, "the value")],
         "str, at most 1023 characters",
         to_str,
     ),
 ];
 
-const SRC: Parameter = required("src", Kind::Text, "the text");
+const SRC: Parameter = required("src", ParameterType::Text, "the text");
 
-const fn required(name: &'static str, kind: Kind, meaning: &'static str) -> Parameter {
+const fn required(name: &'static str, kind: ParameterType, meaning: &'static str) -> Parameter {
     Parameter {
         name,
         aliases: &[],
         kind,
-        default: Default::Required,
+        default: ParameterDefault::Required,
         unit: "",
         meaning,
     }
@@ -275,12 +275,12 @@ fn to_num(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let text = call.text(0)?;
     match parse_number(&text) {
         Ok(value) => Ok(value),
-        Err(NotANumber::Illegal) => {
+        Err(NumberError::Illegal) => {
             let shown: String = text.chars().take(60).collect();
             let message = format!("to_num(): illegal string {shown:?}: not a number");
             Err(call.error(ExceptionKind::ValueError, message))
         }
-        Err(NotANumber::TooLarge) => {
+        Err(NumberError::TooLarge) => {
             let shown: String = text.trim().chars().take(60).collect();
             let message = format!("to_num(): number too large: {shown}");
             Err(call.error(ExceptionKind::OverflowError, message))
@@ -289,14 +289,14 @@ fn to_num(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
 }
 
 #[derive(Debug, PartialEq, Eq)]
-enum NotANumber {
+enum NumberError {
     Illegal,
     /// Beyond a 64-bit integer or float (our limit; the manual's example is that of an 80-bit float).
     TooLarge,
 }
 
 /// A number as section 9.4.7 describes it: blanks around, a sign, then digits, a point or exponent, 0x, inf or nan.
-fn parse_number(text: &str) -> Result<Value, NotANumber> {
+fn parse_number(text: &str) -> Result<Value, NumberError> {
     let text = text
         .trim_matches([' ', '\t', '\r', '\n'])
         .to_ascii_lowercase();
@@ -316,7 +316,7 @@ fn parse_number(text: &str) -> Result<Value, NotANumber> {
         let with_sign = format!("{}{digits}", if negative { "-" } else { "" });
         return i64::from_str_radix(&with_sign, radix)
             .map(Value::Int)
-            .map_err(|_| NotANumber::TooLarge);
+            .map_err(|_| NumberError::TooLarge);
     }
     let is_decimal = radix == 10
         && body.starts_with(|c: char| c.is_ascii_digit() || c == '.')
@@ -326,8 +326,8 @@ fn parse_number(text: &str) -> Result<Value, NotANumber> {
     // Rust reads exactly digits, point and exponent; what else it would read was sorted out above.
     match body.parse::<f64>() {
         Ok(x) if is_decimal && x.is_finite() => Ok(signed(x)),
-        Ok(_) if is_decimal => Err(NotANumber::TooLarge),
-        _ => Err(NotANumber::Illegal),
+        Ok(_) if is_decimal => Err(NumberError::TooLarge),
+        _ => Err(NumberError::Illegal),
     }
 }
 

@@ -4,7 +4,7 @@ use elite_lang::{ExceptionKind, Raised, Value};
 use motion_api::ThreadNumber;
 
 use super::call::Call;
-use super::declare::{Builtin, Category, Default, Kind, Parameter};
+use super::declare::{Builtin, Category, Parameter, ParameterDefault, ParameterType};
 use crate::task::{ThreadLookup, Wait};
 
 /// The builtins of this chapter.
@@ -18,24 +18,24 @@ pub const BUILTINS: &[Builtin] = &[
             Parameter {
                 name: "function",
                 aliases: &["fundef"],
-                kind: Kind::Function,
-                default: Default::Required,
+                kind: ParameterType::Function,
+                default: ParameterDefault::Required,
                 unit: "",
                 meaning: "what the thread runs",
             },
             Parameter {
                 name: "args",
                 aliases: &["arg"],
-                kind: Kind::Arguments,
-                default: Default::EmptyTuple,
+                kind: ParameterType::Arguments,
+                default: ParameterDefault::EmptyTuple,
                 unit: "",
                 meaning: "positional arguments",
             },
             Parameter {
                 name: "detach_mode",
                 aliases: &[],
-                kind: Kind::Boolean,
-                default: Default::Boolean(true),
+                kind: ParameterType::Boolean,
+                default: ParameterDefault::Boolean(true),
                 unit: "",
                 meaning: "True: the thread's entry is given back when it ends; False: when it is joined. Joining works either way",
             },
@@ -69,8 +69,8 @@ pub const BUILTINS: &[Builtin] = &[
 const HANDLE: Parameter = Parameter {
     name: "thread_id",
     aliases: &[],
-    kind: Kind::ThreadHandle,
-    default: Default::Required,
+    kind: ParameterType::ThreadHandle,
+    default: ParameterDefault::Required,
     unit: "",
     meaning: "handle from start_thread; 0 means no thread and is accepted",
 };

@@ -7,8 +7,8 @@ use std::collections::HashMap;
 
 use elite_lang::{ExceptionKind, NativeCall, Raised, Value};
 
-use super::repeat::Answered;
-use super::{ANSWER_BYTES_MAX, Answer, RecordedCall, What};
+use super::rerun::RecordedAnswer;
+use super::{ANSWER_BYTES_MAX, CallOutcome, ExternalInputKind, RecordedCall};
 use crate::builtins::rpc::{from_rpc, to_rpc};
 use crate::task::{TaskContext, Wait};
 
@@ -18,10 +18,10 @@ const KNOWN_BYTES_MAX: usize = 256;
 
 /// The latest answers of calls that answer at once.
 #[derive(Default)]
-pub(crate) struct Memo(HashMap<String, Answer>);
+pub(crate) struct AnswerCache(HashMap<String, CallOutcome>);
 
-impl Memo {
-    fn note(&mut self, key: Option<String>, answer: &Answer) {
+impl AnswerCache {
+    fn note(&mut self, key: Option<String>, answer: &CallOutcome) {
         let Some(key) = key.filter(|_| bytes(answer) <= KNOWN_BYTES_MAX) else {
             return;
         };
@@ -56,11 +56,13 @@ pub(crate) fn from_outside(
         let key = key(function, arguments);
         let answered = repeat.answered(context.program(), number, function);
         return match answered {
-            Answered::AsBefore => match key.and_then(|key| context.memo().0.get(&key).cloned()) {
-                Some(answer) => give(context, native, &answer),
-                None => never(context, native),
-            },
-            Answered::So(call) => {
+            RecordedAnswer::AsBefore => {
+                match key.and_then(|key| context.memo().0.get(&key).cloned()) {
+                    Some(answer) => give(context, native, &answer),
+                    None => never(context, native),
+                }
+            }
+            RecordedAnswer::So(call) => {
                 for turn in &call.waits {
                     let token = context.register_wait(Wait::Recorded(*turn));
                     native.wait(token)?;
@@ -82,24 +84,24 @@ pub(crate) fn from_outside(
     let waits = context.take_waits();
     let answer = match &result {
         Ok(value) => match to_rpc(native, function, value, 0) {
-            Ok(value) => Some(Answer::Value(value)),
+            Ok(value) => Some(CallOutcome::Value(value)),
             Err(_) => None,
         },
-        Err(Raised::Stop) => Some(Answer::Stopped),
+        Err(Raised::Stop) => Some(CallOutcome::Stopped),
         Err(Raised::Exception(exception)) => {
             let value = Value::Instance(exception.clone());
             let text = native.str(&value)?;
             let kind = value.type_name().to_string();
-            Some(Answer::Raised { kind, text })
+            Some(CallOutcome::Raised { kind, text })
         }
     };
     let Some(answer) = answer.filter(|answer| bytes(answer) <= ANSWER_BYTES_MAX) else {
         let text = format!("an answer of {function}() is longer than {ANSWER_BYTES_MAX} bytes");
-        context.note(What::Lost(text));
+        context.note(ExternalInputKind::Lost(text));
         return result;
     };
     if waits.is_empty() {
-        let is_known = |known: &Answer| is_same(known, &answer);
+        let is_known = |known: &CallOutcome| is_same(known, &answer);
         let mut memo = context.memo();
         if key
             .as_ref()
@@ -109,7 +111,7 @@ pub(crate) fn from_outside(
         }
         memo.note(key, &answer);
     }
-    context.note(What::Call(RecordedCall {
+    context.note(ExternalInputKind::Call(RecordedCall {
         number,
         function: function.to_owned(),
         waits,
@@ -128,12 +130,12 @@ fn never(context: &TaskContext, native: &mut NativeCall<'_>) -> Result<Value, Ra
 fn give(
     context: &TaskContext,
     native: &mut NativeCall<'_>,
-    answer: &Answer,
+    answer: &CallOutcome,
 ) -> Result<Value, Raised> {
     match answer {
-        Answer::Value(value) => Ok(from_rpc(value.clone())),
-        Answer::Stopped => never(context, native),
-        Answer::Raised { kind, text } => {
+        CallOutcome::Value(value) => Ok(from_rpc(value.clone())),
+        CallOutcome::Stopped => never(context, native),
+        CallOutcome::Raised { kind, text } => {
             let kinds = ExceptionKind::ALL.iter();
             let known = kinds.copied().find(|known| known.name() == kind);
             // Builtins raise Python's own exceptions; another one comes from a file that is not ours.
@@ -165,13 +167,13 @@ fn key(function: &str, arguments: &[Value]) -> Option<String> {
 }
 
 /// Equal, numbers bit for bit.
-fn is_same(a: &Answer, b: &Answer) -> bool {
+fn is_same(a: &CallOutcome, b: &CallOutcome) -> bool {
     // NaN is written as itself, and differs from nothing then.
     a == b || format!("{a:?}") == format!("{b:?}")
 }
 
 /// About how much it takes in a recording.
-fn bytes(answer: &Answer) -> usize {
+fn bytes(answer: &CallOutcome) -> usize {
     use io_bus::xmlrpc::RpcValue as V;
     fn of(value: &V) -> usize {
         8 + match value {
@@ -186,8 +188,8 @@ fn bytes(answer: &Answer) -> usize {
         }
     }
     match answer {
-        Answer::Value(value) => of(value),
-        Answer::Raised { kind, text } => kind.len() + text.len(),
-        Answer::Stopped => 0,
+        CallOutcome::Value(value) => of(value),
+        CallOutcome::Raised { kind, text } => kind.len() + text.len(),
+        CallOutcome::Stopped => 0,
     }
 }

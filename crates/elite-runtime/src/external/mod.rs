@@ -6,27 +6,27 @@
 //! them nothing new. So the number of the turn says exactly when something was seen, whatever the machine did meanwhile.
 //!
 //! - `calls`: what builtins that ask somebody else have answered.
-//! - `repeat`: a recorded run, for tasks that repeat it.
+//! - `rerun`: a recorded run, for tasks that repeat it.
 //!
 //! Owns the words for it and the comparison with the program's own commands. Files, and what is given by `controller`, are not here.
 
 mod calls;
-mod repeat;
+mod rerun;
 
 use std::sync::Arc;
 
 use io_bus::xmlrpc::RpcValue;
 use motion_api::ProgramId;
 
-pub(crate) use calls::{Memo, from_outside};
-pub use repeat::{Departure, Repeat};
+pub(crate) use calls::{AnswerCache, from_outside};
+pub use rerun::{Divergence, Rerun};
 
 /// Longest answer of a machine that is noted, bytes; a program that was given a longer one cannot be repeated.
 pub const ANSWER_BYTES_MAX: usize = 64 * 1024;
 
 /// Something that came to a program from outside.
 #[derive(Clone, Debug, PartialEq)]
-pub struct External {
+pub struct ExternalInput {
     /// The program.
     pub program: ProgramId,
     /// The turn of its task in which it was seen.
@@ -34,12 +34,12 @@ pub struct External {
     /// The cycle that the task saw then.
     pub cycle: u64,
     /// What.
-    pub what: What,
+    pub what: ExternalInputKind,
 }
 
 /// What came.
 #[derive(Clone, Debug, PartialEq)]
-pub enum What {
+pub enum ExternalInputKind {
     /// The program begins, with these globals set (`NAME = VALUE`).
     Begins {
         /// See above.
@@ -50,7 +50,7 @@ pub enum What {
     /// It sees this cycle, and not the one that follows from what it did: the next one after a wait, else the same.
     Sees,
     /// An order.
-    Order(Order),
+    Order(TaskOrder),
     /// A builtin has answered that asks somebody else.
     Call(RecordedCall),
     /// A thread that waited for a socket goes on.
@@ -66,7 +66,7 @@ pub enum What {
 
 /// An order to a running program.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Order {
+pub enum TaskOrder {
     /// It was ended.
     Stop,
     /// Another program took its place.
@@ -94,12 +94,12 @@ pub struct RecordedCall {
     /// The turns in which its waits were over.
     pub waits: Vec<u64>,
     /// How it ended.
-    pub answer: Answer,
+    pub answer: CallOutcome,
 }
 
 /// How a call ended.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Answer {
+pub enum CallOutcome {
     /// With a value.
     Value(RpcValue),
     /// With an exception.
@@ -114,19 +114,19 @@ pub enum Answer {
 }
 
 /// Who notes what comes from outside. Called on the thread of the task; must not wait but for room under the virtual clock.
-pub trait Witness: Send + Sync {
+pub trait ExternalInputSink: Send + Sync {
     /// Something has come.
-    fn note(&self, external: &External);
+    fn note(&self, external: &ExternalInput);
 }
 
 /// Whether what comes from outside is noted, or comes from a recording.
 #[derive(Clone, Default)]
-pub enum Course {
+pub enum InputMode {
     /// It comes and nobody notes it.
     #[default]
     Live,
     /// It is noted.
-    Witnessed(Arc<dyn Witness>),
+    Witnessed(Arc<dyn ExternalInputSink>),
     /// It comes from a recording.
-    Repeated(Arc<Repeat>),
+    Repeated(Arc<Rerun>),
 }

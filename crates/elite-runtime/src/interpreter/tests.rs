@@ -4,15 +4,15 @@ use std::time::Duration;
 
 use super::*;
 
-fn statement(text: &str) -> Statement {
-    Statement {
+fn statement(text: &str) -> SubmittedStatement {
+    SubmittedStatement {
         text: text.to_owned(),
         thrown_away: Box::new(|_| {}),
     }
 }
 
-fn interpreter() -> Interpreter {
-    Interpreter::new(Arc::default(), Arc::default())
+fn interpreter() -> InterpreterMode {
+    InterpreterMode::new(Arc::default(), Arc::default())
 }
 
 fn program() -> Program {
@@ -49,7 +49,7 @@ fn statements_of_many_clients_are_all_answered_while_a_task_executes_and_clears(
                         "total = 1"
                     };
                     let submitted = block_on(interpreter.submit(statement(text)));
-                    let Submitted::Accepted(id) = submitted else {
+                    let SubmitResult::Accepted(id) = submitted else {
                         panic!("{submitted:?}");
                     };
                     assert!(id > last, "statements of one client keep their order");
@@ -62,7 +62,7 @@ fn statements_of_many_clients_are_all_answered_while_a_task_executes_and_clears(
         let mut executed = Vec::new();
         while executed.len() < CLIENTS * EACH {
             match interpreter.next() {
-                Next::Statement(id, compiled) => {
+                NextAction::Statement(id, compiled) => {
                     if compiled.mentions("clear_interpreter") {
                         let accepted = interpreter.counters().last_accepted;
                         assert_eq!(accepted, id, "nothing newer is acknowledged yet");
@@ -70,14 +70,14 @@ fn statements_of_many_clients_are_all_answered_while_a_task_executes_and_clears(
                     executed.push(id);
                     interpreter.finish();
                 }
-                Next::Nothing => {
+                NextAction::Nothing => {
                     let woken = async {
                         let news = interpreter.news.notified();
                         tokio::time::timeout(Duration::from_secs(10), news).await
                     };
                     assert!(block_on(woken).is_ok(), "a wake-up was missed");
                 }
-                Next::End => panic!("nobody asked for the end"),
+                NextAction::End => panic!("nobody asked for the end"),
             }
         }
         executed
@@ -94,14 +94,14 @@ fn a_statement_that_is_held_is_answered_when_the_task_ends() {
     let submit = |text| block_on(interpreter.submit(statement(text)));
     assert_eq!(
         submit("clear_interpreter()"),
-        Submitted::Accepted(StatementId(1))
+        SubmitResult::Accepted(StatementId(1))
     );
     std::thread::scope(|scope| {
         let held = scope.spawn(|| submit("total = 1"));
         std::thread::sleep(Duration::from_millis(20));
         assert!(!held.is_finished());
         interpreter.task_ended();
-        assert_eq!(held.join().unwrap(), Submitted::NoTask);
+        assert_eq!(held.join().unwrap(), SubmitResult::NoTask);
     });
     assert_eq!(interpreter.bytes.load(Ordering::Relaxed), 0);
 }
@@ -109,11 +109,11 @@ fn a_statement_that_is_held_is_answered_when_the_task_ends() {
 #[test]
 fn the_text_of_all_statements_together_is_bounded() {
     let total = Arc::default();
-    let first = Share::take(QUEUED_BYTES_MAX - 10, &total).unwrap();
-    assert!(Share::take(11, &total).is_none());
-    let small = Share::take(10, &total).unwrap();
+    let first = QuotaGuard::take(QUEUED_BYTES_MAX - 10, &total).unwrap();
+    assert!(QuotaGuard::take(11, &total).is_none());
+    let small = QuotaGuard::take(10, &total).unwrap();
     drop(first);
-    assert!(Share::take(11, &total).is_some());
+    assert!(QuotaGuard::take(11, &total).is_some());
     drop(small);
     assert_eq!(
         total.load(Ordering::Relaxed),

@@ -106,13 +106,13 @@ pub struct MicroLine {
     /// The frame of Cartesian points, in the base frame.
     base_from_part: Pose,
     /// Joint positions that have been looked up one by one.
-    chain: RefCell<Chain>,
+    chain: RefCell<SolutionChain>,
 }
 
 /// Joint positions of the points from the first on, each near the one before: found once, and read again as long as the first
 /// is reached with the same joint positions from where the arm stands.
 #[derive(Clone, Debug, Default, PartialEq)]
-struct Chain {
+struct SolutionChain {
     /// With which TCP and frame.
     frames: Option<(Pose, Pose)>,
     found: Vec<JointPositions>,
@@ -251,7 +251,7 @@ impl MicroLine {
                 && chain.frames == Some((*flange_from_tcp, self.base_from_part))
         });
         if !is_same {
-            *chain = Chain {
+            *chain = SolutionChain {
                 frames: Some((*flange_from_tcp, self.base_from_part)),
                 found: vec![first],
             };

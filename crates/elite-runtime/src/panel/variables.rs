@@ -21,7 +21,7 @@ pub struct VariableValue {
 }
 
 #[derive(Debug)]
-struct Entry {
+struct PublishedVariable {
     shown: VariableValue,
     published_at: f64,
 }
@@ -29,7 +29,7 @@ struct Entry {
 /// What has been published of the running task.
 #[derive(Debug, Default)]
 pub struct Variables {
-    published: BTreeMap<String, Entry>,
+    published: BTreeMap<String, PublishedVariable>,
 }
 
 impl Variables {
@@ -52,7 +52,7 @@ impl Variables {
         if self.published.get(name).is_some_and(|e| e.shown == *value) {
             return false;
         }
-        let entry = Entry {
+        let entry = PublishedVariable {
             shown: value.clone(),
             published_at: now,
         };

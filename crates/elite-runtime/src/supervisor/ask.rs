@@ -11,9 +11,9 @@ use thiserror::Error;
 use tokio::time::timeout;
 
 use super::{Supervisor, TaskState};
-use crate::attendant::Attendant;
 use crate::message::{Message, Observer};
-use crate::task::Source;
+use crate::task::ProgramSource;
+use crate::test_task::TestTaskConfig;
 
 /// An answer takes no longer, in wall time: a secondary program may compute for about a second.
 const ANSWERED_WITHIN: Duration = Duration::from_millis(1500);
@@ -45,14 +45,14 @@ impl Supervisor {
         let asking = async {
             if self.is_running() {
                 let answer = self.panel().expect_answer(&name);
-                let mut source = Source::Compiled(program.clone());
+                let mut source = ProgramSource::Compiled(program.clone());
                 if self.join(&mut source).await.is_some() {
                     return answer.await.ok();
                 }
             }
             let aside = self.aside();
             let answer = aside.panel().expect_answer(&name);
-            let started = aside.run_aside(name.clone(), Source::Compiled(program));
+            let started = aside.run_aside(name.clone(), ProgramSource::Compiled(program));
             let id = started.await?;
             own.get_or_init(|| id);
             answer.await.ok()
@@ -110,18 +110,18 @@ impl Supervisor {
     /// Where questions run while no program does.
     fn aside(&self) -> &Self {
         self.shared.aside.get_or_init(|| {
-            let attendant = Attendant {
+            let attendant = TestTaskConfig {
                 object: None,
                 methods: Arc::new(|_| Vec::new()),
                 has_company: Arc::default(),
             };
             let observer = self.shared.settings.observer.clone();
-            self.beside(Arc::new(Quiet(observer)), attendant)
+            self.beside(Arc::new(LogOnlyObserver(observer)), attendant)
         })
     }
 
     /// Runs a question; the one before makes room for it, and is short.
-    async fn run_aside(&self, name: String, source: Source) -> Option<ProgramId> {
+    async fn run_aside(&self, name: String, source: ProgramSource) -> Option<ProgramId> {
         let _turn = self.shared.turns.lock().await;
         let mut status = self.watch();
         let stopped = status.wait_for(|s| s.state == TaskState::Stopped);
@@ -132,9 +132,9 @@ impl Supervisor {
 }
 
 /// Of what runs aside only the log is told: it is no program of the robot.
-struct Quiet(Arc<dyn Observer>);
+struct LogOnlyObserver(Arc<dyn Observer>);
 
-impl Observer for Quiet {
+impl Observer for LogOnlyObserver {
     fn message(&self, message: &Message) {
         if matches!(message, Message::Log { .. } | Message::Print { .. }) {
             self.0.message(message);

@@ -11,27 +11,29 @@ use std::rc::Rc;
 use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use elite_lang::debug::Aside;
-use elite_lang::{NativeCall, NodeState, Raised, Value, WaitToken, memory};
+use elite_lang::debug::PendingEval;
+use elite_lang::{NativeCall, NodeCursor, Raised, Value, WaitToken, memory};
 use io_bus::{Fieldbus, ScriptSocket};
 use motion_api::{CommandId, CommandKind, Origin, ProgramId, ThreadNumber};
 use platform::sockets::LocalStream;
 use thiserror::Error;
 
-use super::braking::Braking;
-use super::extras::Extras;
+use super::handover::HandoverStop;
 use super::host::Permissions;
-use super::outside::Outside;
+use super::instrumentation::Instrumentation;
+use super::jobs::JobSet;
+use super::robot_view::RobotView;
 use super::scheduler::{TaskEnd, TaskSettings};
-use super::view::View;
 use super::wait::{Wait, WaitTable};
-use crate::attendant::Answering;
-use crate::external::{Course, External, Memo, Repeat, What, Witness};
-use crate::interpreter::Interpreter;
+use crate::external::{
+    AnswerCache, ExternalInput, ExternalInputKind, ExternalInputSink, InputMode, Rerun,
+};
+use crate::interpreter::InterpreterMode;
 use crate::message::Observer;
 use crate::micro_line::MicroLines;
 use crate::panel::Panel;
 use crate::task_folder::TaskFolder;
+use crate::test_task::WaitHook;
 
 /// Most script threads of one task, the main thread not counted.
 pub(crate) const THREADS_MAX: usize = 20;
@@ -60,22 +62,22 @@ pub(crate) enum TaskRequest {
 
 /// The task as its builtins see it.
 pub(crate) struct TaskContext {
-    robot: View,
+    robot: RobotView,
     observer: Arc<dyn Observer>,
     fieldbus: Arc<Fieldbus>,
     permissions: Permissions,
     task_folder: TaskFolder,
-    outside: Outside,
+    outside: JobSet,
     sockets: RefCell<BTreeMap<String, Rc<ScriptSocket>>>,
     micro_lines: RefCell<MicroLines>,
     panel: Arc<Panel>,
-    interpreter: Arc<Interpreter>,
+    interpreter: Arc<InterpreterMode>,
     program: ProgramId,
     requests: RefCell<Vec<TaskRequest>>,
     waits: RefCell<WaitTable>,
-    threads: RefCell<Threads>,
-    adopted: RefCell<Vec<Aside>>,
-    running: Cell<Running>,
+    threads: RefCell<ThreadTable>,
+    adopted: RefCell<Vec<PendingEval>>,
+    running: Cell<CurrentThread>,
     end: Cell<Option<TaskEnd>>,
     warned: RefCell<BTreeSet<String>>,
     /// Calls of builtins that threads may still make while they unwind; `None` while nothing was told to stop.
@@ -84,8 +86,8 @@ pub(crate) struct TaskContext {
     looks_of_clean_up: Cell<u32>,
     clean_up_until: Cell<Option<f64>>,
     /// What the program before has left moving.
-    braking: RefCell<Option<Braking>>,
-    extras: Extras,
+    braking: RefCell<Option<HandoverStop>>,
+    extras: Instrumentation,
     /// The task has to do with machines outside of this process.
     met_the_world: Cell<bool>,
     /// Motions whose calls have returned before they ended, and whose they were.
@@ -99,12 +101,12 @@ pub(crate) struct TaskContext {
     /// The last change of an output register by each thread that was ahead of the arm.
     register_changes: RefCell<BTreeMap<ThreadNumber, CommandId>>,
     /// Whether what comes from outside is noted, or comes from a recording.
-    course: Course,
+    course: InputMode,
     /// How often the task has looked round.
     turn: Cell<u64>,
     /// Calls of builtins that ask somebody else.
     calls: Cell<u64>,
-    memo: RefCell<Memo>,
+    memo: RefCell<AnswerCache>,
     /// Waits of such calls that are under way: the turns in which they were over.
     waits_of_calls: RefCell<BTreeMap<ThreadNumber, Vec<u64>>>,
     /// The time of day in this turn.
@@ -112,19 +114,19 @@ pub(crate) struct TaskContext {
     /// A debugger asks something, which is no part of the run.
     is_aside: Cell<bool>,
     /// What a program beside another does while it waits.
-    answering: RefCell<Option<Rc<Answering>>>,
+    answering: RefCell<Option<Rc<WaitHook>>>,
 }
 
 /// The thread that is being resumed right now.
 #[derive(Clone, Copy, Default)]
-struct Running {
+struct CurrentThread {
     number: ThreadNumber,
-    bounds: Bounds,
+    bounds: CallRestriction,
 }
 
 /// What the script code that runs may not do.
 #[derive(Clone, Copy, Default, PartialEq, Eq)]
-pub enum Bounds {
+pub enum CallRestriction {
     /// It may wait, and move the arm.
     #[default]
     None,
@@ -135,20 +137,20 @@ pub enum Bounds {
 }
 
 #[derive(Default)]
-struct Threads {
+struct ThreadTable {
     last: u32,
     alive: BTreeSet<ThreadNumber>,
-    to_start: Vec<ToStart>,
+    to_start: Vec<ThreadStart>,
     to_stop: Vec<ThreadNumber>,
 }
 
 /// A thread that is to be started.
-pub(crate) struct ToStart {
+pub(crate) struct ThreadStart {
     pub number: ThreadNumber,
     pub function: Value,
     pub args: Vec<Value>,
     /// Where in the pendant's task it begins.
-    pub node: NodeState,
+    pub node: NodeCursor,
 }
 
 /// What is known about a handle.
@@ -165,22 +167,22 @@ pub(crate) enum ThreadLookup {
 /// Why a thread was not started.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[error("Thread over the max size: {}", THREADS_MAX)]
-pub(crate) struct TooManyThreads;
+pub(crate) struct ThreadCountError;
 
 impl TaskContext {
     pub fn new(
         settings: &TaskSettings,
-        interpreter: Arc<Interpreter>,
+        interpreter: Arc<InterpreterMode>,
         program: ProgramId,
-        braking: Option<Braking>,
+        braking: Option<HandoverStop>,
     ) -> Rc<Self> {
         Rc::new(Self {
-            robot: View::new(settings.robot.clone()),
+            robot: RobotView::new(settings.robot.clone()),
             observer: settings.observer.clone(),
             fieldbus: settings.fieldbus.clone(),
             permissions: settings.permissions.clone(),
             task_folder: settings.task_folder.clone(),
-            outside: Outside::default(),
+            outside: JobSet::default(),
             sockets: RefCell::default(),
             micro_lines: RefCell::default(),
             panel: settings.panel.clone(),
@@ -332,7 +334,7 @@ impl TaskContext {
     /// Whether somebody stands in for a machine. Where nobody does, that machine is meant.
     pub fn has_stand_in(&self, host: &str, port: u16) -> bool {
         let stand_ins = self.extras.stand_ins.as_ref();
-        let known = stand_ins.is_some_and(|stand_ins| stand_ins.knows(host, port));
+        let known = stand_ins.is_some_and(|stand_ins| stand_ins.simulates(host, port));
         if !known {
             self.meets_the_world();
         }
@@ -342,7 +344,7 @@ impl TaskContext {
     /// Whether somebody in this process answers for a machine.
     pub fn is_played(&self, host: &str, port: u16) -> bool {
         let stand_ins = self.extras.stand_ins.as_ref();
-        stand_ins.is_some_and(|stand_ins| stand_ins.plays(host, port))
+        stand_ins.is_some_and(|stand_ins| stand_ins.answers(host, port))
     }
 
     /// Somebody out there is waited for from now on: where time-outs were simulated time, they are time of the machine.
@@ -353,36 +355,36 @@ impl TaskContext {
     }
 
     /// What only tests of programs ask for.
-    pub fn extras(&self) -> &Extras {
+    pub fn extras(&self) -> &Instrumentation {
         &self.extras
     }
 
     /// The robot as the task sees it in this turn.
-    pub fn robot(&self) -> &View {
+    pub fn robot(&self) -> &RobotView {
         &self.robot
     }
 
     /// Who notes what comes from outside.
-    pub fn witness(&self) -> Option<&dyn Witness> {
+    pub fn witness(&self) -> Option<&dyn ExternalInputSink> {
         match &self.course {
-            Course::Witnessed(witness) => Some(&**witness),
-            Course::Live | Course::Repeated(_) => None,
+            InputMode::Witnessed(witness) => Some(&**witness),
+            InputMode::Live | InputMode::Repeated(_) => None,
         }
     }
 
     /// The recorded run that is repeated.
-    pub fn repeat(&self) -> Option<&Arc<Repeat>> {
+    pub fn repeat(&self) -> Option<&Arc<Rerun>> {
         match &self.course {
-            Course::Repeated(repeat) => Some(repeat),
-            Course::Live | Course::Witnessed(_) => None,
+            InputMode::Repeated(repeat) => Some(repeat),
+            InputMode::Live | InputMode::Witnessed(_) => None,
         }
     }
 
     /// Notes something that has come from outside.
-    pub fn note(&self, what: What) {
+    pub fn note(&self, what: ExternalInputKind) {
         if let Some(witness) = self.witness() {
             memory::outside(|| {
-                witness.note(&External {
+                witness.note(&ExternalInput {
                     program: self.program,
                     turn: self.turn.get(),
                     cycle: self.robot.moment().cycle,
@@ -410,7 +412,7 @@ impl TaskContext {
     }
 
     /// The latest answers of such calls.
-    pub fn memo(&self) -> RefMut<'_, Memo> {
+    pub fn memo(&self) -> RefMut<'_, AnswerCache> {
         self.memo.borrow_mut()
     }
 
@@ -446,7 +448,7 @@ impl TaskContext {
         done
     }
 
-    pub fn set_answering(&self, answering: Rc<Answering>) {
+    pub fn set_answering(&self, answering: Rc<WaitHook>) {
         self.answering.replace(Some(answering));
     }
 
@@ -476,7 +478,7 @@ impl TaskContext {
     }
 
     /// The waits on the outside world.
-    pub fn outside(&self) -> &Outside {
+    pub fn outside(&self) -> &JobSet {
         &self.outside
     }
 
@@ -495,7 +497,7 @@ impl TaskContext {
     }
 
     /// Statements of interpreter mode.
-    pub fn interpreter(&self) -> &Arc<Interpreter> {
+    pub fn interpreter(&self) -> &Arc<InterpreterMode> {
         &self.interpreter
     }
 
@@ -524,7 +526,7 @@ impl TaskContext {
             return time;
         }
         self.clock.set(Some((turn, time)));
-        self.note(What::Clock(time));
+        self.note(ExternalInputKind::Clock(time));
         time
     }
 
@@ -540,7 +542,7 @@ impl TaskContext {
 
     /// The stop that ends when the arm has come to rest after the program before; `None` once it has.
     pub fn braking(&self) -> Option<CommandId> {
-        let stop = self.braking.borrow().as_ref().map(Braking::stop)?;
+        let stop = self.braking.borrow().as_ref().map(HandoverStop::stop)?;
         if self.robot.has_ended(stop) {
             drop(self.braking.take());
             return None;
@@ -592,7 +594,7 @@ impl TaskContext {
                 if left_then > 0 && left_then.is_multiple_of(CALLS_OF_A_LOOK) {
                     self.robot.look();
                     let text = "clean-up behind a stop called very many functions".to_owned();
-                    self.note(What::Lost(text));
+                    self.note(ExternalInputKind::Lost(text));
                 }
                 left > 0
             }
@@ -614,21 +616,21 @@ impl TaskContext {
 
     /// True while a secondary program runs, or what is bounded like one.
     pub fn is_secondary(&self) -> bool {
-        self.bounds() != Bounds::None
+        self.bounds() != CallRestriction::None
     }
 
     /// What the code that runs may not do.
-    pub fn bounds(&self) -> Bounds {
+    pub fn bounds(&self) -> CallRestriction {
         self.running.get().bounds
     }
 
     /// Said by the scheduler before it resumes a thread.
     pub fn enter(&self, number: ThreadNumber, secondary: bool) {
         let bounds = match secondary {
-            true => Bounds::Secondary,
-            false => Bounds::None,
+            true => CallRestriction::Secondary,
+            false => CallRestriction::None,
         };
-        self.running.set(Running { number, bounds });
+        self.running.set(CurrentThread { number, bounds });
     }
 
     /// The number of the thread that runs.
@@ -639,8 +641,8 @@ impl TaskContext {
     /// Runs `work` under the bounds of a look at a program that stands.
     pub fn as_look<T>(&self, work: impl FnOnce() -> T) -> T {
         let running = self.running.get();
-        self.running.set(Running {
-            bounds: Bounds::Look,
+        self.running.set(CurrentThread {
+            bounds: CallRestriction::Look,
             ..running
         });
         let done = work();
@@ -649,12 +651,12 @@ impl TaskContext {
     }
 
     /// Drives an evaluation of a debugger from now on.
-    pub fn adopt(&self, aside: Aside) {
+    pub fn adopt(&self, aside: PendingEval) {
         self.adopted.borrow_mut().push(aside);
     }
 
     /// Evaluations that are to be driven.
-    pub fn take_adopted(&self) -> Vec<Aside> {
+    pub fn take_adopted(&self) -> Vec<PendingEval> {
         self.adopted.take()
     }
 
@@ -690,10 +692,10 @@ impl TaskContext {
         &self,
         function: Value,
         args: Vec<Value>,
-        node: NodeState,
-    ) -> Result<ThreadNumber, TooManyThreads> {
+        node: NodeCursor,
+    ) -> Result<ThreadNumber, ThreadCountError> {
         let number = self.take_number()?;
-        self.threads.borrow_mut().to_start.push(ToStart {
+        self.threads.borrow_mut().to_start.push(ThreadStart {
             number,
             function,
             args,
@@ -703,10 +705,10 @@ impl TaskContext {
     }
 
     /// A number for a new thread, which counts as alive from now on.
-    pub fn take_number(&self) -> Result<ThreadNumber, TooManyThreads> {
+    pub fn take_number(&self) -> Result<ThreadNumber, ThreadCountError> {
         let mut threads = self.threads.borrow_mut();
         if threads.alive.len() >= THREADS_MAX {
-            return Err(TooManyThreads);
+            return Err(ThreadCountError);
         }
         threads.last += 1;
         let number = ThreadNumber(threads.last);
@@ -731,7 +733,7 @@ impl TaskContext {
     }
 
     /// What the slice asked for: threads to start.
-    pub fn take_starts(&self) -> Vec<ToStart> {
+    pub fn take_starts(&self) -> Vec<ThreadStart> {
         std::mem::take(&mut self.threads.borrow_mut().to_start)
     }
 

@@ -27,14 +27,14 @@ pub enum Control {
 }
 
 /// Makes the two ends for one task.
-pub(crate) fn controls() -> (Controller, Controls) {
-    let orders = Arc::new(Orders::default());
+pub(crate) fn controls() -> (ControlSender, ControlReceiver) {
+    let orders = Arc::new(PendingControls::default());
     let (sender, secondaries) = mpsc::channel(SECONDARIES_WAITING_MAX);
-    let controller = Controller {
+    let controller = ControlSender {
         orders: Arc::clone(&orders),
         secondaries: sender,
     };
-    let controls = Controls {
+    let controls = ControlReceiver {
         orders,
         secondaries,
     };
@@ -42,26 +42,26 @@ pub(crate) fn controls() -> (Controller, Controls) {
 }
 
 /// Where others ask.
-pub(crate) struct Controller {
-    orders: Arc<Orders>,
+pub(crate) struct ControlSender {
+    orders: Arc<PendingControls>,
     secondaries: mpsc::Sender<(Program, oneshot::Sender<()>)>,
 }
 
 /// Where the task hears of it.
-pub(crate) struct Controls {
-    orders: Arc<Orders>,
+pub(crate) struct ControlReceiver {
+    orders: Arc<PendingControls>,
     secondaries: mpsc::Receiver<(Program, oneshot::Sender<()>)>,
 }
 
 /// Orders that the task has not looked at yet.
 #[derive(Default)]
-struct Orders {
-    wanted: Mutex<Wanted>,
+struct PendingControls {
+    wanted: Mutex<ControlFlags>,
     news: Notify,
 }
 
 #[derive(Clone, Default)]
-struct Wanted {
+struct ControlFlags {
     stop: bool,
     /// Who takes the place of the task.
     replaced_by: Option<Arc<str>>,
@@ -69,9 +69,9 @@ struct Wanted {
     hold: Option<bool>,
 }
 
-impl Orders {
+impl PendingControls {
     /// Whole at every moment, so a poisoned lock is as good as any.
-    fn lock(&self) -> MutexGuard<'_, Wanted> {
+    fn lock(&self) -> MutexGuard<'_, ControlFlags> {
         self.wanted.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -90,7 +90,7 @@ impl Orders {
     }
 }
 
-impl Controller {
+impl ControlSender {
     /// Ends the task.
     pub fn stop(&self) {
         self.order(|wanted| wanted.stop = true);
@@ -111,7 +111,7 @@ impl Controller {
         self.order(|wanted| wanted.hold = Some(false));
     }
 
-    fn order(&self, change: impl FnOnce(&mut Wanted)) {
+    fn order(&self, change: impl FnOnce(&mut ControlFlags)) {
         change(&mut self.orders.lock());
         self.orders.news.notify_one();
     }
@@ -125,7 +125,7 @@ impl Controller {
     }
 }
 
-impl Controls {
+impl ControlReceiver {
     /// What is asked, orders first; `None` when nothing is.
     pub fn try_next(&mut self) -> Option<Control> {
         let order = self.orders.take();

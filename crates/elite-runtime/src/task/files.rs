@@ -1,7 +1,7 @@
 //! Files for programs that were granted them (`--allow fs`): the system's calls, in a folder of the task's own.
 //!
 //! Only regular files and devices are opened, and devices without waiting, so no call can hold the task up for long.
-//! Where only some folders are granted, [`beneath`](super::beneath) finds the way.
+//! Where only some folders are granted, [`sandbox`](super::sandbox) finds the way.
 
 use std::cell::{Cell, RefCell};
 use std::fs::{self, File, OpenOptions};
@@ -13,7 +13,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use elite_lang::{FileStat, HostFile, HostFiles, OpenMode};
 use platform::files::{self, Access, FileError};
 
-use super::beneath::{Folders, Place};
+use super::sandbox::{SandboxRoots, SandboxedPath};
 
 /// Most files a task may have open.
 const FILES_MAX: usize = 128;
@@ -44,13 +44,13 @@ pub(crate) struct Files {
     /// Where the controller's program folder is.
     programs: PathBuf,
     /// What is granted, if not everything is.
-    within: Option<Folders>,
+    within: Option<SandboxRoots>,
     open: Rc<Cell<usize>>,
 }
 
 impl Files {
     /// Relative paths count from the folder the controller was started in; with `within`, from the first of those.
-    pub fn new(within: Option<Folders>, programs: &Path) -> Self {
+    pub fn new(within: Option<SandboxRoots>, programs: &Path) -> Self {
         let folder = match &within {
             Some(folders) => folders.first(),
             None => std::env::current_dir().unwrap_or_else(|_| PathBuf::from("/")),
@@ -106,20 +106,20 @@ fn checked(path: &Path) -> io::Result<&Path> {
 
 impl Files {
     /// What the path leads to, links followed.
-    fn target(&self, path: &str) -> io::Result<Place> {
+    fn target(&self, path: &str) -> io::Result<SandboxedPath> {
         checked(Path::new(path))?;
         match &self.within {
             Some(folders) => folders.target(&self.full(path)),
-            None => Ok(Place::free(self.full(path))),
+            None => Ok(SandboxedPath::free(self.full(path))),
         }
     }
 
     /// The entry that the path names; a link is not followed.
-    fn entry(&self, path: &str) -> io::Result<Place> {
+    fn entry(&self, path: &str) -> io::Result<SandboxedPath> {
         checked(Path::new(path))?;
         match &self.within {
             Some(folders) => folders.entry(&self.full(path)),
-            None => Ok(Place::free(self.full(path))),
+            None => Ok(SandboxedPath::free(self.full(path))),
         }
     }
 

@@ -5,15 +5,17 @@ use std::ffi::OsString;
 use std::io;
 use std::rc::Rc;
 
-use elite_lang::{Access, Cut, Host, HostFiles, HostProcesses, HostSocket, ScriptThread, ThreadId};
+use elite_lang::{
+    Capability, CleanupLimit, Host, HostFiles, HostProcesses, HostSocket, ScriptThread, ThreadId,
+};
 use motion_api::ThreadNumber;
 
-use super::beneath::Folders;
 use super::context::TaskContext;
 use super::files::Files;
 use super::network::Sockets;
 use super::processes::Processes;
-use crate::external::What;
+use super::sandbox::SandboxRoots;
+use crate::external::ExternalInputKind;
 use crate::message::{CutShort, Message};
 
 /// What programs may reach beyond the robot (`--allow`).
@@ -46,7 +48,7 @@ pub enum FileAccess {
     /// None.
     Nothing,
     /// Those beneath some folders.
-    Beneath(Folders),
+    Beneath(SandboxRoots),
     /// All that the controller itself may reach.
     Everything,
 }
@@ -120,7 +122,8 @@ impl TaskHost {
     /// The program looks at something that is not noted.
     fn leaves_the_recording(&self, what: &str) {
         if self.context.witness().is_some() && self.context.warns_first(what) {
-            self.context.note(What::Lost(format!("it used {what}")));
+            self.context
+                .note(ExternalInputKind::Lost(format!("it used {what}")));
         }
     }
 
@@ -143,11 +146,11 @@ impl Host for TaskHost {
         self.context.may_clean_up()
     }
 
-    fn unwinding_is_cut(&self, _thread: ThreadId, line: u32, cut: Cut) {
+    fn unwinding_is_cut(&self, _thread: ThreadId, line: u32, cut: CleanupLimit) {
         let cut = match cut {
-            Cut::Time => CutShort::Time,
-            Cut::Wait if self.context.has_called_enough() => CutShort::Calls,
-            Cut::Wait => CutShort::Wait,
+            CleanupLimit::Time => CutShort::Time,
+            CleanupLimit::Wait if self.context.has_called_enough() => CutShort::Calls,
+            CleanupLimit::Wait => CutShort::Wait,
         };
         let message = Message::clean_up_is_cut(self.context.origin(line), cut);
         self.context.observer().message(&message);
@@ -173,12 +176,12 @@ impl Host for TaskHost {
         self.woken.borrow_mut().push(thread);
     }
 
-    fn permits(&self, access: Access) -> bool {
+    fn permits(&self, access: Capability) -> bool {
         match access {
-            Access::Files => !matches!(self.permissions.files, FileAccess::Nothing),
-            Access::Processes => self.permissions.processes,
-            Access::Environment => self.permissions.environment,
-            Access::Network => self.permissions.network != NetworkAccess::Nothing,
+            Capability::Files => !matches!(self.permissions.files, FileAccess::Nothing),
+            Capability::Processes => self.permissions.processes,
+            Capability::Environment => self.permissions.environment,
+            Capability::Network => self.permissions.network != NetworkAccess::Nothing,
         }
     }
 

@@ -1,7 +1,7 @@
 //! TCP sockets for programs (`import socket`), on the task's own tokio runtime.
 //!
 //! No operation waits. A thread that has to is parked by the language; a small future per wait wakes it when the socket
-//! is ready. The scheduler asks [`Outside`] who waits for the outside world: meanwhile simulated time keeps wall pace.
+//! is ready. The scheduler asks [`IoWaiters`] who waits for the outside world: meanwhile simulated time keeps wall pace.
 
 use std::cell::RefCell;
 use std::collections::BTreeSet;
@@ -11,7 +11,7 @@ use std::rc::{Rc, Weak};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use elite_lang::{HostSocket, Interest, ThreadId};
-use io_bus::{Link, names};
+use io_bus::{PeerStream, names};
 use supervision::{CatchPanic, CaughtPanic, ThreadRole, ThreadSupervisor};
 use tokio::net::{TcpListener, TcpSocket, TcpStream};
 use tokio::sync::Notify;
@@ -25,19 +25,19 @@ const SOCKETS_MAX: usize = 32;
 
 /// Threads that wait for the outside world, and those it has woken. Shared with the futures of the waits.
 #[derive(Debug, Default)]
-pub(crate) struct Outside {
-    threads: Mutex<Threads>,
+pub(crate) struct IoWaiters {
+    threads: Mutex<WaiterLists>,
     notify: Notify,
 }
 
 #[derive(Debug, Default)]
-struct Threads {
+struct WaiterLists {
     waiting: BTreeSet<ThreadId>,
     woken: Vec<ThreadId>,
 }
 
-impl Outside {
-    fn threads(&self) -> MutexGuard<'_, Threads> {
+impl IoWaiters {
+    fn threads(&self) -> MutexGuard<'_, WaiterLists> {
         self.threads.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -79,8 +79,8 @@ impl Outside {
 /// The sockets of one task.
 pub(crate) struct Sockets {
     context: Rc<TaskContext>,
-    outside: Arc<Outside>,
-    open: RefCell<Vec<Weak<Socket>>>,
+    outside: Arc<IoWaiters>,
+    open: RefCell<Vec<Weak<TaskSocket>>>,
 }
 
 impl Sockets {
@@ -94,13 +94,13 @@ impl Sockets {
     }
 
     /// Who waits for them.
-    pub fn outside(&self) -> &Arc<Outside> {
+    pub fn outside(&self) -> &Arc<IoWaiters> {
         &self.outside
     }
 
     /// A new socket.
     pub fn open(self: &Rc<Self>) -> io::Result<Rc<dyn HostSocket>> {
-        Ok(self.enter(State::New(TcpSocket::new_v4()?))?)
+        Ok(self.enter(SocketState::New(TcpSocket::new_v4()?))?)
     }
 
     /// Whether other machines may reach the program.
@@ -114,14 +114,14 @@ impl Sockets {
         }
     }
 
-    fn enter(self: &Rc<Self>, state: State) -> io::Result<Rc<Socket>> {
+    fn enter(self: &Rc<Self>, state: SocketState) -> io::Result<Rc<TaskSocket>> {
         let mut open = self.open.borrow_mut();
         open.retain(|socket| socket.upgrade().is_some_and(|socket| !socket.is_closed()));
         if open.len() >= SOCKETS_MAX {
             let text = format!("{SOCKETS_MAX} sockets are open already, more are not allowed");
             return Err(io::Error::other(text));
         }
-        let socket = Rc::new(Socket {
+        let socket = Rc::new(TaskSocket {
             sockets: self.clone(),
             state: RefCell::new(state),
             waits: RefCell::default(),
@@ -140,35 +140,35 @@ impl Sockets {
 }
 
 /// One socket of a program.
-struct Socket {
+struct TaskSocket {
     sockets: Rc<Sockets>,
-    state: RefCell<State>,
+    state: RefCell<SocketState>,
     /// Futures that will wake a thread, one for each.
     waits: RefCell<Vec<(ThreadId, AbortHandle)>>,
 }
 
-enum State {
+enum SocketState {
     New(TcpSocket),
-    Connecting(Arc<Mutex<Pending<TcpStream>>>),
-    Connected(Arc<Link>),
+    Connecting(Arc<Mutex<PendingIo<TcpStream>>>),
+    Connected(Arc<PeerStream>),
     Listening(
         Arc<TcpListener>,
-        Arc<Mutex<Pending<(TcpStream, SocketAddr)>>>,
+        Arc<Mutex<PendingIo<(TcpStream, SocketAddr)>>>,
     ),
     Closed,
 }
 
 /// Something that a future is bringing about.
-struct Pending<T> {
+struct PendingIo<T> {
     result: Option<io::Result<T>>,
     /// The future, while it is at work.
     under_way: Option<AbortHandle>,
     waiters: Vec<ThreadId>,
 }
 
-impl<T> Default for Pending<T> {
+impl<T> Default for PendingIo<T> {
     fn default() -> Self {
-        Pending {
+        PendingIo {
             result: None,
             under_way: None,
             waiters: Vec::new(),
@@ -176,11 +176,11 @@ impl<T> Default for Pending<T> {
     }
 }
 
-fn lock<T>(pending: &Mutex<Pending<T>>) -> MutexGuard<'_, Pending<T>> {
+fn lock<T>(pending: &Mutex<PendingIo<T>>) -> MutexGuard<'_, PendingIo<T>> {
     pending.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn settle<T>(pending: &Mutex<Pending<T>>, result: io::Result<T>, outside: &Outside) {
+fn settle<T>(pending: &Mutex<PendingIo<T>>, result: io::Result<T>, outside: &IoWaiters) {
     let waiters = {
         let mut pending = lock(pending);
         pending.result = Some(result);
@@ -205,7 +205,7 @@ async fn contained<T>(result: impl Future<Output = io::Result<T>>) -> io::Result
 }
 
 /// Ends the future, and says who waited for it.
-fn give_up<T>(pending: &Mutex<Pending<T>>) -> Vec<ThreadId> {
+fn give_up<T>(pending: &Mutex<PendingIo<T>>) -> Vec<ThreadId> {
     let mut pending = lock(pending);
     if let Some(future) = pending.under_way.take() {
         future.abort();
@@ -213,15 +213,15 @@ fn give_up<T>(pending: &Mutex<Pending<T>>) -> Vec<ThreadId> {
     std::mem::take(&mut pending.waiters)
 }
 
-impl Socket {
+impl TaskSocket {
     fn is_closed(&self) -> bool {
-        matches!(*self.state.borrow(), State::Closed)
+        matches!(*self.state.borrow(), SocketState::Closed)
     }
 
-    fn stream(&self) -> io::Result<Arc<Link>> {
+    fn stream(&self) -> io::Result<Arc<PeerStream>> {
         match &*self.state.borrow() {
-            State::Connected(stream) => Ok(stream.clone()),
-            State::Closed => Err(io::Error::from_raw_os_error(EBADF)),
+            SocketState::Connected(stream) => Ok(stream.clone()),
+            SocketState::Closed => Err(io::Error::from_raw_os_error(EBADF)),
             _ => Err(io::Error::from_raw_os_error(ENOTCONN)),
         }
     }
@@ -249,24 +249,24 @@ fn own_address(host: &str, port: u16) -> io::Result<SocketAddr> {
     Ok(SocketAddr::new(ip, port))
 }
 
-impl HostSocket for Socket {
+impl HostSocket for TaskSocket {
     fn connect(&self, host: &str, port: u16) -> io::Result<()> {
         let mut state = self.state.borrow_mut();
         let bound = match &*state {
-            State::New(socket) => socket.local_addr().is_ok_and(|own| own.port() != 0),
-            State::Closed => return Err(io::Error::from_raw_os_error(EBADF)),
+            SocketState::New(socket) => socket.local_addr().is_ok_and(|own| own.port() != 0),
+            SocketState::Closed => return Err(io::Error::from_raw_os_error(EBADF)),
             // Asked again after a timeout: the first attempt goes on.
-            State::Connecting(..) => return Ok(()),
+            SocketState::Connecting(..) => return Ok(()),
             _ => return Err(io::Error::from_raw_os_error(EISCONN)),
         };
         if let Some(stream) = self.sockets.context.stand_in(host, port) {
-            *state = State::Connected(Arc::new(Link::local(stream?)?));
+            *state = SocketState::Connected(Arc::new(PeerStream::local(stream?)?));
             return Ok(());
         }
-        let State::New(socket) = std::mem::replace(&mut *state, State::Closed) else {
+        let SocketState::New(socket) = std::mem::replace(&mut *state, SocketState::Closed) else {
             return Err(io::Error::from_raw_os_error(EBADF));
         };
-        let pending = Arc::new(Mutex::new(Pending::default()));
+        let pending = Arc::new(Mutex::new(PendingIo::default()));
         let (slot, outside, host) = (
             pending.clone(),
             self.sockets.outside.clone(),
@@ -288,24 +288,25 @@ impl HostSocket for Socket {
             settle(&slot, contained(connecting).await, &outside);
         });
         lock(&pending).under_way = Some(task);
-        *state = State::Connecting(pending);
+        *state = SocketState::Connecting(pending);
         Ok(())
     }
 
     fn connected(&self) -> io::Result<()> {
         let result = match &*self.state.borrow() {
-            State::Connecting(pending) => lock(pending).result.take(),
-            State::Connected(_) => return Ok(()),
+            SocketState::Connecting(pending) => lock(pending).result.take(),
+            SocketState::Connected(_) => return Ok(()),
             _ => return Err(io::Error::from_raw_os_error(EBADF)),
         };
         match result {
             None => Err(io::ErrorKind::WouldBlock.into()),
             Some(Ok(stream)) => {
-                *self.state.borrow_mut() = State::Connected(Arc::new(Link::Tcp(stream)));
+                *self.state.borrow_mut() =
+                    SocketState::Connected(Arc::new(PeerStream::Tcp(stream)));
                 Ok(())
             }
             Some(Err(error)) => {
-                *self.state.borrow_mut() = State::New(TcpSocket::new_v4()?);
+                *self.state.borrow_mut() = SocketState::New(TcpSocket::new_v4()?);
                 Err(error)
             }
         }
@@ -314,11 +315,11 @@ impl HostSocket for Socket {
     fn bind(&self, host: &str, port: u16) -> io::Result<()> {
         self.sockets.check_open_to_others()?;
         match &*self.state.borrow() {
-            State::New(socket) => {
+            SocketState::New(socket) => {
                 socket.set_reuseaddr(true)?;
                 socket.bind(own_address(host, port)?)
             }
-            State::Closed => Err(io::Error::from_raw_os_error(EBADF)),
+            SocketState::Closed => Err(io::Error::from_raw_os_error(EBADF)),
             _ => Err(io::Error::from_raw_os_error(EINVAL)),
         }
     }
@@ -326,17 +327,17 @@ impl HostSocket for Socket {
     fn listen(&self, backlog: u32) -> io::Result<()> {
         self.sockets.check_open_to_others()?;
         let mut state = self.state.borrow_mut();
-        match std::mem::replace(&mut *state, State::Closed) {
-            State::New(socket) => {
+        match std::mem::replace(&mut *state, SocketState::Closed) {
+            SocketState::New(socket) => {
                 if !socket.local_addr().is_ok_and(|own| own.port() != 0) {
                     socket.bind(own_address("", 0)?)?;
                 }
                 let listener = socket.listen(backlog.max(1))?;
-                *state = State::Listening(Arc::new(listener), Arc::default());
+                *state = SocketState::Listening(Arc::new(listener), Arc::default());
                 Ok(())
             }
             other => {
-                let number = if matches!(other, State::Closed) {
+                let number = if matches!(other, SocketState::Closed) {
                     EBADF
                 } else {
                     EINVAL
@@ -349,8 +350,8 @@ impl HostSocket for Socket {
 
     fn accept(&self) -> io::Result<(Rc<dyn HostSocket>, SocketAddr)> {
         let result = match &*self.state.borrow() {
-            State::Listening(_, pending) => lock(pending).result.take(),
-            State::Closed => return Err(io::Error::from_raw_os_error(EBADF)),
+            SocketState::Listening(_, pending) => lock(pending).result.take(),
+            SocketState::Closed => return Err(io::Error::from_raw_os_error(EBADF)),
             _ => return Err(io::Error::from_raw_os_error(EINVAL)),
         };
         match result {
@@ -359,7 +360,7 @@ impl HostSocket for Socket {
                 let (stream, from) = result?;
                 let socket = self
                     .sockets
-                    .enter(State::Connected(Arc::new(Link::Tcp(stream))))?;
+                    .enter(SocketState::Connected(Arc::new(PeerStream::Tcp(stream))))?;
                 Ok((socket, from))
             }
         }
@@ -385,12 +386,12 @@ impl HostSocket for Socket {
     }
 
     fn close(&self) {
-        let state = self.state.replace(State::Closed);
+        let state = self.state.replace(SocketState::Closed);
         // Whoever waits finds it closed.
         let waiters = match &state {
-            State::Connecting(pending) => give_up(pending),
-            State::Listening(_, pending) => give_up(pending),
-            State::New(_) | State::Connected(_) | State::Closed => Vec::new(),
+            SocketState::Connecting(pending) => give_up(pending),
+            SocketState::Listening(_, pending) => give_up(pending),
+            SocketState::New(_) | SocketState::Connected(_) | SocketState::Closed => Vec::new(),
         };
         for thread in waiters {
             self.sockets.outside.wake(thread);
@@ -403,33 +404,33 @@ impl HostSocket for Socket {
 
     fn set_nodelay(&self, on: bool) -> io::Result<()> {
         match &*self.state.borrow() {
-            State::Connected(stream) => match &**stream {
-                Link::Tcp(stream) => stream.set_nodelay(on),
-                Link::Local(_) => Ok(()),
+            SocketState::Connected(stream) => match &**stream {
+                PeerStream::Tcp(stream) => stream.set_nodelay(on),
+                PeerStream::Local(_) => Ok(()),
             },
-            State::New(socket) => socket.set_nodelay(on),
-            State::Connecting(..) | State::Listening(..) => Ok(()),
-            State::Closed => Err(io::Error::from_raw_os_error(EBADF)),
+            SocketState::New(socket) => socket.set_nodelay(on),
+            SocketState::Connecting(..) | SocketState::Listening(..) => Ok(()),
+            SocketState::Closed => Err(io::Error::from_raw_os_error(EBADF)),
         }
     }
 
     fn local_address(&self) -> io::Result<SocketAddr> {
         match &*self.state.borrow() {
-            State::New(socket) => socket.local_addr(),
-            State::Connected(stream) => match &**stream {
-                Link::Tcp(stream) => stream.local_addr(),
-                Link::Local(_) => Ok(HERE),
+            SocketState::New(socket) => socket.local_addr(),
+            SocketState::Connected(stream) => match &**stream {
+                PeerStream::Tcp(stream) => stream.local_addr(),
+                PeerStream::Local(_) => Ok(HERE),
             },
-            State::Listening(listener, _) => listener.local_addr(),
-            State::Connecting(..) => Err(io::Error::from_raw_os_error(ENOTCONN)),
-            State::Closed => Err(io::Error::from_raw_os_error(EBADF)),
+            SocketState::Listening(listener, _) => listener.local_addr(),
+            SocketState::Connecting(..) => Err(io::Error::from_raw_os_error(ENOTCONN)),
+            SocketState::Closed => Err(io::Error::from_raw_os_error(EBADF)),
         }
     }
 
     fn peer_address(&self) -> io::Result<SocketAddr> {
         match &*self.stream()? {
-            Link::Tcp(stream) => stream.peer_addr(),
-            Link::Local(_) => Ok(HERE),
+            PeerStream::Tcp(stream) => stream.peer_addr(),
+            PeerStream::Local(_) => Ok(HERE),
         }
     }
 
@@ -444,7 +445,7 @@ impl HostSocket for Socket {
             *other != thread && !wait.is_finished()
         });
         let wait = match &*self.state.borrow() {
-            State::Connected(stream) => {
+            SocketState::Connected(stream) => {
                 let stream = stream.clone();
                 start(async move {
                     // An error shows in the operation that follows.
@@ -455,7 +456,7 @@ impl HostSocket for Socket {
                     outside.wake(thread);
                 })
             }
-            State::Connecting(pending) => {
+            SocketState::Connecting(pending) => {
                 let mut pending = lock(pending);
                 if pending.result.is_none() {
                     pending.waiters.push(thread);
@@ -463,7 +464,7 @@ impl HostSocket for Socket {
                 }
                 start(async move { outside.wake(thread) })
             }
-            State::Listening(listener, pending) => {
+            SocketState::Listening(listener, pending) => {
                 let (listener, slot) = (listener.clone(), pending.clone());
                 let mut pending = lock(pending);
                 pending.waiters.push(thread);
@@ -475,13 +476,13 @@ impl HostSocket for Socket {
                 }
                 return;
             }
-            State::New(_) | State::Closed => start(async move { outside.wake(thread) }),
+            SocketState::New(_) | SocketState::Closed => start(async move { outside.wake(thread) }),
         };
         waits.push((thread, wait));
     }
 }
 
-impl Drop for Socket {
+impl Drop for TaskSocket {
     fn drop(&mut self) {
         self.close();
     }

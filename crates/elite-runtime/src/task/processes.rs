@@ -1,6 +1,6 @@
 //! Processes for programs that were granted them (`--allow process`), on the task's own tokio runtime.
 //!
-//! A process has a group of its own. At the end of the task it is killed together with what it has started ([`Family`]).
+//! A process has a group of its own. At the end of the task it is killed together with what it has started ([`ProcessTree`]).
 //! Futures move the bytes of its pipes through buffers of fixed size; no operation of a script waits, a thread that has
 //! to is parked and woken at the next news.
 
@@ -19,9 +19,9 @@ use tokio::process::{Child, ChildStdin, Command};
 use tokio::sync::Notify;
 use tokio::task::AbortHandle;
 
-use super::family::Family;
 use super::files::Files;
-use super::network::Outside;
+use super::network::IoWaiters;
+use super::process_tree::ProcessTree;
 
 /// Most processes of a task that run at once.
 const PROCESSES_MAX: usize = 32;
@@ -31,15 +31,15 @@ const PIPE_BYTES: usize = 1 << 18;
 /// The processes of one task.
 pub(crate) struct Processes {
     files: Rc<Files>,
-    outside: Arc<Outside>,
+    outside: Arc<IoWaiters>,
     /// Held until the end of the task: a program may drop a process that goes on.
-    all: RefCell<Vec<Rc<Process>>>,
-    family: RefCell<Family>,
+    all: RefCell<Vec<Rc<ChildProcess>>>,
+    family: RefCell<ProcessTree>,
 }
 
 impl Processes {
     /// Relative folders count from that of the task; who waits is noted in `outside`.
-    pub fn new(files: Rc<Files>, outside: Arc<Outside>) -> Self {
+    pub fn new(files: Rc<Files>, outside: Arc<IoWaiters>) -> Self {
         Self {
             files,
             outside,
@@ -102,7 +102,11 @@ impl HostProcesses for Processes {
     }
 }
 
-fn start(command: HostCommand, files: &Files, outside: &Arc<Outside>) -> io::Result<Rc<Process>> {
+fn start(
+    command: HostCommand,
+    files: &Files,
+    outside: &Arc<IoWaiters>,
+) -> io::Result<Rc<ChildProcess>> {
     let Some((program, arguments)) = command.words.split_first() else {
         return Err(io::ErrorKind::InvalidInput.into());
     };
@@ -164,8 +168,8 @@ fn stdio(stream: ProcessStream) -> io::Result<Stdio> {
 fn finish(
     mut system: Command,
     joined: Option<io::PipeReader>,
-    outside: &Arc<Outside>,
-) -> io::Result<Rc<Process>> {
+    outside: &Arc<IoWaiters>,
+) -> io::Result<Rc<ChildProcess>> {
     let mut child = system.spawn()?;
     // The writing ends that belong to the child must not stay open here.
     drop(system);
@@ -173,7 +177,7 @@ fn finish(
         .id()
         .and_then(|id| i32::try_from(id).ok())
         .unwrap_or(-1);
-    let shared = Arc::new(Shared {
+    let shared = Arc::new(ProcessShared {
         state: Mutex::default(),
         room: Notify::new(),
         input: Notify::new(),
@@ -203,7 +207,7 @@ fn finish(
         run(Box::pin(feed(input, shared.clone())));
     }
     run(Box::pin(reap(child, shared.clone())));
-    Ok(Rc::new(Process {
+    Ok(Rc::new(ChildProcess {
         number,
         shared,
         futures,
@@ -212,17 +216,17 @@ fn finish(
 
 /// What the futures of a process and its program share.
 #[derive(Debug)]
-struct Shared {
-    state: Mutex<State>,
+struct ProcessShared {
+    state: Mutex<ChildState>,
     /// The program has taken output.
     room: Notify,
     /// The program has given input, or there will be no more.
     input: Notify,
-    outside: Arc<Outside>,
+    outside: Arc<IoWaiters>,
 }
 
 #[derive(Debug, Default)]
-struct State {
+struct ChildState {
     /// Output and errors.
     pipes: [Pipe; 2],
     input: VecDeque<u8>,
@@ -239,13 +243,13 @@ struct Pipe {
     open: bool,
 }
 
-impl Shared {
-    fn lock(&self) -> MutexGuard<'_, State> {
+impl ProcessShared {
+    fn lock(&self) -> MutexGuard<'_, ChildState> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Changes the state and wakes who waits for that.
-    fn news(&self, change: impl FnOnce(&mut State)) {
+    fn news(&self, change: impl FnOnce(&mut ChildState)) {
         let waiters = {
             let mut state = self.lock();
             change(&mut state);
@@ -259,7 +263,7 @@ impl Shared {
 }
 
 /// Moves what a process writes into the buffer, as long as there is room.
-async fn drain(mut pipe: impl AsyncRead + Unpin, shared: Arc<Shared>, which: usize) {
+async fn drain(mut pipe: impl AsyncRead + Unpin, shared: Arc<ProcessShared>, which: usize) {
     let mut buffer = vec![0; 1 << 16];
     loop {
         let room = PIPE_BYTES.saturating_sub(shared.lock().pipes[which].data.len());
@@ -276,7 +280,7 @@ async fn drain(mut pipe: impl AsyncRead + Unpin, shared: Arc<Shared>, which: usi
 }
 
 /// Moves what the program has written to the process.
-async fn feed(mut pipe: ChildStdin, shared: Arc<Shared>) {
+async fn feed(mut pipe: ChildStdin, shared: Arc<ProcessShared>) {
     loop {
         let (piece, ends) = {
             let mut state = shared.lock();
@@ -297,20 +301,20 @@ async fn feed(mut pipe: ChildStdin, shared: Arc<Shared>) {
     }
 }
 
-async fn reap(mut child: Child, shared: Arc<Shared>) {
+async fn reap(mut child: Child, shared: Arc<ProcessShared>) {
     let code = child.wait().await.map_or(-1, processes::code_of);
     shared.news(|state| state.ended = Some(code));
 }
 
 /// One process of a task.
 #[derive(Debug)]
-struct Process {
+struct ChildProcess {
     number: i32,
-    shared: Arc<Shared>,
+    shared: Arc<ProcessShared>,
     futures: Vec<AbortHandle>,
 }
 
-impl Process {
+impl ChildProcess {
     /// Kills it and its group; the futures end with what they hold.
     fn end(&self) {
         if self.ended().is_none() {
@@ -322,7 +326,7 @@ impl Process {
     }
 }
 
-impl HostProcess for Process {
+impl HostProcess for ChildProcess {
     fn number(&self) -> i32 {
         self.number
     }

@@ -6,7 +6,7 @@ use elite_lang::{Diagnostic, ScriptError, SourceFile, TaskNode, memory};
 use motion_api::{Origin, ProgramId, Seconds, ThreadNumber};
 
 use super::controls::Control;
-use super::scheduler::{Task, TaskEnd, Waiting};
+use super::scheduler::{BlockReason, Task, TaskEnd};
 use crate::message::{Message, Severity};
 use crate::panel::{VARIABLE_PERIOD, VariableValue, WatchdogAction};
 use crate::value_text::repr_text;
@@ -19,7 +19,7 @@ const NODES_OF_CYCLE: u32 = 64;
 
 /// What the observer knows of where a thread stands.
 #[derive(Default)]
-pub(super) struct Told {
+pub(super) struct ReportedPosition {
     /// The cycle in which the line was told.
     cycle: Option<u64>,
     line: u32,
@@ -31,7 +31,7 @@ pub(super) struct Told {
     is_last: bool,
 }
 
-impl Told {
+impl ReportedPosition {
     /// Takes note of a place; true if it is another one. A thread that has not begun is nowhere.
     fn goes_to(&mut self, line: u32, node: Option<TaskNode>) -> bool {
         let is_news = line > 0 && (line != self.line || node != self.node);
@@ -258,7 +258,7 @@ impl Task {
         let late: Vec<ThreadNumber> = self
             .threads
             .iter()
-            .filter(|(_, e)| matches!(e.waiting, Some(Waiting::Parked { .. })))
+            .filter(|(_, e)| matches!(e.waiting, Some(BlockReason::Parked { .. })))
             .filter(|(_, e)| e.secondary.is_some_and(|bounds| now > bounds.until))
             .map(|(number, _)| *number)
             .collect();

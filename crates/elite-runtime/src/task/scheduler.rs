@@ -12,8 +12,8 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use elite_lang::{
-    Interpreter, KnownNames, Leftovers, Limits, Program, ProgramKind, Resume, ScriptThread, Step,
-    WaitToken, memory,
+    FreeListPurge, Interpreter, KnownNames, Limits, Program, ProgramKind, Resume, ResumeOutcome,
+    ScriptThread, WaitToken, memory,
 };
 use io_bus::{Fieldbus, ProgramState};
 use motion_api::{CommandKind, Origin, ProgramId, StopReason, ThreadNumber};
@@ -21,24 +21,24 @@ use supervision::{CatchPanic, CaughtPanic, Fault, ThreadRole, ThreadSupervisor, 
 use tokio::sync::{oneshot, watch};
 use tokio::time::Instant;
 
-use super::braking::Braking;
 use super::context::{TaskContext, TaskRequest};
-use super::controls::{Control, Controls};
-use super::extras::Extras;
+use super::controls::{Control, ControlReceiver};
+use super::handover::HandoverStop;
 use super::host::{Permissions, TaskHost};
-use super::report::Told;
-use super::turns::Since;
-use crate::attendant::Attendance;
+use super::inputs::TurnCause;
+use super::instrumentation::Instrumentation;
+use super::report::ReportedPosition;
 use crate::builtins;
-use crate::debug::{Attached, Debuggee, Holds};
-use crate::external::{Course, What};
-use crate::interpreter::Interpreter as StatementPort;
-use crate::message::{Aside, Message, Observer};
+use crate::debug::{DebuggedTask, SuspendState, TaskDebugger};
+use crate::external::{ExternalInputKind, InputMode};
+use crate::interpreter::InterpreterMode as StatementPort;
+use crate::message::{Message, Observer, UnmeteredObserver};
 use crate::panel::{Answer, Panel, Variables};
 use crate::preset::Preset;
 use crate::robot::Robot;
 use crate::supervisor::TaskStatus;
 use crate::task_folder::TaskFolder;
+use crate::test_task::TestTaskHandle;
 use crate::value_text::fixed_text;
 
 /// What the language may use. How long a stopped program cleans up is decided here (`TaskContext::may_clean_up`).
@@ -70,14 +70,14 @@ pub struct ProgramText {
 }
 
 /// The main program of a task.
-pub(crate) enum Source {
+pub(crate) enum ProgramSource {
     /// Compiled by the task.
     Text(ProgramText),
     /// Compiled before, so that it could take the place of another.
     Compiled(Program),
 }
 
-impl Source {
+impl ProgramSource {
     /// The text.
     pub fn text(&self) -> &str {
         match self {
@@ -88,13 +88,13 @@ impl Source {
 }
 
 /// What is left of a task.
-pub(crate) struct Ended {
+pub(crate) struct FinishedTask {
     /// How it ended.
     pub end: TaskEnd,
     /// The arm may still be on its way to rest; only where another program takes the task's place.
-    pub braking: Option<Braking>,
+    pub braking: Option<HandoverStop>,
     /// Its memory, which goes back to the system when the others know that the task has ended.
-    pub leftovers: Option<Rc<Leftovers>>,
+    pub leftovers: Option<Rc<FreeListPurge>>,
 }
 
 /// What a task needs from its surroundings.
@@ -117,9 +117,9 @@ pub struct TaskSettings {
     /// Who hears of faults in tasks.
     pub faults: ThreadSupervisor,
     /// What only tests of programs ask for.
-    pub extras: Extras,
+    pub extras: Instrumentation,
     /// Whether what comes from outside is noted, or comes from a recording.
-    pub course: Course,
+    pub course: InputMode,
 }
 
 /// How a task ended.
@@ -147,9 +147,9 @@ pub(crate) struct Task {
     pub(super) interpreter: Interpreter,
     pub(super) known: KnownNames,
     pub(super) presets: Arc<[Preset]>,
-    pub(super) threads: BTreeMap<ThreadNumber, Entry>,
+    pub(super) threads: BTreeMap<ThreadNumber, ThreadEntry>,
     pub(super) ready: VecDeque<ThreadNumber>,
-    pub(super) controls: Controls,
+    pub(super) controls: ControlReceiver,
     pub(super) status: watch::Sender<TaskStatus>,
     pub(super) paused: bool,
     /// Others than a debugger want it held.
@@ -175,7 +175,7 @@ pub(crate) struct Task {
     /// When the next cycle is due while a virtual clock keeps wall pace.
     pub(super) next_tick: Option<Instant>,
     /// Who debugs it.
-    pub(super) attached: Option<Rc<dyn Attached>>,
+    pub(super) attached: Option<Rc<dyn TaskDebugger>>,
     /// The cycle that was seen in the latest turn.
     pub(super) seen: u64,
     /// Turns since a cycle has passed.
@@ -187,34 +187,34 @@ pub(crate) struct Task {
 }
 
 /// The task makes time pass, until this is dropped.
-struct Driving(Arc<Robot>);
+struct DriveGuard(Arc<Robot>);
 
-impl Driving {
+impl DriveGuard {
     fn begin(robot: Arc<Robot>) -> Self {
         robot.timeline().set_driven(true);
         Self(robot)
     }
 }
 
-impl Drop for Driving {
+impl Drop for DriveGuard {
     fn drop(&mut self) {
         self.0.timeline().set_driven(false);
     }
 }
 
-pub(super) struct Entry {
+pub(super) struct ThreadEntry {
     pub script: ScriptThread,
-    pub waiting: Option<Waiting>,
+    pub waiting: Option<BlockReason>,
     /// Only secondary programs have bounds.
-    pub secondary: Option<Bounds>,
+    pub secondary: Option<SecondaryBudget>,
     /// Who waits for what it is worth.
     pub answer: Option<oneshot::Sender<Answer>>,
-    pub told: Told,
+    pub told: ReportedPosition,
 }
 
 /// What a secondary program may still use.
 #[derive(Clone, Copy)]
-pub(super) struct Bounds {
+pub(super) struct SecondaryBudget {
     slices: u32,
     /// Simulated time, s.
     pub until: f64,
@@ -222,7 +222,7 @@ pub(super) struct Bounds {
 
 /// Why a thread is not ready.
 #[derive(Clone, Copy)]
-pub(super) enum Waiting {
+pub(super) enum BlockReason {
     /// A builtin waits for something in the wait table.
     Token(WaitToken),
     /// The language waits (a lock, a queue) until it is woken or this simulated time, s, has come.
@@ -237,11 +237,11 @@ impl Task {
         mut settings: TaskSettings,
         statements: Arc<StatementPort>,
         program: ProgramId,
-        controls: Controls,
+        controls: ControlReceiver,
         status: watch::Sender<TaskStatus>,
-        braking: Option<Braking>,
+        braking: Option<HandoverStop>,
     ) -> Self {
-        settings.observer = Arc::new(Aside(settings.observer));
+        settings.observer = Arc::new(UnmeteredObserver(settings.observer));
         let context = TaskContext::new(&settings, statements, program, braking);
         let host = Rc::new(TaskHost::new(
             context.clone(),
@@ -253,7 +253,7 @@ impl Task {
         let interpreter = Interpreter::new(host.clone(), natives, limits());
         let extras = &settings.extras;
         if let Some(attendant) = &extras.attendant {
-            let methods = (attendant.methods)(&Attendance(context.clone()));
+            let methods = (attendant.methods)(&TestTaskHandle(context.clone()));
             if let Some(object) = attendant.object {
                 interpreter.provide_object(object, methods);
             }
@@ -262,7 +262,7 @@ impl Task {
             interpreter.count_lines();
         }
         let debug = settings.extras.debug.as_ref();
-        let attached = debug.and_then(|link| link.attach(Debuggee(context.clone())));
+        let attached = debug.and_then(|link| link.attach(DebuggedTask(context.clone())));
         let stops_at_start = context.robot().protective_stops().0;
         memory::outside(|| settings.panel.with_variables(Variables::clear));
         Self {
@@ -305,8 +305,8 @@ impl Task {
 
     /// Runs the program to its end; the arm stands when this returns, unless another program takes its place. A fault of
     /// ours ends the program, not more: the arm comes to rest as after any other end.
-    pub async fn run(mut self, program: Source) -> Ended {
-        let _driving = Driving::begin(self.settings.robot.clone());
+    pub async fn run(mut self, program: ProgramSource) -> FinishedTask {
+        let _driving = DriveGuard::begin(self.settings.robot.clone());
         self.context.robot().look();
         let ran = CatchPanic::new(self.run_program(program)).await;
         let mut end = ran.unwrap_or_else(|panicked| self.met_fault(panicked));
@@ -334,7 +334,7 @@ impl Task {
         if let Some(repeat) = self.context.repeat() {
             repeat.ended(self.context.program(), self.context.robot().moment().cycle);
         }
-        Ended {
+        FinishedTask {
             end,
             braking,
             leftovers: Some(self.interpreter.leftovers()),
@@ -368,7 +368,7 @@ impl Task {
     /// Readies a program.
     pub(super) fn start_program(&mut self, number: ThreadNumber, program: &Program) {
         self.remember_globals(program);
-        let bounds = (program.kind() == ProgramKind::Secondary).then(|| Bounds {
+        let bounds = (program.kind() == ProgramKind::Secondary).then(|| SecondaryBudget {
             slices: SLICES_OF_SECONDARY,
             until: self.context.robot().moment().time + WAIT_OF_SECONDARY,
         });
@@ -396,16 +396,16 @@ impl Task {
         &mut self,
         number: ThreadNumber,
         script: ScriptThread,
-        bounds: Option<Bounds>,
+        bounds: Option<SecondaryBudget>,
     ) {
         self.threads.insert(
             number,
-            Entry {
+            ThreadEntry {
                 script,
                 waiting: None,
                 secondary: bounds,
                 answer: None,
-                told: Told::default(),
+                told: ReportedPosition::default(),
             },
         );
         self.ready.push_back(number);
@@ -428,7 +428,7 @@ impl Task {
         self.seen = self.context.robot().moment().cycle;
         if self.context.witness().is_some() {
             let presets = self.presets.iter().map(Preset::statement).collect();
-            self.context.note(What::Begins { presets });
+            self.context.note(ExternalInputKind::Begins { presets });
         }
     }
 
@@ -464,7 +464,7 @@ impl Task {
                 if outside || slices.is_multiple_of(64) {
                     tokio::task::yield_now().await;
                 }
-                self.look(Since::Work);
+                self.look(TurnCause::Work);
                 // Under the real clock the world goes on while scripts compute.
                 if !self.paused && (outside || self.is_real()) {
                     self.end_waits();
@@ -474,14 +474,14 @@ impl Task {
             self.tell_lines();
             if self.paused {
                 self.hold().await;
-                self.look(Since::Wait);
+                self.look(TurnCause::Wait);
                 // A secondary program may wait for a command of its own; the others are ready when the task goes on.
                 self.end_waits();
             } else {
-                self.look(Since::Work);
+                self.look(TurnCause::Work);
                 if !self.end_outside_waits() {
                     self.let_time_pass().await;
-                    self.look(Since::Wait);
+                    self.look(TurnCause::Wait);
                     self.end_waits();
                 }
             }
@@ -512,8 +512,8 @@ impl Task {
     fn next_ready(&mut self) -> Option<ThreadNumber> {
         if self.paused {
             let held = match self.holds() {
-                Holds::At(held) => self.ready.iter().position(|number| *number == held),
-                Holds::Nothing | Holds::Program => None,
+                SuspendState::At(held) => self.ready.iter().position(|number| *number == held),
+                SuspendState::Nothing | SuspendState::Program => None,
             };
             match held {
                 Some(position) => self.ready.remove(position),
@@ -551,7 +551,7 @@ impl Task {
             Control::Pause => self.pause(),
             Control::Resume => {
                 self.is_paused_by_others = false;
-                if self.holds() == Holds::Nothing {
+                if self.holds() == SuspendState::Nothing {
                     self.go_on();
                 }
             }
@@ -608,15 +608,15 @@ impl Task {
         self.note_first_turn(number);
         self.follow(number);
         match step {
-            Step::OutOfFuel => self.out_of_fuel(number),
-            Step::Waiting(token) => self.suspend(number, Waiting::Token(token)),
-            Step::Parked { until } => self.suspend(number, Waiting::Parked { until }),
-            Step::Done(value) => {
+            ResumeOutcome::OutOfFuel => self.out_of_fuel(number),
+            ResumeOutcome::Waiting(token) => self.suspend(number, BlockReason::Token(token)),
+            ResumeOutcome::Parked { until } => self.suspend(number, BlockReason::Parked { until }),
+            ResumeOutcome::Done(value) => {
                 self.answer(number, || fixed_text(&value));
                 self.thread_ended(number);
             }
-            Step::Stopped => self.thread_ended(number),
-            Step::Failed(error) => self.thread_failed(number, &error),
+            ResumeOutcome::Stopped => self.thread_ended(number),
+            ResumeOutcome::Failed(error) => self.thread_failed(number, &error),
         }
         if let Some(end) = self.context.take_end() {
             self.end.get_or_insert(end);

@@ -1,10 +1,10 @@
 //! How script threads of a task wait, wake, start and end.
 
-use elite_lang::{Resume, ScriptError, Step, memory};
+use elite_lang::{Resume, ResumeOutcome, ScriptError, memory};
 use motion_api::{CommandKind, ThreadNumber};
 
 use super::report::line_in_program;
-use super::scheduler::{Task, TaskEnd, Waiting};
+use super::scheduler::{BlockReason, Task, TaskEnd};
 use super::wait::Wait;
 use crate::debug::CONSOLE_THREAD;
 use crate::panel::Answer;
@@ -15,8 +15,8 @@ const FUEL_FOR_UNWINDING: u32 = 200_000;
 const STOPS_MAX: u32 = 3;
 
 impl Task {
-    pub(super) fn suspend(&mut self, number: ThreadNumber, waiting: Waiting) {
-        if let Waiting::Token(token) = waiting
+    pub(super) fn suspend(&mut self, number: ThreadNumber, waiting: BlockReason) {
+        if let BlockReason::Token(token) = waiting
             && self.context.wait_of(token) == Wait::Turn
         {
             self.context.end_wait(token);
@@ -28,7 +28,7 @@ impl Task {
         };
         entry.waiting = Some(waiting);
         // A lock may be waited for, within bounds; time may not.
-        if entry.secondary.is_some() && matches!(waiting, Waiting::Parked { until: Some(_) }) {
+        if entry.secondary.is_some() && matches!(waiting, BlockReason::Parked { until: Some(_) }) {
             let text = "RuntimeError: waiting is not allowed in a secondary program (sec)";
             self.end_secondary(number, text);
         }
@@ -69,8 +69,8 @@ impl Task {
         }
         for aside in self.context.take_adopted() {
             let waiting = match aside.token {
-                Some(token) => Waiting::Token(token),
-                None => Waiting::Parked { until: aside.until },
+                Some(token) => BlockReason::Token(token),
+                None => BlockReason::Parked { until: aside.until },
             };
             self.add_thread(CONSOLE_THREAD, aside.thread, None);
             self.ready.retain(|number| *number != CONSOLE_THREAD);
@@ -150,8 +150,10 @@ impl Task {
         for _ in 0..STOPS_MAX {
             // Out of fuel in its clean-up: the next stop unwinds without running more of it.
             match entry.script.resume(Resume::Stop, FUEL_FOR_UNWINDING) {
-                Step::OutOfFuel | Step::Waiting(_) | Step::Parked { .. } => {}
-                Step::Done(_) | Step::Failed(_) | Step::Stopped => break,
+                ResumeOutcome::OutOfFuel
+                | ResumeOutcome::Waiting(_)
+                | ResumeOutcome::Parked { .. } => {}
+                ResumeOutcome::Done(_) | ResumeOutcome::Failed(_) | ResumeOutcome::Stopped => break,
             }
         }
         drop(entry.script.take_passages());

@@ -9,11 +9,11 @@ use elite_lang::memory;
 use motion_api::{CommandId, CommandKind, MotionMode, Origin, RobotMode, RobotState, ThreadNumber};
 use tokio::time::{Instant, sleep_until};
 
-use super::braking::Braking;
 use super::controls::Control;
-use super::scheduler::{Task, TaskEnd, Waiting};
+use super::handover::HandoverStop;
+use super::scheduler::{BlockReason, Task, TaskEnd};
 use super::wait::Wait;
-use crate::attendant::Attendant;
+use crate::test_task::TestTaskConfig;
 
 /// Longest time to wait for the arm to stand after the end of a program, in simulated seconds.
 const SETTLE_TIME_MAX: f64 = 5.0;
@@ -54,11 +54,11 @@ impl Task {
         !over.is_empty()
     }
 
-    fn is_over(&self, waiting: Waiting, concerned: impl Fn(Wait) -> bool) -> bool {
+    fn is_over(&self, waiting: BlockReason, concerned: impl Fn(Wait) -> bool) -> bool {
         let robot = self.context.robot();
         let wait = match waiting {
-            Waiting::Token(token) => self.context.wait_of(token),
-            Waiting::Parked { until } => {
+            BlockReason::Token(token) => self.context.wait_of(token),
+            BlockReason::Parked { until } => {
                 let over = until.is_some_and(|time| robot.moment().time >= time);
                 return over && concerned(Wait::Never);
             }
@@ -71,7 +71,7 @@ impl Task {
                 Wait::Cycle(wanted) => robot.moment().cycle >= wanted,
                 Wait::CycleOrAlone(wanted) => {
                     let attendant = self.settings.extras.attendant.as_ref();
-                    robot.moment().cycle >= wanted || attendant.is_none_or(Attendant::is_alone)
+                    robot.moment().cycle >= wanted || attendant.is_none_or(TestTaskConfig::is_alone)
                 }
                 Wait::Thread(other) => !self.threads.contains_key(&other),
                 Wait::Turn => true,
@@ -86,7 +86,7 @@ impl Task {
     /// Forgets what a thread waits for; gives back the wait's entry in the table.
     pub(super) fn end_wait(&mut self, number: ThreadNumber) -> Option<Wait> {
         let waiting = self.threads.get_mut(&number)?.waiting.take()?;
-        let Waiting::Token(token) = waiting else {
+        let BlockReason::Token(token) = waiting else {
             return None;
         };
         let wait = self.context.wait_of(token);
@@ -99,7 +99,7 @@ impl Task {
         self.host.sockets().outside().is_awaited()
             || self.context.outside().is_open()
             || self.has_waits_outside()
-            || self.settings.fieldbus.modbus.waits_for_the_world()
+            || self.settings.fieldbus.modbus.has_real_devices()
     }
 
     /// One virtual cycle, or whatever comes first: a cycle, a control, news from outside.
@@ -132,7 +132,7 @@ impl Task {
     fn first_due(&self) -> u64 {
         let next = self.settings.robot.moment().cycle + 1;
         let due = self.threads.values().map(|entry| match entry.waiting {
-            Some(Waiting::Token(token)) => match self.context.wait_of(token) {
+            Some(BlockReason::Token(token)) => match self.context.wait_of(token) {
                 Wait::Cycle(cycle) | Wait::CycleOrAlone(cycle) => cycle,
                 _ => next,
             },
@@ -201,7 +201,7 @@ impl Task {
     /// its waypoint if the program ran to its end, however long that takes, unless somebody stops it; it is stopped like any
     /// other if it was cut off. A task whose place another takes does not wait: the arm is handed over. One that was told to
     /// stop before is let come to rest: whoever stops a program and starts the next one may count on that.
-    pub(super) async fn settle(&mut self, end: &TaskEnd) -> Option<Braking> {
+    pub(super) async fn settle(&mut self, end: &TaskEnd) -> Option<HandoverStop> {
         let is_stopped = *end == TaskEnd::Stopped;
         // A run that is only given up has nobody who sees the arm come to rest.
         if self
@@ -291,7 +291,7 @@ impl Task {
     }
 
     /// Leaves an arm that is being stopped to the next program, with the stop that ends when it stands.
-    async fn hand_over(&mut self) -> Option<Braking> {
+    async fn hand_over(&mut self) -> Option<HandoverStop> {
         let robot = self.settings.robot.clone();
         let origin = Origin {
             program: self.context.program(),
@@ -309,7 +309,7 @@ impl Task {
             if self.untold.is_empty()
                 && let Ok(id) = robot.request(origin, stop)
             {
-                return Some(Braking::new(robot, id));
+                return Some(HandoverStop::new(robot, id));
             }
             if robot.timeline().has_ended() {
                 return None;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::outside::JobId;
+use super::jobs::JobId;
 use elite_lang::WaitToken;
 use motion_api::{CommandId, ThreadNumber};
 

@@ -9,7 +9,7 @@
 )]
 
 use elite_runtime::panel::{Operator, Panel};
-use elite_runtime::robot::ScriptEndWithoutRecords;
+use elite_runtime::robot::ScriptChannels;
 use elite_runtime::{Message, Observer, ProgramText, Robot, Supervisor, TaskEnd, TaskSettings};
 use kinematics::{JointPositions, RobotModel, RpyPose, SafetyBounds};
 use motion_api::{
@@ -177,7 +177,7 @@ pub fn run_while(
     let (motion, script) = motion_channel(sizes, &state);
     let listener = Arc::new(Listener::default());
     let timeline = Arc::new(Still(Mutex::new((motion, state, Vec::new()))));
-    let end = ScriptEndWithoutRecords::from(script);
+    let end = ScriptChannels::from(script);
     let robot = Robot::new(model, end, timeline.clone(), listener.clone())
         .with_safety_bounds(standing.safety_bounds);
     let supervisor = Supervisor::new(TaskSettings {
@@ -189,8 +189,8 @@ pub fn run_while(
         fieldbus: Arc::default(),
         panel: Arc::new(Panel::new(Operator::Absent)),
         faults: supervision::ThreadSupervisor::default(),
-        extras: elite_runtime::Extras::default(),
-        course: elite_runtime::external::Course::Live,
+        extras: elite_runtime::Instrumentation::default(),
+        course: elite_runtime::external::InputMode::Live,
     });
     let program = ProgramText {
         name: "test.script".into(),

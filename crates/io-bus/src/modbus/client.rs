@@ -13,11 +13,11 @@ use tokio::time::{Instant, timeout_at};
 
 use super::device;
 use super::pdu::Request;
-use super::played::Played;
+use super::played::SimulatedDevices;
 use super::signal::{DeviceAddress, Signal, SignalKind, SignalSpec};
-use super::state::{Custom, Shared, State};
-use crate::driver::Driver;
-use crate::link::StandIns;
+use super::state::{CustomRequest, ModbusState, SharedModbusState};
+use crate::driver::RuntimeThread;
+use crate::link::SimulatedPeers;
 
 /// Most signals of one controller (manual 6.1.1).
 pub const SIGNALS_MAX: usize = 200;
@@ -97,17 +97,17 @@ pub enum ModbusError {
 /// The Modbus client of one controller. Starts a thread when the first signal is added.
 #[derive(Default)]
 pub struct ModbusClient {
-    shared: Arc<Shared>,
-    driver: OnceLock<Driver>,
-    played: Played,
+    shared: Arc<SharedModbusState>,
+    driver: OnceLock<RuntimeThread>,
+    played: SimulatedDevices,
     faults: ThreadSupervisor,
 }
 
 impl ModbusClient {
     /// A client without signals; `faults` hears of those on its thread, who stands in for devices is asked before the
     /// network is.
-    pub fn new(faults: ThreadSupervisor, stand_ins: Option<Arc<dyn StandIns>>) -> Self {
-        let shared = Shared::beside(stand_ins);
+    pub fn new(faults: ThreadSupervisor, stand_ins: Option<Arc<dyn SimulatedPeers>>) -> Self {
+        let shared = SharedModbusState::with_simulated_peers(stand_ins);
         Self {
             shared: Arc::new(shared),
             faults,
@@ -130,22 +130,22 @@ impl ModbusClient {
         }
         state.last_order += 1;
         let address = spec.device.clone();
-        self.meet(&mut state, &address);
+        self.ensure_device(&mut state, &address);
         let signal = Signal::new(spec, state.last_order, state.now_of(&address));
         state.signals.insert(name.to_owned(), signal);
         self.open(state, address)
     }
 
     /// True while there are signals of devices that nobody plays, so that time in the outside world matters.
-    pub fn waits_for_the_world(&self) -> bool {
+    pub fn has_real_devices(&self) -> bool {
         let state = self.shared.state();
         let mut devices = state.signals.values().map(|signal| &signal.spec.device);
         devices.any(|device| state.devices.get(device).is_none_or(|it| !it.is_played))
     }
 
     /// Before a cycle that begins at `time` of the simulated clock: devices that a test plays are asked what is due.
-    pub fn pass(&self, time: Duration) {
-        self.played.pass(&self.shared, time);
+    pub fn poll_simulated_devices(&self, time: Duration) {
+        self.played.poll_due(&self.shared, time);
     }
 
     /// Removes a signal.
@@ -348,14 +348,14 @@ impl ModbusClient {
         repeats: bool,
     ) -> Result<(), ModbusError> {
         let mut state = self.shared.state();
-        self.meet(&mut state, &device);
+        self.ensure_device(&mut state, &device);
         let now = state.now_of(&device);
         let waiting = &mut state.device(&device).custom;
         if waiting.len() >= CUSTOM_WAITING_MAX {
             let DeviceAddress { host, port } = device;
             return Err(ModbusError::DeviceBusy { host, port });
         }
-        waiting.push(Custom {
+        waiting.push(CustomRequest {
             slave,
             request,
             repeats,
@@ -398,11 +398,11 @@ impl ModbusClient {
     }
 
     /// Makes the device when it is new; a test plays it, or it is a real one.
-    fn meet(&self, state: &mut State, address: &DeviceAddress) {
+    fn ensure_device(&self, state: &mut ModbusState, address: &DeviceAddress) {
         let is_new = !state.devices.contains_key(address);
         let device = state.device(address);
         if is_new && let Some(stand_ins) = &self.shared.stand_ins {
-            device.is_played = stand_ins.knows(&address.host, address.port);
+            device.is_played = stand_ins.simulates(&address.host, address.port);
             device.is_connecting = device.is_played;
         }
     }
@@ -410,7 +410,7 @@ impl ModbusClient {
     /// Makes sure that the device has a task, and wakes it. One that is played is asked when a cycle passes.
     fn open(
         &self,
-        mut state: MutexGuard<'_, State>,
+        mut state: MutexGuard<'_, ModbusState>,
         address: DeviceAddress,
     ) -> Result<(), ModbusError> {
         let device = state.device(&address);
@@ -421,7 +421,7 @@ impl ModbusClient {
         let driver = match self.driver.get() {
             Some(driver) => driver,
             None => {
-                let started = Driver::start("modbus", self.faults.clone())
+                let started = RuntimeThread::start("modbus", self.faults.clone())
                     .map_err(|e| ModbusError::NoThread(e.to_string()))?;
                 // Under the lock of the state, so nobody else can have set it.
                 self.driver.get_or_init(|| started)
@@ -434,7 +434,7 @@ impl ModbusClient {
             device.has_task = true;
             device.is_connecting = true;
             let shared = self.shared.clone();
-            driver.keep_up(move || device::run(shared.clone(), address.clone()));
+            driver.spawn_restarting(move || device::run(shared.clone(), address.clone()));
         }
         Ok(())
     }

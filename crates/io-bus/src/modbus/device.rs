@@ -15,10 +15,10 @@ use tokio::time::{Instant, timeout, timeout_at};
 use supervision::injection;
 
 use super::pdu::Reply;
-use super::schedule::{Asked, Next, Schedule, note_reply};
+use super::schedule::{PollAction, Schedule, ScheduledRequest, note_reply};
 use super::signal::DeviceAddress;
-use super::state::{Shared, State};
-use crate::link::Link;
+use super::state::{ModbusState, SharedModbusState};
+use crate::link::PeerStream;
 
 /// How long a connection and an answer may take.
 const CONNECT_TIME: Duration = Duration::from_secs(2);
@@ -40,7 +40,7 @@ const PROTOCOL_ERROR: i32 = 71;
 const IO_ERROR: i32 = 5;
 
 /// How a connection was used to its end.
-enum Used {
+enum ConnectionEnd {
     /// It is to be opened anew.
     Reset,
     /// Nobody uses the device.
@@ -48,14 +48,14 @@ enum Used {
 }
 
 /// The life of a device.
-pub(super) async fn run(shared: Arc<Shared>, address: DeviceAddress) {
+pub(super) async fn run(shared: Arc<SharedModbusState>, address: DeviceAddress) {
     let mut pause = PAUSE_MIN;
     // Kept over connections: a device that does not answer several requests at once never will.
     let mut one_by_one = false;
     while let Some(wake) = begin_connecting(&shared, &address, false) {
         injection::point("modbus");
         // Who stands in for a device is asked by `played`.
-        let connecting = Link::open(&address.host, address.port, None);
+        let connecting = PeerStream::open(&address.host, address.port, None);
         let connected = timeout(CONNECT_TIME, connecting).await;
         let failure = match connected {
             Ok(Ok(stream)) => {
@@ -65,8 +65,8 @@ pub(super) async fn run(shared: Arc<Shared>, address: DeviceAddress) {
                 let used = connection.serve(&shared, &address).await;
                 one_by_one |= used.is_err() && connection.under_way.len() > 1;
                 match used {
-                    Ok(Used::Left) => return,
-                    Ok(Used::Reset) => {
+                    Ok(ConnectionEnd::Left) => return,
+                    Ok(ConnectionEnd::Reset) => {
                         note_connection(&shared, &address, false, false, 0);
                         continue;
                     }
@@ -92,7 +92,7 @@ pub(super) async fn run(shared: Arc<Shared>, address: DeviceAddress) {
 
 /// Marks the device as connecting. `None` when somebody else keeps it, or when nobody uses it; then it is forgotten.
 pub(super) fn begin_connecting(
-    shared: &Shared,
+    shared: &SharedModbusState,
     address: &DeviceAddress,
     is_played: bool,
 ) -> Option<Arc<tokio::sync::Notify>> {
@@ -112,14 +112,14 @@ pub(super) fn begin_connecting(
     Some(device.wake.clone())
 }
 
-fn is_used(state: &State, address: &DeviceAddress) -> bool {
+fn is_used(state: &ModbusState, address: &DeviceAddress) -> bool {
     let device = state.devices.get(address);
     device.is_some_and(|device| !device.custom.is_empty())
         || state.signals.values().any(|s| s.spec.device == *address)
 }
 
 pub(super) fn note_connection(
-    shared: &Shared,
+    shared: &SharedModbusState,
     address: &DeviceAddress,
     is_played: bool,
     connected: bool,
@@ -157,23 +157,23 @@ pub(super) fn errno(error: &io::Error) -> i32 {
 
 /// An open connection.
 struct Connection {
-    stream: BufStream<Link>,
+    stream: BufStream<PeerStream>,
     schedule: Schedule,
-    under_way: VecDeque<UnderWay>,
+    under_way: VecDeque<PendingRequest>,
     one_by_one: bool,
     transaction: u16,
 }
 
 /// A request whose answer is waited for.
-struct UnderWay {
+struct PendingRequest {
     transaction: u16,
     slave: u8,
-    asked: Asked,
+    asked: ScheduledRequest,
     give_up: Instant,
 }
 
 impl Connection {
-    fn new(stream: Link, one_by_one: bool) -> Self {
+    fn new(stream: PeerStream, one_by_one: bool) -> Self {
         Self {
             stream: BufStream::new(stream),
             schedule: Schedule::default(),
@@ -184,16 +184,20 @@ impl Connection {
     }
 
     /// Uses the connection until it breaks (error) or is not needed any more.
-    async fn serve(&mut self, shared: &Shared, address: &DeviceAddress) -> io::Result<Used> {
+    async fn serve(
+        &mut self,
+        shared: &SharedModbusState,
+        address: &DeviceAddress,
+    ) -> io::Result<ConnectionEnd> {
         let wake = match shared.state().devices.get(address) {
             Some(device) => device.wake.clone(),
-            None => return Ok(Used::Left),
+            None => return Ok(ConnectionEnd::Left),
         };
         loop {
             let sleep_until = match self.ask(shared, address).await? {
-                Some(Next::Reset) => return Ok(Used::Reset),
-                Some(Next::Leave) => return Ok(Used::Left),
-                Some(Next::Sleep(until)) => until,
+                Some(PollAction::Reset) => return Ok(ConnectionEnd::Reset),
+                Some(PollAction::Leave) => return Ok(ConnectionEnd::Left),
+                Some(PollAction::Sleep(until)) => until,
                 _ => Instant::now(),
             };
             if let Some(oldest) = self.under_way.front() {
@@ -214,7 +218,11 @@ impl Connection {
     }
 
     /// Sends what is due, as much as may be under way. What else there is to do, if the schedule said it.
-    async fn ask(&mut self, shared: &Shared, address: &DeviceAddress) -> io::Result<Option<Next>> {
+    async fn ask(
+        &mut self,
+        shared: &SharedModbusState,
+        address: &DeviceAddress,
+    ) -> io::Result<Option<PollAction>> {
         let most = match self.schedule.is_behind && !self.one_by_one {
             true => UNDER_WAY_MAX,
             false => 1,
@@ -226,7 +234,7 @@ impl Connection {
         let mut other = None;
         while self.under_way.len() < most && !self.waits_for_broadcast() {
             let next = self.schedule.next(&mut shared.state(), address);
-            let Next::Ask(slave, asked) = next else {
+            let PollAction::Ask(slave, asked) = next else {
                 other = Some(next);
                 break;
             };
@@ -237,7 +245,7 @@ impl Connection {
                 0 => BROADCAST_TIME,
                 _ => ANSWER_TIME,
             };
-            self.under_way.push_back(UnderWay {
+            self.under_way.push_back(PendingRequest {
                 transaction: self.transaction,
                 slave,
                 asked,
@@ -256,7 +264,11 @@ impl Connection {
     }
 
     /// Takes one answer; one to a request that nobody made is passed over.
-    async fn take_answer(&mut self, shared: &Shared, address: &DeviceAddress) -> io::Result<()> {
+    async fn take_answer(
+        &mut self,
+        shared: &SharedModbusState,
+        address: &DeviceAddress,
+    ) -> io::Result<()> {
         // Header and answer are read in one go: when the time is over in between, the connection is given up.
         let mut header = [0; HEADER_BYTES];
         self.stream.read_exact(&mut header).await?;
@@ -276,7 +288,7 @@ impl Connection {
     }
 
     /// The oldest request has no answer in time: for a broadcast that is how it should be.
-    fn give_up(&mut self, shared: &Shared, address: &DeviceAddress) -> io::Result<()> {
+    fn give_up(&mut self, shared: &SharedModbusState, address: &DeviceAddress) -> io::Result<()> {
         match self.under_way.front() {
             Some(oldest) if oldest.slave == 0 => {
                 note_reply(
@@ -305,7 +317,11 @@ pub(super) fn read_header(header: [u8; HEADER_BYTES]) -> io::Result<(u16, usize)
 }
 
 /// A request with its header (same guide, 3.1.3).
-pub(super) fn message(transaction: u16, slave: u8, asked: &Asked) -> io::Result<Vec<u8>> {
+pub(super) fn message(
+    transaction: u16,
+    slave: u8,
+    asked: &ScheduledRequest,
+) -> io::Result<Vec<u8>> {
     let pdu = asked.request.encode();
     let length = u16::try_from(1 + pdu.len()).map_err(|_| io::ErrorKind::InvalidInput)?;
     let mut message = Vec::with_capacity(7 + pdu.len());

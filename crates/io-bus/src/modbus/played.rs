@@ -11,10 +11,10 @@ use tokio::time::Instant;
 
 use super::device::{HEADER_BYTES, begin_connecting, errno, message, note_connection, read_header};
 use super::pdu::Reply;
-use super::schedule::{Asked, Next, Schedule, note_reply};
+use super::schedule::{PollAction, Schedule, ScheduledRequest, note_reply};
 use super::signal::DeviceAddress;
-use super::state::Shared;
-use crate::link::StandIns;
+use super::state::SharedModbusState;
+use crate::link::SimulatedPeers;
 
 /// Pause after a failure before the device is connected again.
 const PAUSE: Duration = Duration::from_millis(100);
@@ -23,13 +23,13 @@ const STRAY_REPLIES_MAX: usize = 16;
 
 /// The devices.
 #[derive(Default)]
-pub(super) struct Played {
-    lines: Mutex<BTreeMap<DeviceAddress, Line>>,
+pub(super) struct SimulatedDevices {
+    lines: Mutex<BTreeMap<DeviceAddress, SimulatedConnection>>,
 }
 
 /// The connection to one device.
 #[derive(Default)]
-struct Line {
+struct SimulatedConnection {
     stream: Option<LocalStream>,
     schedule: Schedule,
     transaction: u16,
@@ -37,9 +37,9 @@ struct Line {
     paused_until: Option<Instant>,
 }
 
-impl Played {
+impl SimulatedDevices {
     /// Asks what is due before the cycle that begins at `time`.
-    pub(super) fn pass(&self, shared: &Shared, time: Duration) {
+    pub(super) fn poll_due(&self, shared: &SharedModbusState, time: Duration) {
         let Some(stand_ins) = &shared.stand_ins else {
             return;
         };
@@ -53,7 +53,7 @@ impl Played {
                 // Signals of the cell are there before the test that plays their device.
                 if !device.is_played
                     && !device.is_connected
-                    && stand_ins.knows(&address.host, address.port)
+                    && stand_ins.simulates(&address.host, address.port)
                 {
                     device.is_played = true;
                     device.is_connecting = true;
@@ -70,22 +70,24 @@ impl Played {
         let mut lines = self.lines.lock().unwrap_or_else(PoisonError::into_inner);
         lines.retain(|address, _| addresses.contains(address));
         for address in &addresses {
-            let line = lines.entry(address.clone()).or_insert_with(|| Line {
-                schedule: Schedule::of_played(),
-                ..Line::default()
-            });
+            let line = lines
+                .entry(address.clone())
+                .or_insert_with(|| SimulatedConnection {
+                    schedule: Schedule::of_played(),
+                    ..SimulatedConnection::default()
+                });
             line.ask_what_is_due(shared, address, stand_ins.as_ref(), now);
         }
         shared.updates.send_modify(|count| *count += 1);
     }
 }
 
-impl Line {
+impl SimulatedConnection {
     fn ask_what_is_due(
         &mut self,
-        shared: &Shared,
+        shared: &SharedModbusState,
         address: &DeviceAddress,
-        stand_ins: &dyn StandIns,
+        stand_ins: &dyn SimulatedPeers,
         now: Instant,
     ) {
         if self.paused_until.is_some_and(|until| now < until) {
@@ -103,7 +105,7 @@ impl Line {
             }
             let next = self.schedule.next(&mut shared.state(), address);
             match next {
-                Next::Ask(slave, asked) => match self.exchange(stand_ins, slave, &asked) {
+                PollAction::Ask(slave, asked) => match self.exchange(stand_ins, slave, &asked) {
                     Ok(reply) => {
                         let reply = match reply {
                             Some(reply) => asked.request.decode(&reply),
@@ -113,16 +115,20 @@ impl Line {
                     }
                     Err(error) => return self.fail(shared, address, now, &error),
                 },
-                Next::Reset => {
+                PollAction::Reset => {
                     self.stream = None;
                     note_connection(shared, address, true, false, 0);
                 }
-                Next::Sleep(_) | Next::Leave => return,
+                PollAction::Sleep(_) | PollAction::Leave => return,
             }
         }
     }
 
-    fn connect(&mut self, address: &DeviceAddress, stand_ins: &dyn StandIns) -> io::Result<()> {
+    fn connect(
+        &mut self,
+        address: &DeviceAddress,
+        stand_ins: &dyn SimulatedPeers,
+    ) -> io::Result<()> {
         let connected = stand_ins.connect(&address.host, address.port);
         let stream = connected.unwrap_or_else(|| Err(ErrorKind::ConnectionRefused.into()))?;
         stream.set_nonblocking(true)?;
@@ -130,7 +136,13 @@ impl Line {
         Ok(())
     }
 
-    fn fail(&mut self, shared: &Shared, address: &DeviceAddress, now: Instant, error: &io::Error) {
+    fn fail(
+        &mut self,
+        shared: &SharedModbusState,
+        address: &DeviceAddress,
+        now: Instant,
+        error: &io::Error,
+    ) {
         self.stream = None;
         self.paused_until = Some(now + PAUSE);
         note_connection(shared, address, true, false, errno(error));
@@ -139,9 +151,9 @@ impl Line {
     /// One request and its reply; a broadcast has none.
     fn exchange(
         &mut self,
-        stand_ins: &dyn StandIns,
+        stand_ins: &dyn SimulatedPeers,
         slave: u8,
-        asked: &Asked,
+        asked: &ScheduledRequest,
     ) -> io::Result<Option<Vec<u8>>> {
         self.transaction = self.transaction.wrapping_add(1);
         let message = message(self.transaction, slave, asked)?;

@@ -10,7 +10,7 @@ use tokio::time::Instant;
 
 use super::pdu::{PduError, Reply, Request};
 use super::signal::{DeviceAddress, Signal, SignalKind};
-use super::state::{Custom, State};
+use super::state::{CustomRequest, ModbusState};
 
 /// A device that nothing uses is left after this time, so that single commands do not connect anew each time.
 const IDLE_TIME: Duration = Duration::from_secs(5);
@@ -22,9 +22,9 @@ const REGISTERS_MAX: u16 = 125;
 
 /// What to do next on a connection.
 #[derive(Debug)]
-pub(super) enum Next {
+pub(super) enum PollAction {
     /// Send this to the slave.
-    Ask(u8, Asked),
+    Ask(u8, ScheduledRequest),
     /// Nothing before then.
     Sleep(Instant),
     /// The connection is to be opened anew.
@@ -35,14 +35,14 @@ pub(super) enum Next {
 
 /// A request, and whose answer it brings.
 #[derive(Debug)]
-pub(super) struct Asked {
+pub(super) struct ScheduledRequest {
     pub(super) request: Request,
-    members: Vec<Member>,
+    members: Vec<SignalRef>,
 }
 
 /// A signal in a request: its name, its order (it may be replaced meanwhile), its place in the answer.
 #[derive(Clone, Debug)]
-struct Member {
+struct SignalRef {
     name: String,
     order: u64,
     place: usize,
@@ -50,17 +50,17 @@ struct Member {
 
 /// Signals that are asked for with one request.
 #[derive(Debug)]
-struct Job {
+struct PollGroup {
     slave: u8,
     /// `None`: the one member is written.
     read: Option<Request>,
-    members: Vec<Member>,
+    members: Vec<SignalRef>,
 }
 
 /// The rounds of one connection.
 #[derive(Debug, Default)]
 pub(super) struct Schedule {
-    round: VecDeque<Job>,
+    round: VecDeque<PollGroup>,
     /// When the first signal that is not in the round is due.
     due_later: Option<Instant>,
     idle_since: Option<Instant>,
@@ -80,17 +80,17 @@ impl Schedule {
     }
 
     /// What is to be done now: commands of scripts first, then what is due.
-    pub(super) fn next(&mut self, state: &mut State, address: &DeviceAddress) -> Next {
+    pub(super) fn next(&mut self, state: &mut ModbusState, address: &DeviceAddress) -> PollAction {
         let now = state.now_of(address);
         let Some(device) = state.devices.get_mut(address) else {
-            return Next::Leave;
+            return PollAction::Leave;
         };
         if device.is_played != self.is_played {
             // Somebody else has taken the device over.
-            return Next::Leave;
+            return PollAction::Leave;
         }
         if device.wants_reset {
-            return Next::Reset;
+            return PollAction::Reset;
         }
         if let Some(place) = device.custom.iter().position(|custom| custom.due <= now) {
             return custom(device.custom.remove(place), &mut device.custom, now);
@@ -105,32 +105,32 @@ impl Schedule {
         while let Some(job) = self.round.pop_front() {
             if let Some(asked) = job.ask(state, now) {
                 self.idle_since = None;
-                return Next::Ask(job.slave, asked);
+                return PollAction::Ask(job.slave, asked);
             }
         }
         if let Some(due) = self.due_later.into_iter().chain(next_custom).min() {
             self.idle_since = None;
-            return Next::Sleep(due);
+            return PollAction::Sleep(due);
         }
         if state.signals.values().any(|s| s.spec.device == *address) {
             // None of them has a rate.
             self.idle_since = None;
-            return Next::Sleep(now + CUSTOM_PERIOD);
+            return PollAction::Sleep(now + CUSTOM_PERIOD);
         }
         let since = *self.idle_since.get_or_insert(now);
         if now.duration_since(since) < IDLE_TIME {
-            return Next::Sleep(since + IDLE_TIME);
+            return PollAction::Sleep(since + IDLE_TIME);
         }
         state.devices.remove(address);
-        Next::Leave
+        PollAction::Leave
     }
 
     /// Everything that is due, in the order in which it became due; sequential signals in the order in which they were
     /// added.
-    fn begin_round(&mut self, state: &State, address: &DeviceAddress, now: Instant) {
+    fn begin_round(&mut self, state: &ModbusState, address: &DeviceAddress, now: Instant) {
         self.due_later = None;
         self.is_behind = false;
-        let mut jobs: Vec<((Instant, u64), Job)> = Vec::new();
+        let mut jobs: Vec<((Instant, u64), PollGroup)> = Vec::new();
         let mut shared: Vec<(&String, &Signal)> = Vec::new();
         for (name, signal) in &state.signals {
             let Some(period) = signal.period.filter(|_| signal.spec.device == *address) else {
@@ -143,10 +143,10 @@ impl Schedule {
             }
             self.is_behind |= signal.lateness(now) > period / 2;
             if signal.write().is_some() {
-                let job = Job {
+                let job = PollGroup {
                     slave: signal.spec.slave,
                     read: None,
-                    members: vec![Member::new(name, signal, 0)],
+                    members: vec![SignalRef::new(name, signal, 0)],
                 };
                 jobs.push((key(signal, now), job));
             } else if signal.alone || signal.spec.is_sequential {
@@ -165,7 +165,7 @@ impl Schedule {
     }
 }
 
-impl Member {
+impl SignalRef {
     fn new(name: &str, signal: &Signal, place: usize) -> Self {
         Self {
             name: name.to_owned(),
@@ -175,43 +175,43 @@ impl Member {
     }
 
     /// The signal, unless it has been deleted or replaced.
-    fn of<'s>(&self, state: &'s mut State) -> Option<&'s mut Signal> {
+    fn resolve<'s>(&self, state: &'s mut ModbusState) -> Option<&'s mut Signal> {
         let signal = state.signals.get_mut(&self.name)?;
         (signal.order == self.order).then_some(signal)
     }
 }
 
-impl Job {
+impl PollGroup {
     /// The request as it is now; `None` when nobody is left to ask for.
-    fn ask(&self, state: &mut State, now: Instant) -> Option<Asked> {
+    fn ask(&self, state: &mut ModbusState, now: Instant) -> Option<ScheduledRequest> {
         let mut request = self.read.clone();
         let mut is_wanted = false;
         for member in &self.members {
-            let Some(signal) = member.of(state) else {
+            let Some(signal) = member.resolve(state) else {
                 continue;
             };
             is_wanted = true;
-            signal.asked(now);
+            signal.schedule_next(now);
             request = request.or_else(|| signal.write());
         }
-        Some(Asked {
+        Some(ScheduledRequest {
             request: request.filter(|_| is_wanted)?,
             members: self.members.clone(),
         })
     }
 }
 
-fn custom(command: Custom, waiting: &mut Vec<Custom>, now: Instant) -> Next {
-    let asked = Asked {
+fn custom(command: CustomRequest, waiting: &mut Vec<CustomRequest>, now: Instant) -> PollAction {
+    let asked = ScheduledRequest {
         request: command.request.clone(),
         members: Vec::new(),
     };
     let slave = command.slave;
     if command.repeats {
         let due = now + CUSTOM_PERIOD;
-        waiting.push(Custom { due, ..command });
+        waiting.push(CustomRequest { due, ..command });
     }
-    Next::Ask(slave, asked)
+    PollAction::Ask(slave, asked)
 }
 
 /// Sequential signals take their turns in the order in which they were added.
@@ -260,11 +260,11 @@ fn range(signal: &Signal) -> (u32, u32) {
 }
 
 /// The read of a run, which is sorted by address and not empty.
-fn read(run: &[(&String, &Signal)]) -> Job {
+fn read(run: &[(&String, &Signal)]) -> PollGroup {
     let (_, first) = run[0];
     let begin = first.spec.address;
     let end = run.iter().map(|(_, signal)| range(signal).1).max();
-    Job {
+    PollGroup {
         slave: first.spec.slave,
         read: Some(Request::Read {
             table: first.spec.table(),
@@ -275,7 +275,7 @@ fn read(run: &[(&String, &Signal)]) -> Job {
         members: run
             .iter()
             .map(|(name, signal)| {
-                Member::new(name, signal, usize::from(signal.spec.address - begin))
+                SignalRef::new(name, signal, usize::from(signal.spec.address - begin))
             })
             .collect(),
     }
@@ -283,16 +283,16 @@ fn read(run: &[(&String, &Signal)]) -> Job {
 
 /// Puts an answer into the signals it is for.
 pub(super) fn note_reply(
-    state: &mut State,
+    state: &mut ModbusState,
     address: &DeviceAddress,
-    asked: &Asked,
+    asked: &ScheduledRequest,
     reply: &Result<Reply, PduError>,
 ) {
     let now = state.now_of(address);
     let is_shared = asked.members.len() > 1;
     let mut has_news = false;
     for member in &asked.members {
-        let Some(signal) = member.of(state) else {
+        let Some(signal) = member.resolve(state) else {
             continue;
         };
         match reply {
@@ -349,8 +349,8 @@ mod tests {
         }
     }
 
-    fn state(specs: Vec<SignalSpec>) -> State {
-        let mut state = State::default();
+    fn state(specs: Vec<SignalSpec>) -> ModbusState {
+        let mut state = ModbusState::default();
         state.device(&address());
         for (order, spec) in (1..).zip(specs) {
             let signal = Signal::new(spec, order, Instant::now());
@@ -360,9 +360,9 @@ mod tests {
     }
 
     /// What is asked until nothing is due: slave, first address and count of each read, or the function written.
-    fn round(schedule: &mut Schedule, state: &mut State) -> Vec<(u8, u16, u16)> {
+    fn round(schedule: &mut Schedule, state: &mut ModbusState) -> Vec<(u8, u16, u16)> {
         let mut asked = Vec::new();
-        while let Next::Ask(slave, ask) = schedule.next(state, &address()) {
+        while let PollAction::Ask(slave, ask) = schedule.next(state, &address()) {
             asked.push(match ask.request {
                 Request::Read { address, count, .. } => (slave, address, count),
                 other => (slave, u16::from(other.function()), 0),
@@ -418,12 +418,12 @@ mod tests {
         let mut state = state(specs.collect());
         let mut schedule = Schedule::default();
         let first = schedule.next(&mut state, &address());
-        assert!(matches!(first, Next::Ask(255, _)), "{first:?}");
+        assert!(matches!(first, PollAction::Ask(255, _)), "{first:?}");
         // In the middle of the round.
         if let Some(signal) = state.signals.get_mut("s5") {
             signal.set(&[7], Instant::now());
         }
-        state.device(&address()).custom.push(Custom {
+        state.device(&address()).custom.push(CustomRequest {
             slave: 3,
             request: Request::Custom(0x41, vec![1]),
             repeats: false,
@@ -441,7 +441,7 @@ mod tests {
         let both = |n| spec(SignalKind::RegisterInput, n, 1);
         let mut state = state(vec![both(0), both(1)]);
         let mut schedule = Schedule::default();
-        let Next::Ask(_, asked) = schedule.next(&mut state, &address()) else {
+        let PollAction::Ask(_, asked) = schedule.next(&mut state, &address()) else {
             panic!("nothing is due");
         };
         note_reply(&mut state, &address(), &asked, &Err(PduError::Exception(2)));
@@ -454,7 +454,7 @@ mod tests {
         let mut state = state(vec![spec(SignalKind::RegisterInput, 0, 1)]);
         let mut schedule = Schedule::default();
         let table = Table::InputRegisters;
-        let Next::Ask(_, asked) = schedule.next(&mut state, &address()) else {
+        let PollAction::Ask(_, asked) = schedule.next(&mut state, &address()) else {
             panic!("nothing is due");
         };
         let (first, count) = (0, 1);
@@ -469,10 +469,13 @@ mod tests {
         note_reply(&mut state, &address(), &asked, &Ok(Reply::Values(vec![1])));
         assert!(matches!(
             schedule.next(&mut state, &address()),
-            Next::Sleep(_)
+            PollAction::Sleep(_)
         ));
         tokio::time::advance(IDLE_TIME).await;
-        assert!(matches!(schedule.next(&mut state, &address()), Next::Leave));
+        assert!(matches!(
+            schedule.next(&mut state, &address()),
+            PollAction::Leave
+        ));
         assert!(state.devices.is_empty());
     }
 }

@@ -1,6 +1,6 @@
 //! What scripts and the tasks of devices share: all signals, all devices, behind one lock that is never held while waiting.
 
-use crate::link::StandIns;
+use crate::link::SimulatedPeers;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -18,37 +18,37 @@ const CONNECTING: i32 = -1;
 
 /// What the tasks of devices and the functions for scripts share.
 #[derive(Default)]
-pub(super) struct Shared {
-    state: Mutex<State>,
+pub(super) struct SharedModbusState {
+    state: Mutex<ModbusState>,
     /// Counts updates, so that somebody can wait for the next.
     pub(super) updates: watch::Sender<u64>,
     /// Consulted before the network is.
-    pub(super) stand_ins: Option<Arc<dyn StandIns>>,
+    pub(super) stand_ins: Option<Arc<dyn SimulatedPeers>>,
 }
 
 #[derive(Default)]
-pub(super) struct State {
+pub(super) struct ModbusState {
     pub(super) signals: BTreeMap<String, Signal>,
-    pub(super) devices: BTreeMap<DeviceAddress, Device>,
+    pub(super) devices: BTreeMap<DeviceAddress, DeviceState>,
     pub(super) last_order: u64,
     pub(super) program_running: bool,
     /// The time of devices that a test plays: simulated.
-    pub(super) played: Option<PlayedTime>,
+    pub(super) played: Option<SimulatedInstant>,
 }
 
 /// Simulated time as an instant. It begins before any cycle has passed: until then, too, no signal may be due by the clock of the
 /// machine, or of the runtime that somebody calls from.
 #[derive(Clone, Copy)]
-pub(super) struct PlayedTime {
+pub(super) struct SimulatedInstant {
     began: Instant,
     now: Instant,
 }
 
-impl PlayedTime {
+impl SimulatedInstant {
     /// At the beginning.
     fn begin() -> Self {
         let began = Instant::now();
-        PlayedTime { began, now: began }
+        SimulatedInstant { began, now: began }
     }
 
     /// It is so long after the beginning now.
@@ -59,11 +59,11 @@ impl PlayedTime {
 }
 
 /// One connection.
-pub(super) struct Device {
+pub(super) struct DeviceState {
     pub(super) wake: Arc<Notify>,
     /// Something has changed since the device's task last looked.
     pub(super) has_news: bool,
-    pub(super) custom: Vec<Custom>,
+    pub(super) custom: Vec<CustomRequest>,
     pub(super) has_task: bool,
     /// A test plays it: it has no task, and simulated time.
     pub(super) is_played: bool,
@@ -74,7 +74,7 @@ pub(super) struct Device {
     pub(super) connections: u64,
 }
 
-pub(super) struct Custom {
+pub(super) struct CustomRequest {
     pub(super) slave: u8,
     pub(super) request: Request,
     /// Sent again and again, at the default rate, until the connection is reset.
@@ -82,12 +82,12 @@ pub(super) struct Custom {
     pub(super) due: Instant,
 }
 
-impl Shared {
+impl SharedModbusState {
     /// Without signals; stand-ins are asked before the network is.
-    pub(super) fn beside(stand_ins: Option<Arc<dyn StandIns>>) -> Self {
-        let state = State {
-            played: stand_ins.as_ref().map(|_| PlayedTime::begin()),
-            ..State::default()
+    pub(super) fn with_simulated_peers(stand_ins: Option<Arc<dyn SimulatedPeers>>) -> Self {
+        let state = ModbusState {
+            played: stand_ins.as_ref().map(|_| SimulatedInstant::begin()),
+            ..ModbusState::default()
         };
         Self {
             state: Mutex::new(state),
@@ -96,13 +96,13 @@ impl Shared {
         }
     }
 
-    pub(super) fn state(&self) -> MutexGuard<'_, State> {
+    pub(super) fn state(&self) -> MutexGuard<'_, ModbusState> {
         // Every change under the lock is complete before anything that could panic.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl State {
+impl ModbusState {
     /// The signal of that name.
     pub(super) fn signal(&mut self, name: &str) -> Result<&mut Signal, ModbusError> {
         self.signals
@@ -178,10 +178,10 @@ impl State {
     }
 
     /// The device at that address, made when it is new.
-    pub(super) fn device(&mut self, address: &DeviceAddress) -> &mut Device {
+    pub(super) fn device(&mut self, address: &DeviceAddress) -> &mut DeviceState {
         self.devices
             .entry(address.clone())
-            .or_insert_with(|| Device {
+            .or_insert_with(|| DeviceState {
                 wake: Arc::default(),
                 has_news: false,
                 custom: Vec::new(),

@@ -24,7 +24,7 @@ const READ_WRITE_REGISTERS_MAX: usize = 121;
 
 /// The stream cannot be Modbus TCP; there is no way to find the next request in it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum NotModbus {
+pub enum ModbusFrameError {
     /// Not 0.
     #[error("protocol number {0} instead of 0")]
     Protocol(u16),
@@ -36,19 +36,19 @@ pub enum NotModbus {
 /// How many bytes the message takes that begins with `received`, header included; `None` until the header is there.
 ///
 /// # Errors
-/// [`NotModbus`] where the header is none.
-pub fn message_bytes(received: &[u8]) -> Result<Option<usize>, NotModbus> {
+/// [`ModbusFrameError`] where the header is none.
+pub fn message_bytes(received: &[u8]) -> Result<Option<usize>, ModbusFrameError> {
     let Some(header) = received.first_chunk::<HEADER_BYTES>() else {
         return Ok(None);
     };
     let [_, _, p1, p0, l1, l0, _unit] = *header;
     let (protocol, length) = (u16::from_be_bytes([p1, p0]), u16::from_be_bytes([l1, l0]));
     if protocol != 0 {
-        return Err(NotModbus::Protocol(protocol));
+        return Err(ModbusFrameError::Protocol(protocol));
     }
     match usize::from(length) {
         2.. if usize::from(length) <= 1 + PDU_BYTES_MAX => Ok(Some(6 + usize::from(length))),
-        _ => Err(NotModbus::Length(length)),
+        _ => Err(ModbusFrameError::Length(length)),
     }
 }
 
@@ -66,7 +66,7 @@ pub fn answer(message: &[u8], tables: &dyn Tables) -> Vec<u8> {
     out
 }
 
-type Body = Result<Vec<u8>, Refusal>;
+type ReplyBody = Result<Vec<u8>, Refusal>;
 
 fn reply_to(request: &[u8], tables: &dyn Tables) -> Vec<u8> {
     let (&function, fields) = request.split_first().unwrap_or((&0, &[]));
@@ -89,7 +89,7 @@ fn reply_to(request: &[u8], tables: &dyn Tables) -> Vec<u8> {
     }
 }
 
-fn read_bits(fields: &[u8], tables: &dyn Tables, space: Space) -> Body {
+fn read_bits(fields: &[u8], tables: &dyn Tables, space: Space) -> ReplyBody {
     let [address, count] = words(fields)?;
     check_count(count, READ_COILS_MAX)?;
     let levels = tables.read_bits(space, address, count)?;
@@ -101,7 +101,7 @@ fn read_bits(fields: &[u8], tables: &dyn Tables, space: Space) -> Body {
     Ok(body)
 }
 
-fn read_words(fields: &[u8], tables: &dyn Tables, space: Space) -> Body {
+fn read_words(fields: &[u8], tables: &dyn Tables, space: Space) -> ReplyBody {
     let [address, count] = words(fields)?;
     check_count(count, READ_REGISTERS_MAX)?;
     Ok(registers_body(&tables.read_words(space, address, count)?))
@@ -113,7 +113,7 @@ fn registers_body(registers: &[u16]) -> Vec<u8> {
     body
 }
 
-fn write_coil(fields: &[u8], tables: &dyn Tables) -> Body {
+fn write_coil(fields: &[u8], tables: &dyn Tables) -> ReplyBody {
     let [address, level] = words(fields)?;
     let level = match level {
         0x0000 => false,
@@ -124,13 +124,13 @@ fn write_coil(fields: &[u8], tables: &dyn Tables) -> Body {
     Ok(fields.to_vec())
 }
 
-fn write_register(fields: &[u8], tables: &dyn Tables) -> Body {
+fn write_register(fields: &[u8], tables: &dyn Tables) -> ReplyBody {
     let [address, word] = words(fields)?;
     tables.write_words(address, &[word])?;
     Ok(fields.to_vec())
 }
 
-fn write_coils(fields: &[u8], tables: &dyn Tables) -> Body {
+fn write_coils(fields: &[u8], tables: &dyn Tables) -> ReplyBody {
     let (head, packed) = fields.split_at_checked(5).ok_or(Refusal::Value)?;
     let [address, count] = words(&head[..4])?;
     check_count(count, WRITE_COILS_MAX)?;
@@ -144,7 +144,7 @@ fn write_coils(fields: &[u8], tables: &dyn Tables) -> Body {
     Ok(head[..4].to_vec())
 }
 
-fn write_registers(fields: &[u8], tables: &dyn Tables) -> Body {
+fn write_registers(fields: &[u8], tables: &dyn Tables) -> ReplyBody {
     let (head, data) = fields.split_at_checked(5).ok_or(Refusal::Value)?;
     let [address, count] = words(&head[..4])?;
     check_count(count, WRITE_REGISTERS_MAX)?;
@@ -152,14 +152,14 @@ fn write_registers(fields: &[u8], tables: &dyn Tables) -> Body {
     Ok(head[..4].to_vec())
 }
 
-fn mask_register(fields: &[u8], tables: &dyn Tables) -> Body {
+fn mask_register(fields: &[u8], tables: &dyn Tables) -> ReplyBody {
     let [address, and_mask, or_mask] = words(fields)?;
     tables.change_word(address, &|old| old & and_mask | or_mask & !and_mask)?;
     Ok(fields.to_vec())
 }
 
 /// Writes first, then reads (6.17). What is refused has to be known before anything is written, so it is read before as well.
-fn read_write_registers(fields: &[u8], tables: &dyn Tables) -> Body {
+fn read_write_registers(fields: &[u8], tables: &dyn Tables) -> ReplyBody {
     let (head, data) = fields.split_at_checked(9).ok_or(Refusal::Value)?;
     let [read_address, read_count, write_address, write_count] = words(&head[..8])?;
     let data = register_data(write_count, head[8], data)?;

@@ -14,7 +14,7 @@ use thiserror::Error;
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::time::timeout;
 
-use codec::{ADU_BYTES_MAX, NotModbus, answer, message_bytes};
+use codec::{ADU_BYTES_MAX, ModbusFrameError, answer, message_bytes};
 use tables::Tables;
 
 /// A request that has begun has to be complete, and a reply taken, within this time.
@@ -23,13 +23,13 @@ pub const MESSAGE_TIME: Duration = Duration::from_secs(5);
 /// Why a conversation ended before the client closed it.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-pub enum Ended {
+pub enum ModbusSessionError {
     /// The connection broke.
     #[error("the connection broke: {0}")]
     Broken(#[from] io::Error),
     /// What was sent is not Modbus TCP.
     #[error("not Modbus TCP: {0}")]
-    NotModbus(#[from] NotModbus),
+    NotModbus(#[from] ModbusFrameError),
     /// A request stayed unfinished, or a reply unread, for [`MESSAGE_TIME`].
     #[error("a request stayed unfinished or a reply unread for {} s", MESSAGE_TIME.as_secs())]
     Stalled,
@@ -38,11 +38,11 @@ pub enum Ended {
 /// Answers requests until the client closes.
 ///
 /// # Errors
-/// [`Ended`] says why it ended otherwise.
+/// [`ModbusSessionError`] says why it ended otherwise.
 pub async fn serve(
     mut stream: impl AsyncRead + AsyncWrite + Unpin,
     tables: &(impl Tables + Sync),
-) -> Result<(), Ended> {
+) -> Result<(), ModbusSessionError> {
     // Room for one message: what comes after it waits in the socket.
     let mut buffer = [0; ADU_BYTES_MAX];
     let mut filled = 0;
@@ -53,7 +53,7 @@ pub async fn serve(
             let reply = answer(&buffer[..length], tables);
             match timeout(MESSAGE_TIME, stream.write_all(&reply)).await {
                 Ok(written) => written?,
-                Err(_elapsed) => return Err(Ended::Stalled),
+                Err(_elapsed) => return Err(ModbusSessionError::Stalled),
             }
             buffer.copy_within(length..filled, 0);
             filled -= length;
@@ -68,7 +68,7 @@ pub async fn serve(
         match read {
             Ok(Ok(0)) => return Ok(()),
             Ok(count) => filled += count?,
-            Err(_elapsed) => return Err(Ended::Stalled),
+            Err(_elapsed) => return Err(ModbusSessionError::Stalled),
         }
     }
 }
@@ -109,7 +109,10 @@ mod tests {
         let (mut half, server) = duplex(64);
         half.write_all(&[0, 1, 0]).await.unwrap();
         let start = tokio::time::Instant::now();
-        assert!(matches!(serve(server, &store).await, Err(Ended::Stalled)));
+        assert!(matches!(
+            serve(server, &store).await,
+            Err(ModbusSessionError::Stalled)
+        ));
         assert_eq!(start.elapsed(), MESSAGE_TIME);
 
         let (mut deaf, server) = duplex(24);
@@ -122,7 +125,7 @@ mod tests {
             std::future::pending::<()>().await;
         };
         tokio::select! {
-            ended = serve(server, &store) => assert!(matches!(ended, Err(Ended::Stalled))),
+            ended = serve(server, &store) => assert!(matches!(ended, Err(ModbusSessionError::Stalled))),
             () = ask => {}
         }
     }

@@ -70,12 +70,12 @@ pub const STORE_REGISTERS: usize = 256;
 /// A device with 128 coils and 256 holding registers, and nothing behind them: what a test plays a PLC with.
 #[derive(Debug)]
 pub struct Store {
-    values: Mutex<Values>,
+    values: Mutex<PortValues>,
 }
 
 /// What a [`Store`] keeps.
 #[derive(Debug)]
-pub struct Values {
+pub struct PortValues {
     /// Coils.
     pub coils: [bool; STORE_COILS],
     /// Holding registers.
@@ -85,7 +85,7 @@ pub struct Values {
 impl Default for Store {
     fn default() -> Self {
         Self {
-            values: Mutex::new(Values {
+            values: Mutex::new(PortValues {
                 coils: [false; STORE_COILS],
                 registers: [0; STORE_REGISTERS],
             }),
@@ -95,7 +95,7 @@ impl Default for Store {
 
 impl Store {
     /// What it keeps.
-    pub fn values(&self) -> MutexGuard<'_, Values> {
+    pub fn values(&self) -> MutexGuard<'_, PortValues> {
         self.values.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -11,7 +11,7 @@ const FRAME_BYTES_MAX: usize = 4096;
 
 /// What a search in the unread bytes has found.
 #[derive(Debug, PartialEq)]
-pub enum Found<T> {
+pub enum ParseOutcome<T> {
     /// The result; its bytes are gone from the buffer.
     Result(T),
     /// More bytes are needed.
@@ -19,11 +19,11 @@ pub enum Found<T> {
 }
 
 /// There is nothing to be found: for good, or not yet.
-fn nothing<T: Default>(is_last: bool) -> Found<T> {
+fn nothing<T: Default>(is_last: bool) -> ParseOutcome<T> {
     if is_last {
-        Found::Result(T::default())
+        ParseOutcome::Result(T::default())
     } else {
-        Found::NotYet
+        ParseOutcome::NotYet
     }
 }
 
@@ -42,7 +42,7 @@ fn drop_noise(unread: &mut Vec<u8>) {
 
 /// Up to `count` numbers of the first frame `(1.5, 2, 3)`; none when what stands in it are no numbers. What stands before
 /// the frame is dropped.
-pub fn floats(unread: &mut Vec<u8>, count: usize, is_last: bool) -> Found<Vec<f64>> {
+pub fn floats(unread: &mut Vec<u8>, count: usize, is_last: bool) -> ParseOutcome<Vec<f64>> {
     drop_noise(unread);
     let Some(end) = unread.iter().position(|byte| *byte == b')') else {
         // No frame is longer: what began earlier is none.
@@ -59,11 +59,16 @@ pub fn floats(unread: &mut Vec<u8>, count: usize, is_last: bool) -> Found<Vec<f6
         .take(count)
         .map(str::parse)
         .collect();
-    Found::Result(numbers.unwrap_or_default())
+    ParseOutcome::Result(numbers.unwrap_or_default())
 }
 
 /// The text after `prefix` and before `suffix`, either may be empty. At most [`TEXT_BYTES_MAX`] bytes; the rest stays.
-pub fn text(unread: &mut Vec<u8>, prefix: &[u8], suffix: &[u8], is_last: bool) -> Found<String> {
+pub fn text(
+    unread: &mut Vec<u8>,
+    prefix: &[u8],
+    suffix: &[u8],
+    is_last: bool,
+) -> ParseOutcome<String> {
     let Some(at) = find(unread, prefix) else {
         // The prefix may have come in part; before it nothing is wanted.
         let keep = unread.len().min(prefix.len().saturating_sub(1));
@@ -97,7 +102,7 @@ pub fn text(unread: &mut Vec<u8>, prefix: &[u8], suffix: &[u8], is_last: bool) -
     };
     let found = String::from_utf8_lossy(&rest[..length]).into_owned();
     unread.drain(..begin + taken);
-    Found::Result(found)
+    ParseOutcome::Result(found)
 }
 
 /// A decimal integer, cut to 32 bits at the ends; `None` when it is none.
@@ -122,10 +127,13 @@ mod tests {
     #[test]
     fn of_parentheses_without_an_end_the_last_few_are_kept() {
         let mut unread = vec![b'('; 60_000];
-        assert_eq!(floats(&mut unread, 3, false), Found::NotYet);
+        assert_eq!(floats(&mut unread, 3, false), ParseOutcome::NotYet);
         assert_eq!(unread.len(), FRAME_BYTES_MAX);
         unread.extend(b"(((1, 2) (3, 4)");
-        assert_eq!(floats(&mut unread, 3, false), Found::Result(vec![]));
-        assert_eq!(floats(&mut unread, 3, false), Found::Result(vec![3.0, 4.0]));
+        assert_eq!(floats(&mut unread, 3, false), ParseOutcome::Result(vec![]));
+        assert_eq!(
+            floats(&mut unread, 3, false),
+            ParseOutcome::Result(vec![3.0, 4.0])
+        );
     }
 }

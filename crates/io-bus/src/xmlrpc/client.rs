@@ -19,9 +19,9 @@ use thiserror::Error;
 use tokio::sync::Mutex;
 use tokio::time::timeout;
 
-use crate::link::{Link, StandIns};
+use crate::link::{PeerStream, SimulatedPeers};
 
-use super::codec::{Fault, NotXmlRpc, RpcValue, decode_response, encode_call};
+use super::codec::{InvalidXmlRpc, RpcFault, RpcValue, decode_response, encode_call};
 
 /// How long a call may take in all (INTERFACES: an RPC call without an answer ends after 10 s).
 pub const CALL_TIME: Duration = Duration::from_secs(10);
@@ -30,7 +30,7 @@ const ANSWER_BYTES_MAX: usize = 8 << 20;
 
 /// Where a server is: `ip:port`, which means the path /RPC2, or `http://ip:port/path`.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Url {
+pub struct RpcUrl {
     authority: String,
     path: String,
 }
@@ -38,13 +38,13 @@ pub struct Url {
 /// A text that is no address of a server.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{0:?} is no address; allowed are \"ip:port\" and \"http://ip:port/path\"")]
-pub struct NotAUrl(String);
+pub struct InvalidRpcUrl(String);
 
-impl std::str::FromStr for Url {
-    type Err = NotAUrl;
+impl std::str::FromStr for RpcUrl {
+    type Err = InvalidRpcUrl;
 
-    fn from_str(text: &str) -> Result<Self, NotAUrl> {
-        let wrong = || NotAUrl(text.to_owned());
+    fn from_str(text: &str) -> Result<Self, InvalidRpcUrl> {
+        let wrong = || InvalidRpcUrl(text.to_owned());
         let (rest, is_short) = match text.strip_prefix("http://") {
             Some(rest) => (rest, false),
             None => (text, true),
@@ -70,7 +70,7 @@ impl std::str::FromStr for Url {
     }
 }
 
-impl Url {
+impl RpcUrl {
     /// Whom to connect to.
     pub fn host_and_port(&self) -> (&str, u16) {
         let (host, port) = self
@@ -89,10 +89,10 @@ impl Url {
 pub enum RpcError {
     /// The server's own error.
     #[error(transparent)]
-    Fault(#[from] Fault),
+    Fault(#[from] RpcFault),
     /// The answer cannot be understood.
     #[error(transparent)]
-    NotXmlRpc(#[from] NotXmlRpc),
+    NotXmlRpc(#[from] InvalidXmlRpc),
     /// No connection.
     #[error("cannot connect to {address}: {source}")]
     Connect {
@@ -140,50 +140,55 @@ pub enum RpcError {
 
 /// A server to call.
 pub struct RpcClient {
-    url: Url,
-    stand_ins: Option<Arc<dyn StandIns>>,
-    connection: Mutex<Option<Connection>>,
+    url: RpcUrl,
+    stand_ins: Option<Arc<dyn SimulatedPeers>>,
+    connection: Mutex<Option<HttpConnection>>,
 }
 
 /// An open connection.
-struct Connection {
+struct HttpConnection {
     sender: SendRequest<Full<Bytes>>,
     /// The same socket, to look at.
     socket: Socket,
 }
 
 /// What became of a call that has no answer.
-enum Failed {
+enum SendFailure {
     /// Nothing of it was sent; here it is again.
     NotSent(Box<Request<Full<Bytes>>>, String),
     /// It was sent, in part at least.
     Unanswered(String),
 }
 
-impl Connection {
+impl HttpConnection {
     /// Whether the server still holds its end, and has said nothing unasked.
     fn is_quiet(&self) -> bool {
         let seen = self.socket.peek(&mut [MaybeUninit::uninit()]);
         !self.sender.is_closed() && seen.is_err_and(|error| error.kind() == ErrorKind::WouldBlock)
     }
 
-    async fn send(&mut self, request: Request<Full<Bytes>>) -> Result<Response<Incoming>, Failed> {
+    async fn send(
+        &mut self,
+        request: Request<Full<Bytes>>,
+    ) -> Result<Response<Incoming>, SendFailure> {
         if let Err(error) = self.sender.ready().await {
-            return Err(Failed::NotSent(Box::new(request), error.to_string()));
+            return Err(SendFailure::NotSent(Box::new(request), error.to_string()));
         }
         self.sender
             .try_send_request(request)
             .await
             .map_err(|mut failed| match failed.take_message() {
-                Some(request) => Failed::NotSent(Box::new(request), failed.error().to_string()),
-                None => Failed::Unanswered(failed.error().to_string()),
+                Some(request) => {
+                    SendFailure::NotSent(Box::new(request), failed.error().to_string())
+                }
+                None => SendFailure::Unanswered(failed.error().to_string()),
             })
     }
 }
 
 impl RpcClient {
     /// Connects at the first call.
-    pub fn new(url: Url) -> Self {
+    pub fn new(url: RpcUrl) -> Self {
         Self {
             url,
             stand_ins: None,
@@ -192,7 +197,7 @@ impl RpcClient {
     }
 
     /// The same; who stands in for its server is asked first.
-    pub fn beside(self, stand_ins: Option<Arc<dyn StandIns>>) -> Self {
+    pub fn with_simulated_peers(self, stand_ins: Option<Arc<dyn SimulatedPeers>>) -> Self {
         Self { stand_ins, ..self }
     }
 
@@ -218,12 +223,12 @@ impl RpcClient {
         let mut kept = self.connection.lock().await;
         let request = self.request(body).map_err(|reason| self.not_sent(reason))?;
         // Taken out: a call that is given up half-way leaves no connection with an answer on its way.
-        let (connection, response) = match kept.take().filter(Connection::is_quiet) {
+        let (connection, response) = match kept.take().filter(HttpConnection::is_quiet) {
             Some(mut connection) => match connection.send(request).await {
                 Ok(response) => (connection, response),
                 // The server has closed it just now, and none of the call has left.
-                Err(Failed::NotSent(request, _)) => self.send_on_a_new_one(*request).await?,
-                Err(Failed::Unanswered(reason)) => return Err(unanswered(reason)),
+                Err(SendFailure::NotSent(request, _)) => self.send_on_a_new_one(*request).await?,
+                Err(SendFailure::Unanswered(reason)) => return Err(unanswered(reason)),
             },
             None => self.send_on_a_new_one(request).await?,
         };
@@ -245,12 +250,12 @@ impl RpcClient {
     async fn send_on_a_new_one(
         &self,
         request: Request<Full<Bytes>>,
-    ) -> Result<(Connection, Response<Incoming>), RpcError> {
+    ) -> Result<(HttpConnection, Response<Incoming>), RpcError> {
         let mut connection = self.connect().await?;
         match connection.send(request).await {
             Ok(response) => Ok((connection, response)),
-            Err(Failed::NotSent(_, reason)) => Err(self.not_sent(reason)),
-            Err(Failed::Unanswered(reason)) => Err(RpcError::Unanswered {
+            Err(SendFailure::NotSent(_, reason)) => Err(self.not_sent(reason)),
+            Err(SendFailure::Unanswered(reason)) => Err(RpcError::Unanswered {
                 address: self.url.authority.clone(),
                 reason,
             }),
@@ -273,13 +278,13 @@ impl RpcClient {
             .map_err(|error| error.to_string())
     }
 
-    async fn connect(&self) -> Result<Connection, RpcError> {
+    async fn connect(&self) -> Result<HttpConnection, RpcError> {
         let failed = |source| RpcError::Connect {
             address: self.url.authority.clone(),
             source,
         };
         let (host, port) = self.url.host_and_port();
-        let stream = Link::open(host, port, self.stand_ins.as_ref())
+        let stream = PeerStream::open(host, port, self.stand_ins.as_ref())
             .await
             .map_err(failed)?;
         let socket = stream.socket().try_clone().map_err(failed)?;
@@ -293,7 +298,7 @@ impl RpcClient {
                 drop(connection.await);
             }),
         );
-        Ok(Connection { sender, socket })
+        Ok(HttpConnection { sender, socket })
     }
 }
 
@@ -305,7 +310,7 @@ mod tests {
 
     #[test]
     fn both_forms_of_addresses_are_taken() {
-        let url = |text: &str| text.parse::<Url>().map(|url| (url.authority, url.path));
+        let url = |text: &str| text.parse::<RpcUrl>().map(|url| (url.authority, url.path));
         let pair = |a: &str, b: &str| Ok((a.to_owned(), b.to_owned()));
         assert_eq!(url("127.0.0.1:5050"), pair("127.0.0.1:5050", "/RPC2"));
         assert_eq!(

@@ -34,7 +34,7 @@ pub enum RpcValue {
 /// The server's own error.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("fault {code}: {text}")]
-pub struct Fault {
+pub struct RpcFault {
     /// Its number.
     pub code: i64,
     /// Its sentence.
@@ -44,7 +44,7 @@ pub struct Fault {
 /// An answer that is none.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("the answer is no XML-RPC: {0}")]
-pub struct NotXmlRpc(String);
+pub struct InvalidXmlRpc(String);
 
 /// The body of a call.
 pub fn encode_call(method: &str, arguments: &[RpcValue]) -> String {
@@ -90,7 +90,7 @@ fn put(out: &mut String, value: &RpcValue) {
 }
 
 /// The body of an answer with a result, or with the server's fault.
-pub fn encode_response(answer: &Result<RpcValue, Fault>) -> String {
+pub fn encode_response(answer: &Result<RpcValue, RpcFault>) -> String {
     let mut out = String::from("<?xml version=\"1.0\"?><methodResponse>");
     match answer {
         Ok(value) => {
@@ -115,14 +115,14 @@ pub fn encode_response(answer: &Result<RpcValue, Fault>) -> String {
 /// The method and the arguments of a call.
 ///
 /// # Errors
-/// [`NotXmlRpc`] says what is wrong.
-pub fn decode_call(text: &str) -> Result<(String, Vec<RpcValue>), NotXmlRpc> {
+/// [`InvalidXmlRpc`] says what is wrong.
+pub fn decode_call(text: &str) -> Result<(String, Vec<RpcValue>), InvalidXmlRpc> {
     let tree = read_tree(text)?;
     if tree.name != "methodCall" {
-        return Err(NotXmlRpc(format!("it is a <{}>", tree.name)));
+        return Err(InvalidXmlRpc(format!("it is a <{}>", tree.name)));
     }
     let Some(method) = tree.child("methodName") else {
-        return Err(NotXmlRpc("a call without a method".to_owned()));
+        return Err(InvalidXmlRpc("a call without a method".to_owned()));
     };
     let parameters = tree.child("params").into_iter();
     let values = parameters
@@ -136,12 +136,12 @@ pub fn decode_call(text: &str) -> Result<(String, Vec<RpcValue>), NotXmlRpc> {
 /// The result in the body of an answer, or the server's fault.
 ///
 /// # Errors
-/// [`NotXmlRpc`] says what is wrong.
-pub fn decode_response(text: &str) -> Result<Result<RpcValue, Fault>, NotXmlRpc> {
+/// [`InvalidXmlRpc`] says what is wrong.
+pub fn decode_response(text: &str) -> Result<Result<RpcValue, RpcFault>, InvalidXmlRpc> {
     let mut tree = read_tree(text)?;
-    let wrong = |what: &str| NotXmlRpc(what.to_owned());
+    let wrong = |what: &str| InvalidXmlRpc(what.to_owned());
     if tree.name != "methodResponse" {
-        return Err(NotXmlRpc(format!("it is a <{}>", tree.name)));
+        return Err(InvalidXmlRpc(format!("it is a <{}>", tree.name)));
     }
     let child = tree.children.pop().ok_or_else(|| wrong("it is empty"))?;
     match child.name.as_str() {
@@ -166,9 +166,9 @@ pub fn decode_response(text: &str) -> Result<Result<RpcValue, Fault>, NotXmlRpc>
                 Some((_, RpcValue::Text(text))) => text.clone(),
                 _ => String::new(),
             };
-            Ok(Err(Fault { code, text }))
+            Ok(Err(RpcFault { code, text }))
         }
-        other => Err(NotXmlRpc(format!("<{other}> in the place of <params>"))),
+        other => Err(InvalidXmlRpc(format!("<{other}> in the place of <params>"))),
     }
 }
 
@@ -186,8 +186,8 @@ impl Element {
     }
 }
 
-fn read_tree(text: &str) -> Result<Element, NotXmlRpc> {
-    let broken = |error: &dyn std::fmt::Display| NotXmlRpc(error.to_string());
+fn read_tree(text: &str) -> Result<Element, InvalidXmlRpc> {
+    let broken = |error: &dyn std::fmt::Display| InvalidXmlRpc(error.to_string());
     let mut reader = Reader::from_str(text);
     // Elements from the outermost to the one that is open.
     let mut open: Vec<Element> = vec![Element::default()];
@@ -199,7 +199,7 @@ fn read_tree(text: &str) -> Result<Element, NotXmlRpc> {
         };
         // A value is at most five elements deep in another.
         if open.len() > 5 * DEPTH_MAX {
-            return Err(NotXmlRpc(format!(
+            return Err(InvalidXmlRpc(format!(
                 "values are nested deeper than {DEPTH_MAX}"
             )));
         }
@@ -229,7 +229,7 @@ fn read_tree(text: &str) -> Result<Element, NotXmlRpc> {
                 match (character, resolve_predefined_entity(&name)) {
                     (Some(character), _) => append(&mut open, character.encode_utf8(&mut [0; 4])),
                     (None, Some(known)) => append(&mut open, known),
-                    (None, None) => return Err(NotXmlRpc(format!("unknown entity &{name};"))),
+                    (None, None) => return Err(InvalidXmlRpc(format!("unknown entity &{name};"))),
                 }
                 None
             }
@@ -244,8 +244,8 @@ fn read_tree(text: &str) -> Result<Element, NotXmlRpc> {
         [root] => root
             .children
             .pop()
-            .ok_or_else(|| NotXmlRpc("there is no element".to_owned())),
-        _ => Err(NotXmlRpc("it ends in the middle".to_owned())),
+            .ok_or_else(|| InvalidXmlRpc("there is no element".to_owned())),
+        _ => Err(InvalidXmlRpc("it ends in the middle".to_owned())),
     }
 }
 
@@ -255,13 +255,13 @@ fn append(open: &mut [Element], text: &str) {
     }
 }
 
-fn value_of(value: &Element) -> Result<RpcValue, NotXmlRpc> {
+fn value_of(value: &Element) -> Result<RpcValue, InvalidXmlRpc> {
     let Some(inner) = value.children.first() else {
         // Without a type it is a text.
         return Ok(RpcValue::Text(value.text.clone()));
     };
     let (name, text) = (inner.name.as_str(), inner.text.as_str());
-    let wrong = || NotXmlRpc(format!("<{name}> with {text:?}"));
+    let wrong = || InvalidXmlRpc(format!("<{name}> with {text:?}"));
     Ok(match name {
         "nil" => RpcValue::Nil,
         "boolean" => match text.trim() {
@@ -285,7 +285,7 @@ fn value_of(value: &Element) -> Result<RpcValue, NotXmlRpc> {
                 let name = member.child("name").map(|name| name.text.clone());
                 let value = member.child("value").map(value_of).transpose()?;
                 name.zip(value)
-                    .ok_or_else(|| NotXmlRpc("a member without name or value".to_owned()))
+                    .ok_or_else(|| InvalidXmlRpc("a member without name or value".to_owned()))
             };
             RpcValue::Struct(
                 inner
@@ -295,7 +295,7 @@ fn value_of(value: &Element) -> Result<RpcValue, NotXmlRpc> {
                     .collect::<Result<_, _>>()?,
             )
         }
-        _ => return Err(NotXmlRpc(format!("unknown type <{name}>"))),
+        _ => return Err(InvalidXmlRpc(format!("unknown type <{name}>"))),
     })
 }
 
@@ -377,7 +377,7 @@ mod tests {
         let fault = "<?xml version='1.0'?>\n<methodResponse>\n<fault>\n<value><struct>\n<member>\n<name>faultCode</name>\n\
             <value><int>4</int></value>\n</member>\n<member>\n<name>faultString</name>\n<value><string>too many &lt;x&gt;</string></value>\n\
             </member>\n</struct></value>\n</fault>\n</methodResponse>\n";
-        let wanted = Fault {
+        let wanted = RpcFault {
             code: 4,
             text: "too many <x>".to_owned(),
         };

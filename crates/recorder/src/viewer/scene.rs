@@ -32,7 +32,7 @@ const fn color(r: f64, g: f64, b: f64, a: f64) -> shown::Color {
 
 /// A thing of the cell that the arm can hit, in the base frame.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Obstacle {
+pub struct SceneObstacle {
     /// Its name in the cell file.
     pub name: String,
     /// Its shape.
@@ -41,7 +41,7 @@ pub struct Obstacle {
     pub pose: RpyPose,
 }
 
-/// Shape of an [`Obstacle`], m.
+/// Shape of an [`SceneObstacle`], m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ObstacleShape {
     /// Lengths along x, y and z.
@@ -83,7 +83,7 @@ pub(super) fn arm(model: &RobotModel, at: Timestamp) -> Vec<shown::SceneEntity> 
 }
 
 /// An obstacle as an entity of its own, named `obstacle/NAME`.
-pub(super) fn obstacle(obstacle: &Obstacle, at: Timestamp) -> shown::SceneEntity {
+pub(super) fn obstacle(obstacle: &SceneObstacle, at: Timestamp) -> shown::SceneEntity {
     let mut drawn = entity(BASE_FRAME, &format!("obstacle/{}", obstacle.name), at);
     let base_from_shape = Pose::from_rpy(&obstacle.pose);
     match obstacle.shape {

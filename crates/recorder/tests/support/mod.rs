@@ -164,7 +164,7 @@ pub fn record(records: impl IntoIterator<Item = Record>) -> Vec<u8> {
     out.bytes()
 }
 
-/// As `Cycle`, any finite values.
+/// As `CycleMessage`, any finite values.
 pub mod any {
     use super::*;
     use proptest::prelude::*;

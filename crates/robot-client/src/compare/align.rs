@@ -1,6 +1,6 @@
 //! Which moment of one run belongs to which of the other: first by the first motion, then by what fits best.
 
-use super::track::{Place, Track};
+use super::track::{RunTrace, TraceCursor};
 
 /// A joint that is so far from where it began has moved, rad: well above what a standing arm's sensors say.
 const MOVED: f64 = 0.002;
@@ -25,9 +25,9 @@ pub struct Alignment {
 }
 
 /// Lays two runs over each other. Where one of them never moves, their beginnings are.
-pub fn align(first: &Track, second: &Track) -> Alignment {
+pub fn align(first: &RunTrace, second: &RunTrace) -> Alignment {
     let (first_motion, second_motion) = (motion_of(first), motion_of(second));
-    let begin = |track: &Track| track.samples().next().map_or(0.0, |sample| sample.time);
+    let begin = |track: &RunTrace| track.samples().next().map_or(0.0, |sample| sample.time);
     let (Some(a), Some(b)) = (first_motion, second_motion) else {
         return Alignment {
             shift: begin(second) - begin(first),
@@ -35,7 +35,7 @@ pub fn align(first: &Track, second: &Track) -> Alignment {
             second_motion,
         };
     };
-    let judge = Judge::new(first, second, a);
+    let judge = ShiftCost::new(first, second, a);
     let around = b - a;
     let steps = (REACH / STEP).round() as i32;
     let candidates = (-steps..=steps).map(|k| around + f64::from(k) * STEP);
@@ -59,7 +59,7 @@ pub fn align(first: &Track, second: &Track) -> Alignment {
 }
 
 /// When a joint leaves where it was when the run began.
-fn motion_of(track: &Track) -> Option<f64> {
+fn motion_of(track: &RunTrace) -> Option<f64> {
     let start = track
         .samples()
         .find(|sample| sample.q.iter().all(|q| q.is_finite()))?;
@@ -69,14 +69,14 @@ fn motion_of(track: &Track) -> Option<f64> {
 }
 
 /// Says how well a shift fits.
-struct Judge<'t> {
+struct ShiftCost<'t> {
     /// Samples of the first run, from shortly before its first motion.
     samples: Vec<(f64, [f64; 6])>,
-    second: &'t Track,
+    second: &'t RunTrace,
 }
 
-impl<'t> Judge<'t> {
-    fn new(first: &Track, second: &'t Track, motion: f64) -> Self {
+impl<'t> ShiftCost<'t> {
+    fn new(first: &RunTrace, second: &'t RunTrace, motion: f64) -> Self {
         let known = first
             .samples()
             .filter(|sample| sample.time >= motion - REACH);
@@ -96,7 +96,7 @@ impl<'t> Judge<'t> {
 
     /// Mean square of the joints' differences, rad²; infinite where the runs have less than a tenth of the samples in common.
     fn cost(&self, shift: f64) -> f64 {
-        let mut place = Place::default();
+        let mut place = TraceCursor::default();
         let (mut sum, mut count) = (0.0, 0_usize);
         for (time, q) in &self.samples {
             let Some(other) = self.second.at(time + shift, &mut place) else {

@@ -1,19 +1,19 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 
-use super::track::Sample;
+use super::track::TraceSample;
 use super::*;
 
 /// An arm that stands until `begin` and then swings, sampled every `step`.
-fn swing(begin: f64, step: f64, end: f64, size: f64) -> Track {
-    let mut track = Track::default();
+fn swing(begin: f64, step: f64, end: f64, size: f64) -> RunTrace {
+    let mut track = RunTrace::default();
     let count = (end / step) as usize;
     for number in 0..count {
         let time = number as f64 * step;
         let since = (time - begin).max(0.0);
         // Begins smoothly.
         let angle = size * (1.0 - (1.3 * since).cos()) * (0.4 * since).cos();
-        track.push(Sample {
+        track.push(TraceSample {
             time,
             q: [angle, 0.5 * angle, 0.0, 1.0, -0.2 * angle, 0.0],
             position: Vector3::new(angle, 0.0, 0.3),
@@ -25,7 +25,7 @@ fn swing(begin: f64, step: f64, end: f64, size: f64) -> Track {
     track
 }
 
-fn of(first: &Track, second: &Track) -> Comparison {
+fn of(first: &RunTrace, second: &RunTrace) -> Comparison {
     compare(first, second, align(first, second))
 }
 
@@ -48,7 +48,7 @@ fn a_run_is_equal_to_itself_at_any_rate_and_any_delay() {
 #[test]
 fn differences_have_their_size_and_place() {
     let first = swing(1.0, 0.004, 10.0, 0.5);
-    let mut second = Track::default();
+    let mut second = RunTrace::default();
     for sample in first.samples() {
         let mut other = *sample;
         if (6.0..6.1).contains(&sample.time) {
@@ -76,7 +76,7 @@ fn differences_have_their_size_and_place() {
 #[test]
 fn what_is_not_known_is_not_compared() {
     let first = swing(1.0, 0.004, 6.0, 0.5);
-    let mut second = Track::default();
+    let mut second = RunTrace::default();
     for sample in first.samples() {
         let mut other = *sample;
         other.force = Vector3::repeat(f64::NAN);
@@ -93,7 +93,7 @@ fn what_is_not_known_is_not_compared() {
 #[test]
 fn runs_that_stand_are_laid_over_each_other_from_their_beginnings() {
     let still = |from: f64| {
-        let mut track = Track::default();
+        let mut track = RunTrace::default();
         for sample in swing(99.0, 0.01, 5.0, 0.5).samples() {
             let mut sample = *sample;
             sample.time += from;
@@ -108,7 +108,7 @@ fn runs_that_stand_are_laid_over_each_other_from_their_beginnings() {
 
 #[test]
 fn runs_without_a_moment_in_common_have_no_figures() {
-    let (first, second) = (Track::default(), swing(1.0, 0.01, 3.0, 0.1));
+    let (first, second) = (RunTrace::default(), swing(1.0, 0.01, 3.0, 0.1));
     let found = of(&first, &second);
     assert_eq!((found.largest_joint(), found.tcp_position), (None, None));
 }
@@ -118,7 +118,7 @@ proptest! {
     #[test]
     fn any_delay_is_found(begin in 0.1..6.0_f64, noise in 0.0..0.0004_f64, seed in any::<u64>()) {
         let first = swing(1.0, 0.004, 12.0, 0.4);
-        let mut second = Track::default();
+        let mut second = RunTrace::default();
         let mut state = seed;
         for sample in swing(begin, 0.004, 12.0 + begin, 0.4).samples() {
             let mut other = *sample;
@@ -135,9 +135,9 @@ proptest! {
 
     #[test]
     fn any_numbers_are_compared_without_a_panic(times in proptest::collection::vec(any::<f64>(), 0..40), q in any::<f64>()) {
-        let mut track = Track::default();
+        let mut track = RunTrace::default();
         for time in times {
-            track.push(Sample {
+            track.push(TraceSample {
                 time,
                 q: [q, time, 0.0, -q, 1.0, 0.0],
                 position: Vector3::repeat(q),

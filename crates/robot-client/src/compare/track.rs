@@ -1,7 +1,7 @@
 //! A recording as what is compared of it: joints, TCP, speed and force over time.
 
 use nalgebra::{UnitQuaternion, Vector3};
-use recorder::{Cycle, ReadError, Recording};
+use recorder::{CycleMessage, ReadError, Recording};
 use thiserror::Error;
 
 use kinematics::{Pose, RpyPose};
@@ -9,7 +9,7 @@ use kinematics::{Pose, RpyPose};
 /// A recording that cannot be compared.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-pub enum TrackError {
+pub enum RunTraceError {
     /// It cannot be read.
     #[error(transparent)]
     Read(#[from] ReadError),
@@ -23,7 +23,7 @@ pub enum TrackError {
 
 /// One moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sample {
+pub struct TraceSample {
     /// When, s.
     pub time: f64,
     /// Positions of the joints, rad.
@@ -40,33 +40,33 @@ pub struct Sample {
 
 /// A run over time. Times grow.
 #[derive(Clone, Debug, Default)]
-pub struct Track {
-    samples: Vec<Sample>,
+pub struct RunTrace {
+    samples: Vec<TraceSample>,
 }
 
 /// Where a walk along a track is, so that the next moment is found from there.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Place(usize);
+pub struct TraceCursor(usize);
 
-impl Track {
+impl RunTrace {
     /// Reads the cycles of a recording.
     ///
     /// # Errors
-    /// [`TrackError`]
-    pub fn read(recording: &Recording) -> Result<Self, TrackError> {
+    /// [`RunTraceError`]
+    pub fn read(recording: &Recording) -> Result<Self, RunTraceError> {
         let mut track = Self::default();
         for cycle in recording.cycles()? {
             track.push(sample(&cycle?));
         }
         if track.samples.is_empty() {
             let name = recording.name().to_owned();
-            return Err(TrackError::Empty { name });
+            return Err(RunTraceError::Empty { name });
         }
         Ok(track)
     }
 
     /// Adds a moment; one that is not after the last is left out, as files may say anything.
-    pub fn push(&mut self, sample: Sample) {
+    pub fn push(&mut self, sample: TraceSample) {
         let last = self
             .samples
             .last()
@@ -77,12 +77,12 @@ impl Track {
     }
 
     /// Its moments in order.
-    pub fn samples(&self) -> impl ExactSizeIterator<Item = &Sample> {
+    pub fn samples(&self) -> impl ExactSizeIterator<Item = &TraceSample> {
         self.samples.iter()
     }
 
     /// The state at a moment, between its neighbours; `None` before the first and after the last.
-    pub fn at(&self, time: f64, place: &mut Place) -> Option<Sample> {
+    pub fn at(&self, time: f64, place: &mut TraceCursor) -> Option<TraceSample> {
         let all = &self.samples;
         let is_after = |index: usize| all.get(index).is_some_and(|sample| sample.time > time);
         // Walks go forward; whoever goes back begins anew.
@@ -103,10 +103,10 @@ impl Track {
     }
 }
 
-fn between(before: &Sample, after: &Sample, part: f64, time: f64) -> Sample {
+fn between(before: &TraceSample, after: &TraceSample, part: f64, time: f64) -> TraceSample {
     let mix = |a: f64, b: f64| a + (b - a) * part;
     let rotation = before.rotation.try_slerp(&after.rotation, part, 1e-9);
-    Sample {
+    TraceSample {
         time,
         q: core::array::from_fn(|i| mix(before.q[i], after.q[i])),
         position: before.position.lerp(&after.position, part),
@@ -116,7 +116,7 @@ fn between(before: &Sample, after: &Sample, part: f64, time: f64) -> Sample {
     }
 }
 
-fn sample(cycle: &Cycle) -> Sample {
+fn sample(cycle: &CycleMessage) -> TraceSample {
     let six = |values: &[f64]| -> [f64; 6] {
         core::array::from_fn(|i| values.get(i).copied().unwrap_or(f64::NAN))
     };
@@ -130,7 +130,7 @@ fn sample(cycle: &Cycle) -> Sample {
         ),
         false => UnitQuaternion::identity(),
     };
-    Sample {
+    TraceSample {
         time: cycle.time,
         q: six(&cycle.actual_q),
         // Without an orientation there is no place either, so that neither is compared.

@@ -27,13 +27,15 @@ fn script_error(text: &str) -> Message {
 }
 
 /// The news of messages at tenths of a second.
-fn told(messages: &[(u64, Message)]) -> Vec<News> {
-    let mut follower = Follower::new();
-    let news = messages
+fn told(messages: &[(u64, Message)]) -> Vec<ProgramEvent> {
+    let mut follower = ProgramMonitor::new();
+    let news = messages.iter().flat_map(|(tenths, message)| {
+        follower.handle_message(message, Duration::from_millis(100 * tenths))
+    });
+    let told: Vec<ProgramEvent> = news.collect();
+    let ends = told
         .iter()
-        .flat_map(|(tenths, message)| follower.take(message, Duration::from_millis(100 * tenths)));
-    let told: Vec<News> = news.collect();
-    let ends = told.iter().filter(|news| matches!(news, News::Over(_)));
+        .filter(|news| matches!(news, ProgramEvent::Over(_)));
     assert!(ends.count() <= 1);
     told
 }
@@ -53,10 +55,10 @@ fn a_program_begins_pauses_goes_on_and_ends() {
         (9, idle),
     ];
     let wanted = [
-        News::Began,
-        News::Paused,
-        News::Resumed,
-        News::Over(Outcome::Ended),
+        ProgramEvent::Began,
+        ProgramEvent::Paused,
+        ProgramEvent::Resumed,
+        ProgramEvent::Over(MonitorOutcome::Ended),
     ];
     assert_eq!(told(&messages), wanted);
 }
@@ -65,7 +67,7 @@ fn a_program_begins_pauses_goes_on_and_ends() {
 fn a_program_that_is_never_seen_running_has_ended_once_nobody_can_complain() {
     let idle = state(false, false);
     let messages: Vec<_> = (0..12).map(|tenths| (tenths, idle.clone())).collect();
-    assert_eq!(told(&messages), [News::Over(Outcome::Ended)]);
+    assert_eq!(told(&messages), [ProgramEvent::Over(MonitorOutcome::Ended)]);
     assert_eq!(told(&messages[..9]), []);
 }
 
@@ -79,18 +81,27 @@ fn errors_before_and_shortly_after_the_end_make_it_a_failure() {
         (3, error.clone()),
         (5, idle.clone()),
     ];
-    assert_eq!(told(&late).last(), Some(&News::Over(Outcome::Failed)));
+    assert_eq!(
+        told(&late).last(),
+        Some(&ProgramEvent::Over(MonitorOutcome::Failed))
+    );
     let at_once = [
         (0, idle.clone()),
         (1, error),
         (2, idle.clone()),
         (5, idle.clone()),
     ];
-    assert_eq!(told(&at_once).last(), Some(&News::Over(Outcome::Failed)));
+    assert_eq!(
+        told(&at_once).last(),
+        Some(&ProgramEvent::Over(MonitorOutcome::Failed))
+    );
     // What is wrong in a secondary program is not the program's failure.
     let secondary = script_error("[SEC] Exception: NameError");
     let beside = [(1, runs), (2, secondary), (3, idle.clone()), (6, idle)];
-    assert_eq!(told(&beside).last(), Some(&News::Over(Outcome::Ended)));
+    assert_eq!(
+        told(&beside).last(),
+        Some(&ProgramEvent::Over(MonitorOutcome::Ended))
+    );
 }
 
 #[test]
@@ -105,7 +116,13 @@ fn a_program_that_takes_the_place_of_another_is_followed_to_its_own_end() {
         (4, idle.clone()),
         (7, idle),
     ];
-    assert_eq!(told(&messages), [News::Began, News::Over(Outcome::Ended)]);
+    assert_eq!(
+        told(&messages),
+        [
+            ProgramEvent::Began,
+            ProgramEvent::Over(MonitorOutcome::Ended)
+        ]
+    );
 }
 
 #[test]
@@ -124,10 +141,10 @@ fn alarms_fail_and_warnings_do_not() {
     };
     let (runs, idle) = (state(true, false), state(false, false));
     for (level, outcome) in [
-        (Level::Error, Outcome::Failed),
-        (Level::Fatal, Outcome::Failed),
-        (Level::Warning, Outcome::Ended),
-        (Level::Info, Outcome::Ended),
+        (ExceptionLevel::Error, MonitorOutcome::Failed),
+        (ExceptionLevel::Fatal, MonitorOutcome::Failed),
+        (ExceptionLevel::Warning, MonitorOutcome::Ended),
+        (ExceptionLevel::Info, MonitorOutcome::Ended),
     ] {
         let messages = [
             (1, runs.clone()),
@@ -135,6 +152,6 @@ fn alarms_fail_and_warnings_do_not() {
             (3, idle.clone()),
             (6, idle.clone()),
         ];
-        assert_eq!(told(&messages).last(), Some(&News::Over(outcome)));
+        assert_eq!(told(&messages).last(), Some(&ProgramEvent::Over(outcome)));
     }
 }

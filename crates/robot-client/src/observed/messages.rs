@@ -8,18 +8,18 @@ use wire::primary::state::{
     AdditionalInfo, Cartesian, Configuration, Joints, Masterboard, ModeData, Safety, State, Tool,
     ToolCommunication,
 };
-use wire::rtsi::{Kind, Value};
+use wire::rtsi::{RtsiType, RtsiValue};
 
-use super::Observer;
+use super::RtsiStateMapper;
 
 /// The variables that have no place in a state, by name, in the order of the recipe.
-struct Outputs<'a> {
-    observer: &'a Observer,
-    offered: &'a [(String, Kind)],
-    values: &'a [Value],
+struct OutputsMessage<'a> {
+    observer: &'a RtsiStateMapper,
+    offered: &'a [(String, RtsiType)],
+    values: &'a [RtsiValue],
 }
 
-impl Serialize for Outputs<'_> {
+impl Serialize for OutputsMessage<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(None)?;
         let named = self.offered.iter().zip(self.values).enumerate();
@@ -28,15 +28,15 @@ impl Serialize for Outputs<'_> {
                 continue;
             }
             match value {
-                Value::Bool(x) => map.serialize_entry(name, x)?,
-                Value::U8(x) => map.serialize_entry(name, x)?,
-                Value::U16(x) => map.serialize_entry(name, x)?,
-                Value::U32(x) => map.serialize_entry(name, x)?,
-                Value::I32(x) => map.serialize_entry(name, x)?,
-                Value::F64(x) => map.serialize_entry(name, x)?,
-                Value::Vector3(x) => map.serialize_entry(name, x)?,
-                Value::Vector6(x) => map.serialize_entry(name, x)?,
-                Value::Vector6I32(x) => map.serialize_entry(name, x)?,
+                RtsiValue::Bool(x) => map.serialize_entry(name, x)?,
+                RtsiValue::U8(x) => map.serialize_entry(name, x)?,
+                RtsiValue::U16(x) => map.serialize_entry(name, x)?,
+                RtsiValue::U32(x) => map.serialize_entry(name, x)?,
+                RtsiValue::I32(x) => map.serialize_entry(name, x)?,
+                RtsiValue::F64(x) => map.serialize_entry(name, x)?,
+                RtsiValue::Vector3(x) => map.serialize_entry(name, x)?,
+                RtsiValue::Vector6(x) => map.serialize_entry(name, x)?,
+                RtsiValue::Vector6I32(x) => map.serialize_entry(name, x)?,
             }
         }
         map.end()
@@ -45,11 +45,11 @@ impl Serialize for Outputs<'_> {
 
 /// One packet's variables that have no place in a state.
 pub fn outputs_message(
-    observer: &Observer,
-    offered: &[(String, Kind)],
-    values: &[Value],
+    observer: &RtsiStateMapper,
+    offered: &[(String, RtsiType)],
+    values: &[RtsiValue],
 ) -> Vec<u8> {
-    let outputs = Outputs {
+    let outputs = OutputsMessage {
         observer,
         offered,
         values,
@@ -59,7 +59,7 @@ pub fn outputs_message(
 }
 
 /// The JSON Schema of [`outputs_message`].
-pub fn outputs_schema(observer: &Observer, offered: &[(String, Kind)]) -> String {
+pub fn outputs_schema(observer: &RtsiStateMapper, offered: &[(String, RtsiType)]) -> String {
     let named = offered.iter().enumerate();
     let told = named.filter(|(index, _)| observer.is_told_apart(*index));
     let properties: Map<String, Json> = told
@@ -74,14 +74,14 @@ pub fn outputs_schema(observer: &Observer, offered: &[(String, Kind)]) -> String
     .to_string()
 }
 
-fn schema_of_kind(kind: Kind) -> Json {
+fn schema_of_kind(kind: RtsiType) -> Json {
     let list = |of: &str| json!({"type": "array", "items": {"type": of}});
     match kind {
-        Kind::Bool => json!({"type": "boolean"}),
-        Kind::U8 | Kind::U16 | Kind::U32 | Kind::I32 => json!({"type": "integer"}),
-        Kind::F64 => json!({"type": "number"}),
-        Kind::Vector3 | Kind::Vector6 => list("number"),
-        Kind::Vector6I32 => list("integer"),
+        RtsiType::Bool => json!({"type": "boolean"}),
+        RtsiType::U8 | RtsiType::U16 | RtsiType::U32 | RtsiType::I32 => json!({"type": "integer"}),
+        RtsiType::F64 => json!({"type": "number"}),
+        RtsiType::Vector3 | RtsiType::Vector6 => list("number"),
+        RtsiType::Vector6I32 => list("integer"),
     }
 }
 

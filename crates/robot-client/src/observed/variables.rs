@@ -7,18 +7,18 @@ use std::sync::LazyLock;
 use kinematics::{JointPositions, JointSpeeds, JointTorques, RpyPose};
 use motion_api::registers::{BOOLEAN_REGISTERS, FLOAT_REGISTERS, INTEGER_REGISTERS};
 use motion_api::{RegisterBank, Registers, RobotMode, RobotState, SafetyMode};
-use wire::rtsi::Value;
+use wire::rtsi::RtsiValue;
 
 /// Takes a value over.
-pub(super) type Take = fn(&mut RobotState, Value);
+pub(super) type StateSetter = fn(&mut RobotState, RtsiValue);
 
 /// Where a variable belongs.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Place {
+pub(super) enum VariableTarget {
     /// Into the state, which holds all of it.
-    State(Take),
+    State(StateSetter),
     /// Into the state, which holds a part of it.
-    StateToo(Take),
+    StateToo(StateSetter),
     /// The robot's clock.
     Timestamp,
     /// Into the registers.
@@ -46,7 +46,7 @@ enum RegisterKind {
 
 impl Register {
     /// Takes a value over; one of another type is not known.
-    pub(super) fn set(self, registers: &Registers, value: Value) {
+    pub(super) fn set(self, registers: &Registers, value: RtsiValue) {
         let Self {
             is_output,
             kind,
@@ -57,14 +57,14 @@ impl Register {
             false => &registers.input,
         };
         match (kind, value) {
-            (RegisterKind::Word, Value::U32(word)) => {
+            (RegisterKind::Word, RtsiValue::U32(word)) => {
                 for bit in 0..32 {
                     bank.set_boolean(number + bit, word >> bit & 1 == 1);
                 }
             }
-            (RegisterKind::Boolean, Value::Bool(level)) => bank.set_boolean(number, level),
-            (RegisterKind::Integer, Value::I32(x)) => bank.set_integer(number, x),
-            (RegisterKind::Float, Value::F64(x)) => bank.set_float(number, x),
+            (RegisterKind::Boolean, RtsiValue::Bool(level)) => bank.set_boolean(number, level),
+            (RegisterKind::Integer, RtsiValue::I32(x)) => bank.set_integer(number, x),
+            (RegisterKind::Float, RtsiValue::F64(x)) => bank.set_float(number, x),
             _ => {}
         }
     }
@@ -119,7 +119,7 @@ const WORDS: [(&str, bool, u8); 4] = [
 ];
 
 /// Known, and nothing of the state.
-const APART: &[&str] = &[
+const MESSAGE_ONLY_VARIABLES: &[&str] = &[
     "script_control_line",
     "runtime_state",
     "actual_joint_current",
@@ -151,10 +151,10 @@ macro_rules! taken {
         /// What is asked for of a controller that takes no long list: all of this has a place in a cycle.
         pub const IN_A_CYCLE: &[&str] = &["timestamp", $($name),+];
 
-        const TAKEN: &[(&str, Place)] = &[
-            ("timestamp", Place::Timestamp),
-            $(($name, Place::$place(|$state, value| {
-                if let Value::$kind($x) = value {
+        const TAKEN: &[(&str, VariableTarget)] = &[
+            ("timestamp", VariableTarget::Timestamp),
+            $(($name, VariableTarget::$place(|$state, value| {
+                if let RtsiValue::$kind($x) = value {
                     $take
                 }
             })),)+
@@ -195,8 +195,8 @@ taken! {
 }
 
 /// Every variable that is known, those of a cycle first.
-pub static EVERY: LazyLock<Vec<String>> = LazyLock::new(|| {
-    let alone = IN_A_CYCLE.iter().chain(APART).copied();
+pub static KNOWN_VARIABLES: LazyLock<Vec<String>> = LazyLock::new(|| {
+    let alone = IN_A_CYCLE.iter().chain(MESSAGE_ONLY_VARIABLES).copied();
     let words = WORDS.iter().map(|(name, ..)| *name);
     let mut names: Vec<String> = alone.chain(words).map(str::to_owned).collect();
     for (group, _, _, numbers) in GROUPS {
@@ -206,12 +206,12 @@ pub static EVERY: LazyLock<Vec<String>> = LazyLock::new(|| {
 });
 
 /// Where the variable of this name belongs.
-pub(super) fn place_of(name: &str) -> Place {
+pub(super) fn place_of(name: &str) -> VariableTarget {
     if let Some((_, place)) = TAKEN.iter().find(|(taken, _)| *taken == name) {
         return *place;
     }
     if let Some((_, is_output, number)) = WORDS.iter().find(|(word, ..)| *word == name) {
-        return Place::Register(Register {
+        return VariableTarget::Register(Register {
             is_output: *is_output,
             kind: RegisterKind::Word,
             number: *number,
@@ -227,5 +227,5 @@ pub(super) fn place_of(name: &str) -> Place {
                 number,
             })
         });
-    register.map_or(Place::Message, Place::Register)
+    register.map_or(VariableTarget::Message, VariableTarget::Register)
 }

@@ -2,7 +2,7 @@
 //! (docs.github.com, "Workflow commands for GitHub Actions": `::error file=…,line=…,title=…::message`).
 
 use super::repeat_command;
-use crate::single::{Status, TestResult};
+use crate::runner::{Status, TestResult};
 
 /// The annotation of a test; nothing for one that passed.
 pub fn annotation(result: &TestResult) -> String {

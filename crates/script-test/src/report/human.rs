@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::time::Duration;
 
 use super::{plain, repeat_command};
-use crate::single::{Status, TestResult};
+use crate::runner::{Status, TestResult};
 
 /// Tests that are told as the slowest, and from what on.
 const SLOWEST: usize = 3;

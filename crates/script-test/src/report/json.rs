@@ -3,7 +3,7 @@
 use serde_json::json;
 
 use super::repeat_command;
-use crate::single::TestResult;
+use crate::runner::TestResult;
 
 /// The line of a test.
 pub fn line(result: &TestResult) -> String {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use super::repeat_command;
-use crate::single::{Status, TestResult};
+use crate::runner::{Status, TestResult};
 
 /// The document.
 pub fn document(results: &[TestResult]) -> String {

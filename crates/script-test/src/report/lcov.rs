@@ -4,10 +4,10 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use elite_runtime::LineCountsOfTexts;
+use elite_runtime::LineCountsByText;
 
 /// The trace file. Paths are as whole as they can be, so that it can be read from anywhere.
-pub fn trace_file(counts: &LineCountsOfTexts) -> String {
+pub fn trace_file(counts: &LineCountsByText) -> String {
     let mut out = String::new();
     for (name, lines) in counts {
         let path = Path::new(name);

@@ -12,10 +12,10 @@ use serde::Deserialize;
 use supervision::ThreadRole;
 use tokio::time::timeout;
 
-use super::{Backend, LOOK_AGAIN, locked, shipped_tasks};
-use crate::ports::dashboard::{Dashboard, Order};
+use super::{LOOK_AGAIN, PortBackend, locked, shipped_tasks};
+use crate::ports::dashboard::{DashboardBackend, DashboardOrder};
 use crate::ports::description::{RobotDescription, TaskStatus};
-use crate::ports::shown::{Escaped, Shown};
+use crate::ports::escape::{EscapedLine, EscapedText};
 
 /// The configuration that is always there: the settings with which the server was started.
 const DEFAULT_CONFIGURATION: &str = "default.configuration";
@@ -33,12 +33,12 @@ const LOG_INTERVAL: Duration = Duration::from_millis(10);
 
 /// When lines of clients are written (the generic cell rate algorithm).
 #[derive(Debug, Default)]
-pub(super) struct LogPace {
+pub(super) struct LogRateLimit {
     /// When everything so far would have been due at the steady rate.
     due: Option<tokio::time::Instant>,
 }
 
-impl LogPace {
+impl LogRateLimit {
     /// When the next line may be written.
     fn next(&mut self, now: tokio::time::Instant) -> tokio::time::Instant {
         let due = self.due.map_or(now, |due| due.max(now));
@@ -49,7 +49,7 @@ impl LogPace {
 
 /// What was loaded by name.
 #[derive(Debug, Default)]
-pub(super) struct Loaded {
+pub(super) struct LoadedFiles {
     task: Option<String>,
     configuration: Option<String>,
 }
@@ -66,7 +66,7 @@ pub(super) struct Configuration {
     pub(super) speed: Option<f64>,
 }
 
-impl Dashboard for Backend {
+impl DashboardBackend for PortBackend {
     fn state(&self) -> RobotState {
         self.robot.state()
     }
@@ -91,28 +91,32 @@ impl Dashboard for Backend {
         locked(&self.loaded).configuration.clone()
     }
 
-    async fn order(&self, order: Order) {
+    async fn order(&self, order: DashboardOrder) {
         match order {
-            Order::PowerOn => self.take(CommandKind::PowerOn).await,
-            Order::PowerOff => {
+            DashboardOrder::PowerOn => self.take(CommandKind::PowerOn).await,
+            DashboardOrder::PowerOff => {
                 self.supervisor.stop();
                 self.take(CommandKind::PowerOff).await;
             }
-            Order::ReleaseBrakes => self.release_brakes().await,
-            Order::UnlockProtectiveStop => self.take(CommandKind::UnlockProtectiveStop).await,
-            Order::RestartSafetyBoard => self.take(CommandKind::RestartSafetyBoard).await,
-            Order::SetSpeed(fraction) => self.take(CommandKind::SetSpeedFraction(fraction)).await,
-            Order::Control(mode) => self.set_control(mode),
-            Order::Log(text) => {
+            DashboardOrder::ReleaseBrakes => self.release_brakes().await,
+            DashboardOrder::UnlockProtectiveStop => {
+                self.take(CommandKind::UnlockProtectiveStop).await
+            }
+            DashboardOrder::RestartSafetyBoard => self.take(CommandKind::RestartSafetyBoard).await,
+            DashboardOrder::SetSpeed(fraction) => {
+                self.take(CommandKind::SetSpeedFraction(fraction)).await
+            }
+            DashboardOrder::Control(mode) => self.set_control(mode),
+            DashboardOrder::Log(text) => {
                 // No line is lost: whoever writes faster than that waits for its reply.
                 let due = locked(&self.log_pace).next(tokio::time::Instant::now());
                 tokio::time::sleep_until(due).await;
-                let text = Escaped(&text).to_string();
+                let text = EscapedText(&text).to_string();
                 let message = Message::log(Severity::Info, Origin::default(), text);
                 self.announcer.message(&message);
             }
-            Order::ShowPopup(text) => {
-                tracing::info!("popup: {}", Shown(&text));
+            DashboardOrder::ShowPopup(text) => {
+                tracing::info!("popup: {}", EscapedLine(&text));
                 self.supervisor.panel().open_popup(Popup {
                     title: "Popup".to_owned(),
                     text,
@@ -120,13 +124,13 @@ impl Dashboard for Backend {
                 });
             }
             // Also one that a program waits for: that is how it is answered.
-            Order::ClosePopup => drop(self.supervisor.panel().close_newest_popup()),
+            DashboardOrder::ClosePopup => drop(self.supervisor.panel().close_newest_popup()),
             // No dialog is ever open: what it would say is in the log and on port 30001.
-            Order::CloseSafetyDialog => {}
-            Order::Pause => self.supervisor.pause(),
-            Order::Stop => self.supervisor.stop(),
-            Order::Reboot => self.lifetime.reboot(),
-            Order::Shutdown => self.lifetime.shut_down(),
+            DashboardOrder::CloseSafetyDialog => {}
+            DashboardOrder::Pause => self.supervisor.pause(),
+            DashboardOrder::Stop => self.supervisor.stop(),
+            DashboardOrder::Reboot => self.lifetime.reboot(),
+            DashboardOrder::Shutdown => self.lifetime.shut_down(),
         }
     }
 
@@ -228,7 +232,7 @@ impl Dashboard for Backend {
     }
 }
 
-impl Backend {
+impl PortBackend {
     /// Takes the last values of the task's variables once its program has ended.
     pub(crate) fn take_variables(&self) {
         let Some(program) = locked(&self.variables).running() else {
@@ -247,7 +251,7 @@ const POWERED_WITHIN: Duration = Duration::from_secs(30);
 /// See [`POWERED_WITHIN`].
 const SWITCHED_ON_WITHIN: Duration = Duration::from_secs(1);
 
-impl Backend {
+impl PortBackend {
     /// Releases the brakes; without power, as soon as the power that is switched on then has come. Clients watch the mode.
     pub(super) async fn release_brakes(&self) {
         if self.robot.state().robot_mode != RobotMode::PowerOff {
@@ -320,7 +324,7 @@ mod tests {
     #[test]
     fn lines_of_clients_come_in_a_burst_and_then_at_a_steady_rate() {
         let now = tokio::time::Instant::now();
-        let mut pace = LogPace::default();
+        let mut pace = LogRateLimit::default();
         let dues: Vec<_> = (0..300).map(|_| pace.next(now)).collect();
         assert!(dues[..=LOG_BURST as usize].iter().all(|due| *due <= now));
         assert_eq!(dues[299], now + LOG_INTERVAL * 199);

@@ -16,9 +16,9 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use controller::LogLines;
 use controller::cell::Cell;
-use controller::cell::point::Direction;
+use controller::cell::point::IoDirection;
 use elite_lang::{KnownNames, SourceFile};
-use elite_runtime::interpreter::{Statement, Submitted, ThrownAway};
+use elite_runtime::interpreter::{DiscardReason, SubmitResult, SubmittedStatement};
 use elite_runtime::message::{Message, RECORDING_ALARM_CODE, REPLACED, Severity};
 use elite_runtime::panel::{FLAGS, PopupStyle};
 use elite_runtime::{NoAnswer, Robot, Supervisor};
@@ -27,31 +27,31 @@ use motion::realtime::ClockMetrics;
 use motion_api::{
     CommandId, CommandKind, MotionMode, Origin, ProgramId, RegisterImages, RobotState,
 };
-use recorder::RecorderMeter;
+use recorder::RecorderMetrics;
 use serde_json::{Value, json};
 use supervision::ThreadSupervisor;
 use tokio::sync::{broadcast, watch};
 use tokio_util::sync::CancellationToken;
 
-use crate::announce::Announcer;
 use crate::config::ServeConfig;
-use crate::feed::Feed;
-use crate::host::Host;
+use crate::controller_host::ControllerHost;
+use crate::event_broadcast::EventBroadcaster;
 use crate::log_dir::InterpreterLog;
 use crate::logging;
 use crate::ports::description::{RobotDescription, TaskStatus};
+use crate::ports::escape::EscapedLine;
 use crate::ports::http::metrics::{Figures, RecordingFigures};
-use crate::ports::http::{self, NotSet};
-use crate::ports::interpreter::codec::{Command, Discard, executed};
-use crate::ports::interpreter::{self, Verdict};
-use crate::ports::primary::{self, Hub};
+use crate::ports::http::{self, SetInputsError};
+use crate::ports::interpreter::codec::{Discard, InterpreterCommand, executed};
+use crate::ports::interpreter::{self, StatementReply};
+use crate::ports::primary::{self, StateHub};
 use crate::ports::query::{self, codec::Failure};
-use crate::ports::shown::Shown;
-use dashboard::{Configuration, Loaded, LogPace};
+use crate::sample_feed::SampleFeed;
+use dashboard::{Configuration, LoadedFiles, LogRateLimit};
 use elite_runtime::task_folder::TaskFolder;
 pub use lifetime::Lifetime;
 use variables::ConfigurationVariables;
-use wire::primary::{ErrorData, Exception, Level, Source};
+use wire::primary::{ErrorData, Exception, ExceptionLevel, ExceptionSource};
 
 /// A command waits so long for room among the others.
 const ROOM_WITHIN: Duration = Duration::from_millis(300);
@@ -59,15 +59,15 @@ const ROOM_WITHIN: Duration = Duration::from_millis(300);
 const LOOK_AGAIN: Duration = Duration::from_millis(1);
 
 /// What ports ask the controller, answered.
-pub struct Backend {
+pub struct PortBackend {
     robot: Arc<Robot>,
     fieldbus: Arc<Fieldbus>,
     supervisor: Supervisor,
     description: RobotDescription,
-    hub: Hub,
-    debuggers: Arc<editor::dap::Hub>,
-    feed: Arc<Feed>,
-    announcer: Arc<Announcer>,
+    hub: StateHub,
+    debuggers: Arc<editor::dap::DebugHub>,
+    feed: Arc<SampleFeed>,
+    announcer: Arc<EventBroadcaster>,
     /// Who controls the robot.
     control: watch::Sender<ControlMode>,
     task_folder: TaskFolder,
@@ -76,16 +76,16 @@ pub struct Backend {
     scene: Value,
     log_lines: LogLines,
     start_configuration: Configuration,
-    loaded: Mutex<Loaded>,
+    loaded: Mutex<LoadedFiles>,
     variables: Mutex<ConfigurationVariables>,
     /// What `play` has started last: its number and its name in the folder.
     played: Mutex<Option<(ProgramId, String)>>,
     /// Who has sent the newest programs, the newest first.
     sent: Mutex<Vec<(ProgramId, primary::Sender)>>,
-    log_pace: Mutex<LogPace>,
+    log_pace: Mutex<LogRateLimit>,
     lifetime: Lifetime,
     clock: ClockMetrics,
-    recording: Option<RecorderMeter>,
+    recording: Option<RecorderMetrics>,
     recording_path: Option<PathBuf>,
     known: Arc<KnownNames>,
     log: InterpreterLog,
@@ -97,9 +97,14 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-impl Backend {
-    /// The ports' view of `host`, set up as `config` says. Clients can end the `lifetime`.
-    pub fn new(host: &Host, config: &ServeConfig, hub: Hub, lifetime: Lifetime) -> Self {
+impl PortBackend {
+    /// The ports' view of `controller_host`, set up as `config` says. Clients can end the `lifetime`.
+    pub fn new(
+        host: &ControllerHost,
+        config: &ServeConfig,
+        hub: StateHub,
+        lifetime: Lifetime,
+    ) -> Self {
         let (robot, controller) = (&config.robot, host.controller());
         let cog = robot.payload.cog;
         Self {
@@ -170,7 +175,7 @@ impl Backend {
             text,
         };
         self.hub
-            .announce(unix_millis(), Source::Controller, &exception);
+            .announce(unix_millis(), ExceptionSource::Controller, &exception);
     }
 
     /// Tells every client of port 30001 what a person should know.
@@ -184,7 +189,7 @@ impl Backend {
             } => {
                 let (line, column) = (clamp(*line), clamp(*column));
                 (
-                    Source::Controller,
+                    ExceptionSource::Controller,
                     Exception::Script {
                         line,
                         column,
@@ -200,14 +205,14 @@ impl Backend {
                 ..
             } => {
                 let level = match severity {
-                    Severity::Info => Level::Info,
-                    Severity::Warning => Level::Warning,
-                    Severity::Error => Level::Error,
+                    Severity::Info => ExceptionLevel::Info,
+                    Severity::Warning => ExceptionLevel::Warning,
+                    Severity::Error => ExceptionLevel::Error,
                 };
                 let data = ErrorData::Text(text.clone());
                 let source = match *code {
-                    RECORDING_ALARM_CODE => Source::Controller,
-                    _ => Source::Safety,
+                    RECORDING_ALARM_CODE => ExceptionSource::Controller,
+                    _ => ExceptionSource::Safety,
                 };
                 (
                     source,
@@ -230,7 +235,7 @@ impl Backend {
                     column: 1,
                     text: text.clone(),
                 };
-                (Source::Controller, exception)
+                (ExceptionSource::Controller, exception)
             }
             Message::Log { origin, text, .. } if text.starts_with(REPLACED) => {
                 return self.announce_replacement(origin.program, text);
@@ -251,7 +256,7 @@ fn unix_millis() -> u64 {
 }
 
 /// What the page draws of the arm and what stands around it. The cell file was read when the controller started.
-fn scene(host: &Host, cell: Option<&Path>) -> Value {
+fn scene(host: &ControllerHost, cell: Option<&Path>) -> Value {
     let cell = cell.and_then(|path| Cell::load(path).ok());
     pendant::scene::describe(host.controller().robot().model(), cell.as_ref())
 }
@@ -259,7 +264,7 @@ fn scene(host: &Host, cell: Option<&Path>) -> Value {
 /// Carries messages to the clients of port 30001 until `shutdown`.
 pub async fn forward_messages(
     mut messages: broadcast::Receiver<Message>,
-    backend: Arc<Backend>,
+    backend: Arc<PortBackend>,
     shutdown: CancellationToken,
 ) {
     while let Some(received) = shutdown.run_until_cancelled(messages.recv()).await {
@@ -273,7 +278,7 @@ pub async fn forward_messages(
     }
 }
 
-impl Backend {
+impl PortBackend {
     /// Whether a text is a program; finding out is left to the threads for that.
     async fn compiles(&self, text: String) -> bool {
         let known = self.known.clone();
@@ -288,10 +293,10 @@ impl Backend {
     }
 }
 
-impl query::Answering for Backend {
+impl query::Answering for PortBackend {
     async fn evaluate(&self, statement: &str) -> Result<String, Failure> {
         self.supervisor.ask(statement).await.map_err(|no_answer| {
-            tracing::warn!("port 40011: {}: {}", Shown(statement), no_answer);
+            tracing::warn!("port 40011: {}: {}", EscapedLine(statement), no_answer);
             match no_answer {
                 NoAnswer::Parse(_) => Failure::Parse,
                 NoAnswer::Execute(_) => Failure::Execute,
@@ -300,18 +305,18 @@ impl query::Answering for Backend {
     }
 }
 
-impl interpreter::Interpreter for Backend {
-    async fn submit(&self, statement: interpreter::Statement) -> Verdict {
+impl interpreter::InterpreterBackend for PortBackend {
+    async fn submit(&self, statement: interpreter::Statement) -> StatementReply {
         let shown = statement.text.clone();
         let client = statement.client;
         self.log.received(client, &shown);
         let log = self.log.clone();
         let thrown_away = Box::new(move |reason| {
             let discard = match reason {
-                ThrownAway::OnEntry => Discard::CleanedUp,
-                ThrownAway::OnEnd => Discard::CleanedUpAfterEnd,
-                ThrownAway::Cleared => Discard::Cleared,
-                ThrownAway::TaskEnded => Discard::InvalidState,
+                DiscardReason::OnEntry => Discard::CleanedUp,
+                DiscardReason::OnEnd => Discard::CleanedUpAfterEnd,
+                DiscardReason::Cleared => Discard::Cleared,
+                DiscardReason::TaskEnded => Discard::InvalidState,
             };
             log.discarded(client, &discard.to_string(), &statement.text);
             statement.discard(&discard);
@@ -320,22 +325,22 @@ impl interpreter::Interpreter for Backend {
         let submitted = self
             .supervisor
             .interpreter()
-            .submit(Statement { text, thrown_away });
+            .submit(SubmittedStatement { text, thrown_away });
         let discard = match submitted.await {
-            Submitted::Accepted(id) => return Verdict::Ack(id.0),
-            Submitted::NotCompiled(reason) => Discard::Compile(reason),
-            Submitted::NoTask => Discard::InvalidState,
-            Submitted::Full => Discard::TooMany,
+            SubmitResult::Accepted(id) => return StatementReply::Ack(id.0),
+            SubmitResult::NotCompiled(reason) => Discard::Compile(reason),
+            SubmitResult::NoTask => Discard::InvalidState,
+            SubmitResult::Full => Discard::TooMany,
         };
         self.log.discarded(client, &discard.to_string(), &shown);
-        Verdict::Discard(discard)
+        StatementReply::Discard(discard)
     }
 
-    async fn command(&self, command: Command) -> u64 {
+    async fn command(&self, command: InterpreterCommand) -> u64 {
         let interpreter = self.supervisor.interpreter();
         match command {
-            Command::SkipBuffer => interpreter.skip(),
-            Command::Abort if moves_by_plan(self.robot.state().motion_mode) => {
+            InterpreterCommand::SkipBuffer => interpreter.skip(),
+            InterpreterCommand::Abort if moves_by_plan(self.robot.state().motion_mode) => {
                 let only = CommandId::NONE;
                 self.give(CommandKind::Stop { only }).await;
             }
@@ -343,12 +348,12 @@ impl interpreter::Interpreter for Backend {
         }
         let counters = interpreter.counters();
         match command {
-            Command::SkipBuffer | Command::StateLastExecuted | Command::Abort => {
-                counters.last_executed.0
-            }
-            Command::StateLastInterpreted => counters.last_accepted.0,
-            Command::StateLastCleared => counters.last_cleared.0,
-            Command::StateUnexecuted => counters.unexecuted as u64,
+            InterpreterCommand::SkipBuffer
+            | InterpreterCommand::StateLastExecuted
+            | InterpreterCommand::Abort => counters.last_executed.0,
+            InterpreterCommand::StateLastInterpreted => counters.last_accepted.0,
+            InterpreterCommand::StateLastCleared => counters.last_cleared.0,
+            InterpreterCommand::StateUnexecuted => counters.unexecuted as u64,
         }
     }
 }
@@ -358,7 +363,7 @@ const fn moves_by_plan(mode: MotionMode) -> bool {
     matches!(mode, MotionMode::MoveJ | MotionMode::MoveL)
 }
 
-impl http::Source for Backend {
+impl http::HttpBackend for PortBackend {
     fn state(&self) -> RobotState {
         self.robot.state()
     }
@@ -390,7 +395,7 @@ impl http::Source for Backend {
         let interpreter = self.supervisor.interpreter();
         let (line, node) = self.feed.place();
         json!({
-            "task": http::Source::task_status(self).name(),
+            "task": http::HttpBackend::task_status(self).name(),
             "program": self.supervisor.status().program.0,
             "line": line,
             "node": node.as_ref().map(|node| node.number),
@@ -425,18 +430,18 @@ impl http::Source for Backend {
         self.robot.registers().images()
     }
 
-    fn set_inputs(&self, changes: &http::io::InputChanges) -> Result<(), NotSet> {
+    fn set_inputs(&self, changes: &http::io::InputChanges) -> Result<(), SetInputsError> {
         if self.robot.is_abandoned() {
             let text = "the control cycle has ended; nothing was set".to_owned();
-            return Err(NotSet::Unavailable(text));
+            return Err(SetInputsError::Unavailable(text));
         }
         let points = changes.points.iter();
         let points: Vec<CommandKind> = points.map(|change| CommandKind::SetIo(*change)).collect();
         // First what may be refused: it is all or nothing.
         let sent = self.robot.send_all(Origin::default(), &points);
-        sent.map_err(|full| NotSet::Unavailable(format!("nothing was set: {full}")))?;
+        sent.map_err(|full| SetInputsError::Unavailable(format!("nothing was set: {full}")))?;
         for value in &changes.registers {
-            value.write(Direction::In, self.robot.registers());
+            value.write(IoDirection::In, self.robot.registers());
         }
         Ok(())
     }

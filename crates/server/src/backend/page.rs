@@ -10,16 +10,16 @@ use elite_runtime::task_folder::TaskFolder;
 use elite_runtime::{CompilePool, ProgramText, TaskState};
 use kinematics::{JointPositions, Pose, RpyPose};
 use motion_api::{CommandId, CommandKind, MotionMode, Origin, Outcome};
-use pendant::Order;
+use pendant::PageOrder;
 use pendant::jog::JogFrame;
 use recorder::Recording;
 use serde_json::{Value, json};
 use tokio::sync::broadcast;
 
-use super::{Backend, LOOK_AGAIN};
-use crate::ports::dashboard::Dashboard as _;
-use crate::ports::http::page::{Cockpit, ShownProgram};
-use crate::ports::http::{NotSet, Source as _, io};
+use super::{LOOK_AGAIN, PortBackend};
+use crate::ports::dashboard::DashboardBackend as _;
+use crate::ports::http::page::{PageBackend, ShownProgram};
+use crate::ports::http::{HttpBackend as _, SetInputsError, io};
 
 /// Who wants a program to run, in messages.
 const SENDER: &str = "the pendant page";
@@ -30,12 +30,12 @@ const ANSWERED_WITHIN: Duration = Duration::from_millis(300);
 /// Links may overlap so much, m: their shapes are rounder than they are.
 const OVERLAP_MAX: f64 = 0.015;
 
-impl Cockpit for Backend {
+impl PageBackend for PortBackend {
     fn read_only(&self) -> Option<String> {
         None
     }
 
-    fn debuggers(&self) -> Option<&Arc<editor::dap::Hub>> {
+    fn debuggers(&self) -> Option<&Arc<editor::dap::DebugHub>> {
         Some(&self.debuggers)
     }
 
@@ -83,22 +83,24 @@ impl Cockpit for Backend {
         (self.log_lines.subscribe(), Some(self.announcer.subscribe()))
     }
 
-    async fn order(&self, order: Order) -> Result<Value, String> {
+    async fn order(&self, order: PageOrder) -> Result<Value, String> {
         tracing::debug!(?order, "page");
         match order {
-            Order::PowerOn => self.ask(CommandKind::PowerOn).await,
-            Order::PowerOff => {
+            PageOrder::PowerOn => self.ask(CommandKind::PowerOn).await,
+            PageOrder::PowerOff => {
                 self.supervisor.stop();
                 self.ask(CommandKind::PowerOff).await
             }
-            Order::BrakeRelease => self.ask(CommandKind::ReleaseBrakes).await,
-            Order::Unlock => self.ask(CommandKind::UnlockProtectiveStop).await,
-            Order::RestartSafety => self.ask(CommandKind::RestartSafetyBoard).await,
-            Order::EmergencyStop { pressed } => {
+            PageOrder::BrakeRelease => self.ask(CommandKind::ReleaseBrakes).await,
+            PageOrder::Unlock => self.ask(CommandKind::UnlockProtectiveStop).await,
+            PageOrder::RestartSafety => self.ask(CommandKind::RestartSafetyBoard).await,
+            PageOrder::EmergencyStop { pressed } => {
                 self.ask(CommandKind::EmergencyStop { pressed }).await
             }
-            Order::Speed { fraction } => self.ask(CommandKind::SetSpeedFraction(fraction)).await,
-            Order::Push {
+            PageOrder::Speed { fraction } => {
+                self.ask(CommandKind::SetSpeedFraction(fraction)).await
+            }
+            PageOrder::Push {
                 wrench,
                 duration,
                 frame,
@@ -111,16 +113,16 @@ impl Cockpit for Backend {
                 };
                 self.ask(push).await
             }
-            Order::Play => self.play().await.map(|()| Value::Null),
-            Order::Pause => {
+            PageOrder::Play => self.play().await.map(|()| Value::Null),
+            PageOrder::Pause => {
                 self.supervisor.pause();
                 Ok(Value::Null)
             }
-            Order::Stop => {
+            PageOrder::Stop => {
                 self.stop_everything();
                 Ok(Value::Null)
             }
-            Order::Step => {
+            PageOrder::Step => {
                 if self.supervisor.status().state != TaskState::Paused {
                     return Err("no program is held; pause it first".to_owned());
                 }
@@ -128,14 +130,14 @@ impl Cockpit for Backend {
                 self.supervisor.resume();
                 Ok(Value::Null)
             }
-            Order::Run { name, text, step } => self.run(ProgramText { name, text }, step).await,
-            Order::RunTask { name } => {
+            PageOrder::Run { name, text, step } => self.run(ProgramText { name, text }, step).await,
+            PageOrder::RunTask { name } => {
                 let task = self.task_folder.task(&name);
                 let task = task.map_err(|error| error.to_string())?;
                 let (name, text) = (task.name, task.text);
                 self.run(ProgramText { name, text }, false).await
             }
-            Order::ClosePopup { popup, stop } => {
+            PageOrder::ClosePopup { popup, stop } => {
                 if stop {
                     // First, so that the program does not go on behind the popup.
                     self.supervisor.stop();
@@ -146,18 +148,21 @@ impl Cockpit for Backend {
                     false => Err(format!("popup {popup} is not open")),
                 }
             }
-            Order::Inputs { values } => {
+            PageOrder::Inputs { values } => {
                 let config = self.robot.state().io_config;
                 let body = Value::Object(values).to_string();
                 let changes = io::read(body.as_bytes(), &config).map_err(|e| e.to_string())?;
                 match self.set_inputs(&changes) {
                     Ok(()) => Ok(Value::Null),
-                    Err(NotSet::ReadOnly(reason) | NotSet::Unavailable(reason)) => Err(reason),
+                    Err(SetInputsError::ReadOnly(reason) | SetInputsError::Unavailable(reason)) => {
+                        Err(reason)
+                    }
                 }
             }
-            Order::Jog { .. } | Order::MoveTo { .. } | Order::Freedrive | Order::Release => {
-                Err("what is held is held by a page".to_owned())
-            }
+            PageOrder::Jog { .. }
+            | PageOrder::MoveTo { .. }
+            | PageOrder::Freedrive
+            | PageOrder::Release => Err("what is held is held by a page".to_owned()),
         }
     }
 
@@ -232,7 +237,7 @@ impl Cockpit for Backend {
     }
 }
 
-impl Backend {
+impl PortBackend {
     /// Asks the arm for something and says how that went, as far as it is known soon.
     async fn ask(&self, command: CommandKind) -> Result<Value, String> {
         let id = self.begin(command)?;

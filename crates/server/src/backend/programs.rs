@@ -8,14 +8,14 @@ use io_bus::ControlMode;
 use motion_api::{CommandKind, CycleFrame, ProgramId};
 use tokio::sync::watch;
 
-use super::{Backend, locked, unix_millis};
+use super::{PortBackend, locked, unix_millis};
 use crate::ports::ClientId;
 use crate::ports::description::{RobotDescription, ToolSerial};
-use crate::ports::primary::framing::{ControlPhrase, Program, ProgramKind};
+use crate::ports::primary::framing::{ControlPhrase, ProgramKind, ReceivedProgram};
 use crate::ports::primary::{self, Submission};
 use crate::ports::sample::Sample;
 use crate::sent_file::SentFile;
-use wire::primary::{Exception, Source};
+use wire::primary::{Exception, ExceptionSource};
 
 /// Name of programs that are one line outside a block.
 const LINE_NAME: &str = "line";
@@ -23,7 +23,7 @@ const LINE_NAME: &str = "line";
 /// Senders of so many programs are remembered.
 const SENDERS_KEPT: usize = 8;
 
-impl primary::Backend for Backend {
+impl primary::PrimaryBackend for PortBackend {
     fn beats(&self) -> watch::Receiver<Option<Arc<Sample>>> {
         self.feed.beats().subscribe()
     }
@@ -157,7 +157,7 @@ impl primary::Backend for Backend {
     }
 }
 
-impl Backend {
+impl PortBackend {
     /// What is said of the first name in the text that nothing has: the line would fail when it has taken the place of what runs.
     async fn undefined_name(&self, text: &str) -> Option<String> {
         let (known, text) = (self.known.clone(), text.to_owned());
@@ -184,14 +184,14 @@ impl Backend {
             column: 1,
             text: format!("RuntimeError: {text}"),
         };
-        let (client, source) = (sender.client, Source::Controller);
+        let (client, source) = (sender.client, ExceptionSource::Controller);
         self.hub
             .announce_to(client, unix_millis(), source, &exception);
     }
 }
 
 /// `first_light` of `def first_light():`.
-fn name_of(program: &Program) -> String {
+fn name_of(program: &ReceivedProgram) -> String {
     let head = program.text.trim_start();
     let rest = match program.kind {
         ProgramKind::Main => head.strip_prefix("def"),

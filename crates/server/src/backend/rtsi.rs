@@ -7,15 +7,15 @@ use std::sync::Arc;
 use motion_api::{CommandKind, DigitalBank, IoChange, Origin, RegisterBank, RingFull};
 use tokio::sync::broadcast;
 
-use super::Backend;
+use super::PortBackend;
 use crate::ports::ClientId;
 use crate::ports::description::RobotDescription;
 use crate::ports::primary;
-use crate::ports::rtsi::Controller;
-use crate::ports::rtsi::inputs::{Change, Input};
+use crate::ports::rtsi::RtsiBackend;
+use crate::ports::rtsi::inputs::{Change, InputVariable};
 use crate::ports::sample::Sample;
 
-impl Controller for Backend {
+impl RtsiBackend for PortBackend {
     fn description(&self) -> &RobotDescription {
         &self.description
     }
@@ -25,14 +25,14 @@ impl Controller for Backend {
     }
 
     fn sample(&self) -> Sample {
-        primary::Backend::sample(self)
+        primary::PrimaryBackend::sample(self)
     }
 
     fn apply(
         &self,
         _client: ClientId,
         changes: &[Change],
-        written: &[Input],
+        written: &[InputVariable],
     ) -> Result<u64, RingFull> {
         let commands: Vec<CommandKind> = changes.iter().copied().flat_map(commands_of).collect();
         self.robot.send_all(Origin::default(), &commands)?;

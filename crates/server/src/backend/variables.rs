@@ -38,7 +38,7 @@ pub(super) struct ConfigurationVariables {
 }
 
 /// How a task begins.
-pub(super) struct Beginning {
+pub(super) struct TaskStart {
     /// Its text with the current values.
     pub text: String,
     /// Variables that the text does not set.
@@ -140,9 +140,9 @@ impl ConfigurationVariables {
     }
 
     /// What the loaded task begins with.
-    pub fn beginning(&mut self, text: String) -> Beginning {
+    pub fn beginning(&mut self, text: String) -> TaskStart {
         let Some(kept) = self.of_loaded() else {
-            return Beginning {
+            return TaskStart {
                 text,
                 presets: Vec::new(),
             };
@@ -159,7 +159,7 @@ impl ConfigurationVariables {
         let is_missing = |name: &str| !in_text.iter().any(|known| known.name == name);
         let missing = values.iter().filter(|(name, _)| is_missing(name));
         let presets = missing.filter_map(|(name, value)| Preset::new(name, value).ok());
-        Beginning {
+        TaskStart {
             presets: presets.collect(),
             text: with_values(&text, &values),
         }

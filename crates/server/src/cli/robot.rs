@@ -10,7 +10,7 @@ use crate::config::{DASHBOARD_PORT, INTERPRETER_PORT, PRIMARY_PORT, RTSI_PORT};
 /// Options of commands that speak to a robot. Each takes all of them, so that one robot is named in one way, and uses the
 /// ports that it needs.
 #[derive(Args, Clone, Debug)]
-pub struct RobotArgs {
+pub struct RemoteRobotArgs {
     /// The robot: a name or an address of a controller, real or ours
     #[arg(long, value_name = "HOST", default_value = "127.0.0.1")]
     pub robot: String,
@@ -51,7 +51,7 @@ pub struct SendArgs {
     pub no_wait: bool,
     #[command(flatten)]
     #[allow(missing_docs)]
-    pub robot: RobotArgs,
+    pub robot: RemoteRobotArgs,
 }
 
 /// Options of `shell`.
@@ -62,7 +62,7 @@ pub struct ShellArgs {
     pub set: Vec<String>,
     #[command(flatten)]
     #[allow(missing_docs)]
-    pub robot: RobotArgs,
+    pub robot: RemoteRobotArgs,
 }
 
 /// Options of `calibrate`.
@@ -73,7 +73,7 @@ pub struct CalibrateArgs {
     pub out: PathBuf,
     #[command(flatten)]
     #[allow(missing_docs)]
-    pub robot: RobotArgs,
+    pub robot: RemoteRobotArgs,
 }
 
 /// Options of `record`.
@@ -90,7 +90,7 @@ pub struct RecordArgs {
     pub duration: Option<f64>,
     #[command(flatten)]
     #[allow(missing_docs)]
-    pub robot: RobotArgs,
+    pub robot: RemoteRobotArgs,
 }
 
 fn record_rate(text: &str) -> Result<f64, String> {

@@ -14,7 +14,7 @@ use crate::cli::{CheckArgs, FindingFormat};
 use crate::commands::run::SCRIPT_BYTES_MAX;
 use crate::language;
 use crate::logging;
-use crate::ports::shown::{Escaped, Lines};
+use crate::ports::escape::{EscapedLines, EscapedText};
 
 /// Exit status: 0 clean, 1 findings (warnings count), 2 unreadable.
 pub fn check(args: &CheckArgs) -> u8 {
@@ -65,7 +65,7 @@ pub(crate) fn picture(finding: &Diagnostic, file: &SourceFile) -> String {
     let picture = picture.trim_end_matches('\n');
     picture
         .lines()
-        .map(|line| format!("{}\n", Lines(line)))
+        .map(|line| format!("{}\n", EscapedLines(line)))
         .collect()
 }
 
@@ -97,7 +97,7 @@ pub fn display_name(path: &Path) -> String {
     if path == Path::new("-") {
         "<stdin>".to_owned()
     } else {
-        Escaped(&path.display().to_string()).to_string()
+        EscapedText(&path.display().to_string()).to_string()
     }
 }
 

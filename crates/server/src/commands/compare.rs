@@ -10,15 +10,16 @@ use std::path::Path;
 
 use recorder::{ReadError, Recording};
 use robot_client::compare::{
-    Alignment, Comparison, Deviation, Track, TrackError, align, compare as compared, differences,
+    Alignment, Comparison, Deviation, RunTrace, RunTraceError, align, compare as compared,
+    differences,
 };
 use serde_json::json;
 use thiserror::Error;
 
 use crate::cli::{CompareArgs, CompareFormat};
 use crate::logging;
-use crate::plot::{Curve, CurveStyle, Figure, Panel, PlotError};
-use crate::ports::shown::Escaped;
+use crate::plot::{Curve, CurveStyle, Figure, PlotError, PlotPanel};
+use crate::ports::escape::EscapedText;
 use run_here::{RunHereError, run_here};
 
 /// Exit status of runs that are further from each other than they may be.
@@ -36,7 +37,7 @@ enum CompareError {
     #[error(transparent)]
     Read(#[from] ReadError),
     #[error(transparent)]
-    Track(#[from] TrackError),
+    Track(#[from] RunTraceError),
     #[error(transparent)]
     Plot(#[from] PlotError),
     #[error(transparent)]
@@ -58,7 +59,7 @@ pub fn compare(args: &CompareArgs) -> u8 {
 
 fn told(args: &CompareArgs) -> Result<u8, CompareError> {
     let recording = Recording::open(&args.first)?;
-    let first = Track::read(&recording)?;
+    let first = RunTrace::read(&recording)?;
     let ran = match &args.run {
         Some(script) => {
             let setup = recording
@@ -72,16 +73,16 @@ fn told(args: &CompareArgs) -> Result<u8, CompareError> {
     let (second, second_name) = match (&ran, &args.second) {
         (Some((script, run)), _) => {
             let name = format!("{} run here", script.display());
-            (Track::read(&Recording::open(&run.path)?)?, name)
+            (RunTrace::read(&Recording::open(&run.path)?)?, name)
         }
         (None, Some(path)) => {
             let name = path.display().to_string();
-            (Track::read(&Recording::open(path)?)?, name)
+            (RunTrace::read(&Recording::open(path)?)?, name)
         }
         // The command line has one of the two.
         (None, None) => return Err(CompareError::NothingInCommon),
     };
-    let names = Names {
+    let names = RecordingNames {
         first: args.first.display().to_string(),
         second: second_name,
     };
@@ -111,7 +112,7 @@ fn told(args: &CompareArgs) -> Result<u8, CompareError> {
 }
 
 /// What the two are called.
-struct Names {
+struct RecordingNames {
     first: String,
     second: String,
 }
@@ -139,7 +140,7 @@ fn rows(comparison: &Comparison) -> Vec<(String, Option<Deviation>, f64, &'stati
     rows
 }
 
-fn human(names: &Names, comparison: &Comparison) -> String {
+fn human(names: &RecordingNames, comparison: &Comparison) -> String {
     let mut out = String::new();
     let (begin, end) = comparison.overlap;
     let Alignment {
@@ -157,7 +158,7 @@ fn human(names: &Names, comparison: &Comparison) -> String {
         ("A", &names.first, motion(first_motion)),
         ("B", &names.second, motion(second_motion)),
     ] {
-        let _ = writeln!(out, "{letter}: {} {motion}", Escaped(name));
+        let _ = writeln!(out, "{letter}: {} {motion}", EscapedText(name));
     }
     // No minus before nothing.
     let shift = (shift * 1e4).round() / 1e4 + 0.0;
@@ -182,7 +183,7 @@ fn human(names: &Names, comparison: &Comparison) -> String {
     out
 }
 
-fn machine(names: &Names, within: Option<f64>, comparison: &Comparison) -> String {
+fn machine(names: &RecordingNames, within: Option<f64>, comparison: &Comparison) -> String {
     let shown = |deviation: &Option<Deviation>| match deviation {
         Some(found) => json!({
             "rms": found.rms,
@@ -209,16 +210,21 @@ fn machine(names: &Names, within: Option<f64>, comparison: &Comparison) -> Strin
 }
 
 /// Both runs over each other, and what is between them.
-fn figure(names: &Names, first: &Track, second: &Track, alignment: Alignment) -> Figure {
+fn figure(
+    names: &RecordingNames,
+    first: &RunTrace,
+    second: &RunTrace,
+    alignment: Alignment,
+) -> Figure {
     let shift = alignment.shift;
     let every = |count: usize| count.div_ceil(CURVE_POINTS).max(1);
-    let positions = |track: &Track, joint: usize, shift: f64| -> Vec<(f64, f64)> {
+    let positions = |track: &RunTrace, joint: usize, shift: f64| -> Vec<(f64, f64)> {
         let samples = track.samples();
         let every = every(samples.len());
         let points = samples.map(|sample| (sample.time - shift, sample.q[joint]));
         points.step_by(every).collect()
     };
-    let mut overlay = Panel::over_time("Joint positions: A solid, B dashed", "rad");
+    let mut overlay = PlotPanel::over_time("Joint positions: A solid, B dashed", "rad");
     for (joint, name) in JOINTS.iter().enumerate() {
         overlay = overlay.curve(Curve::new(*name, positions(first, joint, 0.0)).color_of(joint));
     }
@@ -239,17 +245,17 @@ fn figure(names: &Names, first: &Track, second: &Track, alignment: Alignment) ->
         });
         peak.collect()
     };
-    let mut apart = Panel::over_time("Joints, B minus A", "rad");
+    let mut apart = PlotPanel::over_time("Joints, B minus A", "rad");
     for (joint, name) in JOINTS.iter().enumerate() {
         apart = apart.curve(Curve::new(*name, peaks(&|i| all[i].joints[joint])));
     }
-    let tcp = Panel::over_time("TCP, distance", "mm").curve(Curve::new(
+    let tcp = PlotPanel::over_time("TCP, distance", "mm").curve(Curve::new(
         "position",
         peaks(&|i| all[i].tcp_position * 1e3),
     ));
-    let speed = Panel::over_time("TCP speed, B minus A", "mm/s")
+    let speed = PlotPanel::over_time("TCP speed, B minus A", "mm/s")
         .curve(Curve::new("speed", peaks(&|i| all[i].tcp_speed * 1e3)));
-    let force = Panel::over_time("Force, length of the difference", "N")
+    let force = PlotPanel::over_time("Force, length of the difference", "N")
         .half_span_min(1.0)
         .curve(Curve::new("force", peaks(&|i| all[i].force)));
     let name = |given: &str| {

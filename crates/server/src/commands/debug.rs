@@ -1,20 +1,20 @@
 //! `eliteserver debug`: the debugger over standard input and output, or over a port for one client after the other.
 
 mod attach;
+mod option_errors;
 mod recording;
-mod words;
 
 use std::io::{self, BufReader};
 use std::net::{Ipv4Addr, TcpListener};
 use std::path::Path;
 
 use clap::Parser;
-use editor::dap::{Debuggee, serve_attaching};
+use editor::dap::{RunTarget, serve_attaching};
 use serde_json::{Map, Value as Json};
 
 use controller::options::ClockChoice;
 
-use crate::cli::{Cli, Command, DebugArgs};
+use crate::cli::{Cli, CliCommand, DebugArgs};
 use crate::commands::check::read_script;
 use crate::config::RunConfig;
 use crate::logging;
@@ -90,7 +90,7 @@ pub fn debug(args: &DebugArgs) -> io::Result<u8> {
 }
 
 /// The robot and the program of a `launch`.
-fn launch(arguments: &Json) -> Result<Debuggee, String> {
+fn launch(arguments: &Json) -> Result<RunTarget, String> {
     let Some(fields) = arguments.as_object() else {
         return Err("launch needs program, the path of a script".to_owned());
     };
@@ -104,7 +104,7 @@ fn launch(arguments: &Json) -> Result<Debuggee, String> {
     }
     let text = read_script(Path::new(program))?;
     let config = options(fields, program)?;
-    Ok(Debuggee {
+    Ok(RunTarget {
         program: text,
         robot: config.robot,
         presets: config.presets,
@@ -113,7 +113,7 @@ fn launch(arguments: &Json) -> Result<Debuggee, String> {
 }
 
 /// The robot and the program of a recording.
-fn launch_recording(fields: &Map<String, Json>, recording: &Json) -> Result<Debuggee, String> {
+fn launch_recording(fields: &Map<String, Json>, recording: &Json) -> Result<RunTarget, String> {
     let path = recording.as_str();
     let path = path.ok_or("recording is the path of a recording")?;
     if fields.contains_key("program") {
@@ -148,7 +148,7 @@ fn launch_recording(fields: &Map<String, Json>, recording: &Json) -> Result<Debu
         );
     }
     let (program, robot) = recording::open(Path::new(path), &config.robot)?;
-    Ok(Debuggee {
+    Ok(RunTarget {
         program,
         robot,
         presets: config.presets,
@@ -181,9 +181,9 @@ fn options(fields: &Map<String, Json>, program: &str) -> Result<RunConfig, Strin
 }
 
 fn configured(line: Vec<String>) -> Result<RunConfig, String> {
-    let cli = Cli::try_parse_from(line).map_err(|error| words::of_request(&error))?;
+    let cli = Cli::try_parse_from(line).map_err(|error| option_errors::of_request(&error))?;
     match cli.into_command() {
-        Command::Run(args) => RunConfig::load(*args).map_err(|error| error.to_string()),
+        CliCommand::Run(args) => RunConfig::load(*args).map_err(|error| error.to_string()),
         _ => Err("these are no options of run".to_owned()),
     }
 }

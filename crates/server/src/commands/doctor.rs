@@ -36,7 +36,7 @@ const QUICK_CLOCKS: [&str; 5] = [
 
 /// How good something is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Grade {
+enum CheckResult {
     /// As it should be.
     Good,
     /// The controller runs, less well.
@@ -45,7 +45,7 @@ enum Grade {
     Bad,
 }
 
-impl Grade {
+impl CheckResult {
     const fn name(self) -> &'static str {
         match self {
             Self::Good => "good",
@@ -57,19 +57,19 @@ impl Grade {
 
 /// What one look has found.
 #[derive(Clone, Debug, PartialEq)]
-struct Finding {
+struct HealthCheck {
     subject: &'static str,
-    grade: Grade,
+    grade: CheckResult,
     found: String,
     /// What to do; empty where nothing is to be done.
     advice: String,
 }
 
-impl Finding {
+impl HealthCheck {
     fn good(subject: &'static str, found: impl Into<String>) -> Self {
         Self {
             subject,
-            grade: Grade::Good,
+            grade: CheckResult::Good,
             found: found.into(),
             advice: String::new(),
         }
@@ -78,7 +78,7 @@ impl Finding {
     fn poor(subject: &'static str, found: impl Into<String>, advice: impl Into<String>) -> Self {
         Self {
             subject,
-            grade: Grade::Poor,
+            grade: CheckResult::Poor,
             found: found.into(),
             advice: advice.into(),
         }
@@ -86,7 +86,7 @@ impl Finding {
 
     fn bad(subject: &'static str, found: impl Into<String>, advice: impl Into<String>) -> Self {
         Self {
-            grade: Grade::Bad,
+            grade: CheckResult::Bad,
             ..Self::poor(subject, found, advice)
         }
     }
@@ -105,10 +105,10 @@ pub fn doctor(config: &ServeConfig, format: FindingFormat) -> (String, u8) {
         FindingFormat::Human => for_people(&findings),
         FindingFormat::Json => for_machines(&findings),
     };
-    (report, u8::from(worst == Some(Grade::Bad)))
+    (report, u8::from(worst == Some(CheckResult::Bad)))
 }
 
-fn for_people(findings: &[Finding]) -> String {
+fn for_people(findings: &[HealthCheck]) -> String {
     let width = findings.iter().map(|f| f.subject.len()).max().unwrap_or(0);
     let mut out = String::new();
     for finding in findings {
@@ -125,7 +125,7 @@ fn for_people(findings: &[Finding]) -> String {
         }
     }
     let count = |grade| findings.iter().filter(|f| f.grade == grade).count();
-    let _ = match (count(Grade::Bad), count(Grade::Poor)) {
+    let _ = match (count(CheckResult::Bad), count(CheckResult::Poor)) {
         (0, 0) => writeln!(out, "nothing is to be done"),
         (0, poor) => writeln!(out, "the controller runs; {poor} of it could be better"),
         (bad, _) => writeln!(
@@ -137,8 +137,8 @@ fn for_people(findings: &[Finding]) -> String {
 }
 
 /// One JSON object a line.
-fn for_machines(findings: &[Finding]) -> String {
-    let row = |finding: &Finding| -> Value {
+fn for_machines(findings: &[HealthCheck]) -> String {
+    let row = |finding: &HealthCheck| -> Value {
         json!({
             "subject": finding.subject,
             "grade": finding.grade.name(),
@@ -149,25 +149,25 @@ fn for_machines(findings: &[Finding]) -> String {
     findings.iter().map(|f| format!("{}\n", row(f))).collect()
 }
 
-fn processors() -> Finding {
+fn processors() -> HealthCheck {
     let count = available_parallelism().map_or(1, NonZeroUsize::get);
     match count {
-        1 => Finding::poor(
+        1 => HealthCheck::poor(
             "processors",
             "1 core may be used",
             "give it two: the control cycle shares the one with every program and every client",
         ),
-        more => Finding::good("processors", format!("{more} cores may be used")),
+        more => HealthCheck::good("processors", format!("{more} cores may be used")),
     }
 }
 
 /// Priority, locked memory, and how late the motion thread would wake up.
-fn timing(config: &ServeConfig) -> Vec<Finding> {
+fn timing(config: &ServeConfig) -> Vec<HealthCheck> {
     let step = Duration::from_secs_f64(config.robot.step.as_secs());
     let cycles = (TIMER_TRIED.as_secs_f64() / step.as_secs_f64()).ceil() as usize;
     match run_latency_test(RealtimeOptions::default(), step, cycles) {
         Ok(rehearsal) => judged(&rehearsal, step),
-        Err(error) => vec![Finding::bad(
+        Err(error) => vec![HealthCheck::bad(
             "threads",
             format!("the operating system gives none: {error}"),
             "raise the limit on processes (ulimit -u, TasksMax= of a unit)",
@@ -175,14 +175,14 @@ fn timing(config: &ServeConfig) -> Vec<Finding> {
     }
 }
 
-fn judged(rehearsal: &LatencyTest, step: Duration) -> Vec<Finding> {
-    let mut priority = Finding::good("priority", "real-time priority is given");
-    let mut memory = Finding::good("memory", "it can be locked");
+fn judged(rehearsal: &LatencyTest, step: Duration) -> Vec<HealthCheck> {
+    let mut priority = HealthCheck::good("priority", "real-time priority is given");
+    let mut memory = HealthCheck::good("memory", "it can be locked");
     for warning in &rehearsal.warnings {
         let found = warning.to_string();
         match warning {
             SetupWarning::Priority { .. } => {
-                priority = Finding::poor(
+                priority = HealthCheck::poor(
                     "priority",
                     found,
                     "allow it: LimitRTPRIO=99 in a systemd unit, 'USER - rtprio 99' in /etc/security/limits.conf, or \
@@ -190,7 +190,7 @@ fn judged(rehearsal: &LatencyTest, step: Duration) -> Vec<Finding> {
                 );
             }
             SetupWarning::Memory { .. } => {
-                memory = Finding::poor(
+                memory = HealthCheck::poor(
                     "memory",
                     found,
                     "allow it: LimitMEMLOCK=infinity in a systemd unit, 'USER - memlock unlimited' in \
@@ -212,21 +212,21 @@ fn judged(rehearsal: &LatencyTest, step: Duration) -> Vec<Finding> {
     let advice = "keep other load off this machine, set the governor to performance, and for a real cell use a kernel with \
                   PREEMPT_RT; a virtual machine is never quite on time";
     let timer = if rehearsal.max_latency() > step {
-        Finding::poor("timer", format!("{found}: cycles would be missed"), advice)
+        HealthCheck::poor("timer", format!("{found}: cycles would be missed"), advice)
     } else if rehearsal.latency_permille(990) > LATE {
-        Finding::poor("timer", found, advice)
+        HealthCheck::poor("timer", found, advice)
     } else {
-        Finding::good("timer", found)
+        HealthCheck::good("timer", found)
     };
     vec![priority, memory, timer]
 }
 
 /// Linux tells which clock it reads; others do not.
-fn clock_source() -> Option<Finding> {
+fn clock_source() -> Option<HealthCheck> {
     let name = machine::clock_source()?;
     Some(match QUICK_CLOCKS.contains(&&*name) {
-        true => Finding::good("clock", format!("{name}, read in nanoseconds")),
-        false => Finding::poor(
+        true => HealthCheck::good("clock", format!("{name}, read in nanoseconds")),
+        false => HealthCheck::poor(
             "clock",
             format!("{name}, which takes a microsecond and more to read"),
             "boot with clocksource=tsc tsc=reliable where the processor has an invariant counter",
@@ -235,14 +235,14 @@ fn clock_source() -> Option<Finding> {
 }
 
 /// Where the processors' frequency is governed, how.
-fn governor() -> Option<Finding> {
+fn governor() -> Option<HealthCheck> {
     let governors = machine::governors();
     if governors.is_empty() {
         return None;
     }
     Some(match governors.iter().all(|name| name == "performance") {
-        true => Finding::good("governor", "performance"),
-        false => Finding::poor(
+        true => HealthCheck::good("governor", "performance"),
+        false => HealthCheck::poor(
             "governor",
             governors.join(", "),
             "cpupower frequency-set -g performance: a core that has slowed down wakes up late",
@@ -251,7 +251,7 @@ fn governor() -> Option<Finding> {
 }
 
 /// Whether the ports of the services can be opened.
-fn ports(config: &ServeConfig) -> Vec<Finding> {
+fn ports(config: &ServeConfig) -> Vec<HealthCheck> {
     let (mut free, mut findings) = (Vec::new(), Vec::new());
     for (_, option, setting) in config.ports.list() {
         let (mut port, otherwise) = match setting {
@@ -288,11 +288,11 @@ fn ports(config: &ServeConfig) -> Vec<Finding> {
                 "is the address of --bind one of this machine's?".to_owned(),
             ),
         };
-        findings.push(Finding::bad("ports", found, advice));
+        findings.push(HealthCheck::bad("ports", found, advice));
     }
     if !free.is_empty() {
         let found = format!("{} on {} are free", free.join(", "), config.bind);
-        findings.push(Finding::good("ports", found));
+        findings.push(HealthCheck::good("ports", found));
     }
     findings
 }
@@ -315,9 +315,9 @@ mod tests {
     #[test]
     fn late_timers_and_refused_priorities_come_with_advice() {
         let step = Duration::from_millis(4);
-        let grades = |found: &[Finding]| found.iter().map(|f| f.grade).collect::<Vec<_>>();
+        let grades = |found: &[HealthCheck]| found.iter().map(|f| f.grade).collect::<Vec<_>>();
         let good = judged(&rehearsal(&[10; 500], Vec::new()), step);
-        assert_eq!(grades(&good), [Grade::Good; 3]);
+        assert_eq!(grades(&good), [CheckResult::Good; 3]);
         assert!(good.iter().all(|f| f.advice.is_empty()));
 
         let mut latencies = vec![10; 500];
@@ -332,7 +332,7 @@ mod tests {
             },
         ];
         let poor = judged(&rehearsal(&latencies, refused), step);
-        assert_eq!(grades(&poor), [Grade::Poor; 3]);
+        assert_eq!(grades(&poor), [CheckResult::Poor; 3]);
         assert!(poor[0].found.contains("not permitted") && poor[0].advice.contains("LimitRTPRIO"));
         assert!(poor[1].advice.contains("LimitMEMLOCK"));
         assert!(poor[2].found.contains("900 µs in 99 of 100"));
@@ -345,8 +345,8 @@ mod tests {
     #[test]
     fn reports_have_a_line_for_each_and_the_worst_is_summed_up() {
         let findings = [
-            Finding::good("timer", "on time"),
-            Finding::bad("ports", "30001 is taken", "end it"),
+            HealthCheck::good("timer", "on time"),
+            HealthCheck::bad("ports", "30001 is taken", "end it"),
         ];
         assert_eq!(
             for_people(&findings),

@@ -24,13 +24,13 @@ use tokio_util::sync::CancellationToken;
 
 use crate::cli::FleetArgs;
 use crate::logging;
-use crate::ports::callers::Callers;
-use crate::ports::http::{self, Pages};
+use crate::ports::allowed_hosts::AllowedHosts;
+use crate::ports::http::{self, HttpService};
 use crate::ports::listen::{BindError, PortMeter, bind, start_port};
 use crate::shutdown::Shutdown;
 
-use file::{Fleet, FleetFileError};
-use robot::{READY_WITHIN, Renew, Robot};
+use file::{FleetConfig, FleetFileError};
+use robot::{READY_WITHIN, RestartRequest, RobotProcess};
 
 /// All robots have so long to bring their arms to rest and to end.
 const ORDERLY: Duration = Duration::from_secs(15);
@@ -51,9 +51,9 @@ pub enum FleetError {
 }
 
 /// A robot and how it is told to start anew.
-struct Kept {
-    robot: Arc<Robot>,
-    orders: mpsc::Sender<Renew>,
+struct FleetMember {
+    robot: Arc<RobotProcess>,
+    orders: mpsc::Sender<RestartRequest>,
 }
 
 /// Exit status 0 after a signal.
@@ -61,7 +61,7 @@ struct Kept {
 /// # Errors
 /// [`FleetError`]
 pub fn fleet(args: &FleetArgs) -> Result<u8, FleetError> {
-    let fleet = Fleet::load(&args.file)?;
+    let fleet = FleetConfig::load(&args.file)?;
     if args.check {
         let count = fleet.robots.len();
         logging::say(&format!(
@@ -81,7 +81,7 @@ pub fn fleet(args: &FleetArgs) -> Result<u8, FleetError> {
 }
 
 async fn run(
-    fleet: Fleet,
+    fleet: FleetConfig,
     path: &Path,
     program: PathBuf,
     shutdown: &CancellationToken,
@@ -93,7 +93,7 @@ async fn run(
     let mut running = Vec::new();
     let mut kept = Vec::new();
     for plan in fleet.robots {
-        let robot = Arc::new(Robot::new(plan));
+        let robot = Arc::new(RobotProcess::new(plan));
         let (orders, inbox) = mpsc::channel(1);
         let (in_task, program, token) = (robot.clone(), program.clone(), shutdown.clone());
         running.push(
@@ -101,17 +101,18 @@ async fn run(
                 in_task.keep(&program, inbox, &token).await;
             }),
         );
-        kept.push(Kept { robot, orders });
+        kept.push(FleetMember { robot, orders });
     }
     let robots: page::Robots = Arc::new(kept.iter().map(|kept| kept.robot.clone()).collect());
     if let Some(listener) = listener {
         let address = listener.local_addr()?;
         tracing::info!("{} robots, page on http://{address}/", kept.len());
-        let callers = Callers::of(fleet.bind, machine::name().as_deref(), &fleet.trusted_hosts);
+        let callers =
+            AllowedHosts::of(fleet.bind, machine::name().as_deref(), &fleet.trusted_hosts);
         let (meter, token) = (PortMeter::new("http"), shutdown.clone());
         let one = meter.clone();
         start_port(&mut services, listener, &meter, move |listener| {
-            let pages = Pages::over(page::router(robots.clone()));
+            let pages = HttpService::over(page::router(robots.clone()));
             http::serve(listener, pages, one.clone(), callers.clone(), token.clone())
         })?;
     }
@@ -137,18 +138,18 @@ async fn run(
 
 /// Reads the file again and starts one robot after the other anew; the next only when the one before is ready. Where the file is
 /// wrong, or one does not come up, the others stay as they are.
-async fn renew_all(path: &Path, kept: &[Kept]) {
-    let fleet = match Fleet::load(path) {
+async fn renew_all(path: &Path, kept: &[FleetMember]) {
+    let fleet = match FleetConfig::load(path) {
         Ok(fleet) => fleet,
         Err(error) => return tracing::error!("nothing is restarted: {error}"),
     };
-    let names = |fleet: &[file::Plan]| {
+    let names = |fleet: &[file::RobotPlan]| {
         fleet
             .iter()
             .map(|plan| plan.name.clone())
             .collect::<Vec<_>>()
     };
-    let running: Vec<file::Plan> = kept.iter().map(|kept| kept.robot.plan()).collect();
+    let running: Vec<file::RobotPlan> = kept.iter().map(|kept| kept.robot.plan()).collect();
     if names(&fleet.robots) != names(&running) {
         return tracing::error!(
             "nothing is restarted: {} has other robots now; end the fleet and start it again",
@@ -159,7 +160,12 @@ async fn renew_all(path: &Path, kept: &[Kept]) {
         let name = plan.name.clone();
         tracing::info!("robot {name} is restarted");
         let (answer, answered) = oneshot::channel();
-        if kept.orders.send(Renew(plan, answer)).await.is_err() {
+        if kept
+            .orders
+            .send(RestartRequest(plan, answer))
+            .await
+            .is_err()
+        {
             return;
         }
         let result = tokio::time::timeout(READY_WITHIN * 2, answered).await;

@@ -3,7 +3,7 @@
 use std::io::{stdin, stdout};
 
 use editor::analysis::words::Language;
-use editor::lsp::{End, Options, serve};
+use editor::lsp::{LspSessionEnd, ServerOptions, serve};
 
 use crate::cli::LspArgs;
 
@@ -12,14 +12,14 @@ use crate::cli::LspArgs;
 /// # Errors
 /// A sentence: the client takes no answers.
 pub fn lsp(args: &LspArgs) -> Result<u8, String> {
-    let options = Options {
+    let options = ServerOptions {
         language: args.log.language.map(Language::from),
         client: args.client,
         follow_client: true,
     };
     match serve(stdin(), &mut stdout().lock(), &options) {
-        Ok(End::Orderly) => Ok(0),
-        Ok(End::Vanished) => Ok(1),
+        Ok(LspSessionEnd::Orderly) => Ok(0),
+        Ok(LspSessionEnd::Vanished) => Ok(1),
         Err(error) => Err(error.to_string()),
     }
 }

@@ -8,7 +8,7 @@ pub mod lines;
 mod programs;
 mod recordings;
 mod server;
-mod suite;
+mod test_tool;
 mod tools;
 mod workspace;
 
@@ -20,7 +20,7 @@ use rmcp::service::{QuitReason, ServerInitializeError, serve_server};
 use crate::cli::McpArgs;
 
 use lines::Lines;
-use server::Server;
+use server::McpServer;
 use workspace::Workspace;
 
 /// Calls that are given up when the client has gone have so long to notice.
@@ -37,7 +37,7 @@ pub fn mcp(_: &McpArgs) -> Result<u8, String> {
         .enable_all()
         .build()
         .map_err(|error| error.to_string())?;
-    let server = Server::new(workspace);
+    let server = McpServer::new(workspace);
     let stop_all = server.stop_all();
     let ended = runtime.block_on(async {
         let running = match serve_server(server, lines).await {

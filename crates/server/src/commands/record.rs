@@ -12,20 +12,20 @@ use std::time::{Duration, SystemTime};
 use kinematics::{CalibrationError, JointPositions};
 use motion_api::{MotionEndpoint, Record, RingCapacities, RobotState, motion_channel};
 use recorder::{
-    ExtraNumber, ExtraTopic, LogLevel, RecordError, Recorder, RecorderConfig, RecorderHandle,
+    CustomTopic, CustomTopicId, LogLevel, RecordError, Recorder, RecorderConfig, RecorderHandle,
     Rotation, Setup,
 };
 use robot_client::calibrate::{self, CalibrateError};
 use robot_client::observed::{
-    Beside, EVERY, Observer, observe_state, outputs_message, outputs_schema, state_message,
-    state_schema, unknown_state,
+    KNOWN_VARIABLES, PacketExtras, RtsiStateMapper, observe_state, outputs_message, outputs_schema,
+    state_message, state_schema, unknown_state,
 };
-use robot_client::{Arrival, RobotAddress, Rtsi, RtsiError};
+use robot_client::{RobotAddress, RtsiClient, RtsiError, RtsiMessage};
 use thiserror::Error;
 use tokio::sync::mpsc;
 use tokio::time::{Instant, sleep_until};
 use wire::primary::Message;
-use wire::rtsi::{Kind, Value};
+use wire::rtsi::{RtsiType, RtsiValue};
 
 use crate::cli::RecordArgs;
 use crate::logging;
@@ -34,7 +34,7 @@ use controller::start_configuration::ROBOT;
 
 use clock::Clock;
 use reports::{level_of, tell};
-use robot::News;
+use robot::RtsiEvent;
 
 /// Exit status without a recording.
 const NO_RECORDING: u8 = 2;
@@ -43,9 +43,9 @@ const PATIENCE: Duration = Duration::from_secs(10);
 /// Messages of port 30001 that wait.
 const WAITING: usize = 256;
 /// Variables of RTSI that have no place in a cycle.
-const OUTPUTS: ExtraNumber = ExtraNumber(0);
+const OUTPUTS: CustomTopicId = CustomTopicId(0);
 /// States of port 30001.
-const STATES: ExtraNumber = ExtraNumber(1);
+const STATES: CustomTopicId = CustomTopicId(1);
 
 /// Why there is no recording; each is a sentence.
 #[derive(Debug, Error)]
@@ -91,7 +91,7 @@ pub fn record(args: &RecordArgs) -> u8 {
 
 /// What became of the stream.
 #[derive(Clone, Copy, Debug, Default)]
-struct Tally {
+struct StreamStats {
     cycles: u64,
     missing: u64,
     out_of_order: u64,
@@ -106,15 +106,15 @@ async fn recorded(args: &RecordArgs, shutdown: &Shutdown) -> Result<String, Reco
     let reading = calibrate::read(&primary, &args.out).await?;
     let model = reading.calibration.open()?;
     let mut rtsi = robot::connect(&data, args.rate).await?;
-    let mut observer = Observer::of(rtsi.offered());
+    let mut observer = RtsiStateMapper::for_recipe(rtsi.offered());
     let step_time = 1.0 / args.rate;
 
     // The first values say where the arm is and what its clock shows.
     let mut state = unknown_state(step_time);
     observe_state(&mut state, &reading.state);
     let (first, values) = loop {
-        if let Arrival::Data(values) = rtsi.next().await? {
-            break (observer.observe(&mut state, &values), values);
+        if let RtsiMessage::Data(values) = rtsi.next().await? {
+            break (observer.apply_packet(&mut state, &values), values);
         }
     };
     let since = SystemTime::now()
@@ -159,17 +159,17 @@ async fn recorded(args: &RecordArgs, shutdown: &Shutdown) -> Result<String, Reco
     logging::say(&format!(
         "recording the {} at {primary}, controller {major}.{minor}.{fix}: {offered} of {} variables at {} Hz into {path}",
         reading.calibration.model(),
-        EVERY.len(),
+        KNOWN_VARIABLES.len(),
         args.rate,
     ));
 
     let clock = Clock::new(first.timestamp.unwrap_or(0.0), step_time);
-    let mut recording = Recording {
+    let mut recording = RecordingSession {
         state,
         offered: rtsi.offered().to_vec(),
         observer,
         clock,
-        tally: Tally::default(),
+        tally: StreamStats::default(),
         into,
         handle,
     };
@@ -210,7 +210,7 @@ async fn recorded(args: &RecordArgs, shutdown: &Shutdown) -> Result<String, Reco
     }
     let left_out = recording.handle.notes_dropped();
     recorder.finish()?;
-    let Tally {
+    let StreamStats {
         cycles,
         missing,
         out_of_order,
@@ -227,8 +227,8 @@ async fn recorded(args: &RecordArgs, shutdown: &Shutdown) -> Result<String, Reco
 }
 
 /// In the order of [`OUTPUTS`] and [`STATES`].
-fn extra_topics(observer: &Observer, rtsi: &Rtsi) -> Vec<ExtraTopic> {
-    let topic = |name: &str, schema_name: &str, schema: String| ExtraTopic {
+fn extra_topics(observer: &RtsiStateMapper, rtsi: &RtsiClient) -> Vec<CustomTopic> {
+    let topic = |name: &str, schema_name: &str, schema: String| CustomTopic {
         name: name.to_owned(),
         schema_name: schema_name.to_owned(),
         schema,
@@ -241,33 +241,35 @@ fn extra_topics(observer: &Observer, rtsi: &Rtsi) -> Vec<ExtraTopic> {
 }
 
 /// What is known of the robot, on its way into the file.
-struct Recording {
+struct RecordingSession {
     state: RobotState,
     /// The variables of the connection.
-    offered: Vec<(String, Kind)>,
-    observer: Observer,
+    offered: Vec<(String, RtsiType)>,
+    observer: RtsiStateMapper,
     clock: Clock,
-    tally: Tally,
+    tally: StreamStats,
     into: MotionEndpoint,
     handle: RecorderHandle,
 }
 
-impl Recording {
-    fn follow(&mut self, news: News) {
+impl RecordingSession {
+    fn follow(&mut self, news: RtsiEvent) {
         match news {
-            News::Arrival(Arrival::Data(values)) => {
-                let beside = self.observer.observe(&mut self.state, &values);
+            RtsiEvent::Arrival(RtsiMessage::Data(values)) => {
+                let beside = self.observer.apply_packet(&mut self.state, &values);
                 self.take(beside, &values);
             }
-            News::Arrival(Arrival::Text(level, text)) => self.log(level_of(level), "RTSI", &text),
-            News::Gone(why) => {
+            RtsiEvent::Arrival(RtsiMessage::Text(level, text)) => {
+                self.log(level_of(level), "RTSI", &text)
+            }
+            RtsiEvent::Gone(why) => {
                 let text = why.to_string();
                 self.log(LogLevel::Warning, "record", &text);
                 tracing::warn!("{text}; trying again");
             }
-            News::Again(offered) => {
+            RtsiEvent::Again(offered) => {
                 // Perhaps another controller, with other variables.
-                self.observer = Observer::of(&offered);
+                self.observer = RtsiStateMapper::for_recipe(&offered);
                 self.offered = offered;
                 self.tally.reconnects += 1;
                 self.clock.begin_anew();
@@ -278,7 +280,7 @@ impl Recording {
     }
 
     /// A packet of RTSI has been taken over into the state.
-    fn take(&mut self, beside: Beside, values: &[Value]) {
+    fn take(&mut self, beside: PacketExtras, values: &[RtsiValue]) {
         let here = self.clock.begin + self.clock.now;
         let Some(missing) = self.clock.cycle_at(beside.timestamp.unwrap_or(here)) else {
             self.tally.out_of_order += 1;

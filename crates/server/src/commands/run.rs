@@ -4,12 +4,12 @@ use std::time::Instant;
 
 use elite_runtime::TaskEnd;
 
-use editor::dap::Hub;
+use editor::dap::DebugHub;
 
-use crate::announce::Console;
 use crate::commands::check::read_script;
 use crate::config::RunConfig;
-use crate::host::{Host, HostError};
+use crate::controller_host::{ControllerHost, HostError};
+use crate::event_broadcast::PrintTarget;
 use crate::logging;
 use crate::shutdown::{FAULT_EXIT, Shutdown};
 
@@ -33,12 +33,12 @@ pub fn run(config: &RunConfig) -> Result<u8, HostError> {
             return Ok(2);
         }
     };
-    let host = Host::start(
+    let host = ControllerHost::start(
         &config.robot,
         config.log.dir.as_ref(),
-        Console::Stdout,
+        PrintTarget::Stdout,
         false,
-        Hub::default(),
+        DebugHub::default(),
     )?;
     let controller = host.controller();
     shutdown.close_in_any_case(controller.closer());

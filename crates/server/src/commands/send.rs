@@ -1,11 +1,11 @@
 //! `eliteserver send`: a program to a controller's port 30001, followed to its end.
 //!
 //! Owns the conversation and what a person sees of it. How a file becomes what is sent, and where places of the one are
-//! in the other, is `program`'s business; what the stream means is `robot-client`'s.
+//! in the other, is `program`'s business; what the stream means is `robot_consent-client`'s.
 
 mod program;
+mod rtsi_progress;
 mod screen;
-mod watched;
 
 use std::io::IsTerminal;
 use std::sync::Arc;
@@ -13,22 +13,25 @@ use std::time::Duration;
 
 use elite_lang::{Severity, SourceFile, check, compile};
 use elite_runtime::{Preset, PresetError};
-use robot_client::{Follower, News, Outcome, Primary, PrimaryError, RobotAddress, dashboard};
+use robot_client::{
+    MonitorOutcome, PrimaryClient, PrimaryError, ProgramEvent, ProgramMonitor, RobotAddress,
+    dashboard,
+};
 use thiserror::Error;
 use tokio::sync::watch;
 use tokio::time::{Instant, MissedTickBehavior, interval};
-use wire::primary::{Exception, Message, Numbered, RobotException, Source};
+use wire::primary::{Exception, ExceptionSource, Message, RobotErrorDisplay, RobotException};
 
 use crate::cli::SendArgs;
 use crate::commands::check::read_script;
-use crate::commands::robot;
+use crate::commands::robot_consent;
 use crate::language;
 use crate::logging;
-use crate::ports::shown::{Escaped, Lines};
+use crate::ports::escape::{EscapedLines, EscapedText};
 use crate::shutdown::Shutdown;
-use program::{Outgoing, SendError};
-use screen::Screen;
-use watched::{Nodes, Told, listen};
+use program::{OutgoingProgram, WrapError};
+use rtsi_progress::{NodeTracker, RtsiProgress, listen};
+use screen::ProgressLine;
 
 /// Exit status of a program that failed or was stopped.
 const FAILED: u8 = 1;
@@ -39,15 +42,15 @@ const TICK: Duration = Duration::from_millis(50);
 
 /// Why nothing was sent; each is a sentence.
 #[derive(Debug, Error)]
-enum Refusal {
+enum SendError {
     #[error("{0}")]
     Sentence(String),
     #[error(transparent)]
-    Program(#[from] SendError),
+    Program(#[from] WrapError),
     #[error(transparent)]
     Primary(#[from] PrimaryError),
     #[error(transparent)]
-    Refused(#[from] robot::Refusal),
+    Refused(#[from] robot_consent::ConsentError),
     #[error(transparent)]
     Setting(#[from] PresetError),
     #[error("cannot start: {0}")]
@@ -56,8 +59,8 @@ enum Refusal {
 
 /// Exit status: 0 ended, 1 failed or stopped, 2 not sent.
 pub fn send(args: &SendArgs) -> u8 {
-    let status = Shutdown::start_within(FAILED, robot::END_PATIENCE)
-        .map_err(Refusal::from)
+    let status = Shutdown::start_within(FAILED, robot_consent::END_PATIENCE)
+        .map_err(SendError::from)
         .and_then(|shutdown| {
             let runtime = tokio::runtime::Builder::new_current_thread()
                 .enable_all()
@@ -70,34 +73,34 @@ pub fn send(args: &SendArgs) -> u8 {
     })
 }
 
-async fn conversation(args: &SendArgs, shutdown: &Shutdown) -> Result<u8, Refusal> {
+async fn conversation(args: &SendArgs, shutdown: &Shutdown) -> Result<u8, SendError> {
     let settings = Preset::parse_all(&args.set)?;
     let (file, mut outgoing) = prepared(args, &settings)?;
     let address = RobotAddress::new(&args.robot.robot, args.robot.primary_port);
-    let what = format!("Send {} to", Escaped(file.name()));
-    robot::allowed(&args.robot, &address, &what).await?;
+    let what = format!("Send {} to", EscapedText(file.name()));
+    robot_consent::allowed(&args.robot, &address, &what).await?;
     if dashboard::is_simulated(&address.with_port(args.robot.dashboard_port)).await {
         outgoing.name_the_file(file.name(), &settings);
     }
-    let mut robot = Primary::connect(&address).await?;
+    let mut robot = PrimaryClient::connect(&address).await?;
     // Until its stream is seen it may be anything that listens.
     robot.next().await?;
     robot.send(&outgoing.text).await?;
     logging::say(&format!(
         "sent {} to the robot at {address}",
-        Escaped(file.name())
+        EscapedText(file.name())
     ));
     if args.no_wait || outgoing.is_secondary {
         return Ok(0);
     }
     let is_terminal = std::io::stderr().is_terminal();
-    let mut followed = Followed {
-        nodes: Nodes::of(&file),
+    let mut followed = FollowedProgram {
+        nodes: NodeTracker::of(&file),
         file,
         outgoing,
-        screen: Screen::new(is_terminal),
+        screen: ProgressLine::new(is_terminal),
     };
-    let (sender, told) = watch::channel(Told::default());
+    let (sender, told) = watch::channel(RtsiProgress::default());
     let beside = async {
         match is_terminal {
             true => listen(address.with_port(args.robot.rtsi_port), sender).await,
@@ -120,12 +123,15 @@ async fn conversation(args: &SendArgs, shutdown: &Shutdown) -> Result<u8, Refusa
 }
 
 /// Reads and checks the file, and makes of it what is sent.
-fn prepared(args: &SendArgs, settings: &[Preset]) -> Result<(Arc<SourceFile>, Outgoing), Refusal> {
-    let script = read_script(&args.file).map_err(Refusal::Sentence)?;
+fn prepared(
+    args: &SendArgs,
+    settings: &[Preset],
+) -> Result<(Arc<SourceFile>, OutgoingProgram), SendError> {
+    let script = read_script(&args.file).map_err(SendError::Sentence)?;
     let known = elite_runtime::builtins::known_names();
     let file = SourceFile::new(script.name, script.text);
     if args.no_check {
-        return Ok((file.clone(), Outgoing::unchecked(&file, settings)?));
+        return Ok((file.clone(), OutgoingProgram::unchecked(&file, settings)?));
     }
     let set = |name: &str| settings.iter().any(|setting| setting.name() == name);
     for finding in check(file.clone(), &known) {
@@ -138,36 +144,36 @@ fn prepared(args: &SendArgs, settings: &[Preset]) -> Result<(Arc<SourceFile>, Ou
             .trim_end()
             .lines()
         {
-            logging::say(&Lines(line).to_string());
+            logging::say(&EscapedLines(line).to_string());
         }
     }
     let program = compile(file.clone(), &known).map_err(|_| {
-        Refusal::Sentence(format!(
+        SendError::Sentence(format!(
             "{} does not compile; nothing was sent",
-            Escaped(file.name())
+            EscapedText(file.name())
         ))
     })?;
-    let outgoing = Outgoing::new(&program, settings)?;
+    let outgoing = OutgoingProgram::new(&program, settings)?;
     Ok((file, outgoing))
 }
 
 /// A program that was sent.
-struct Followed {
-    nodes: Nodes,
+struct FollowedProgram {
+    nodes: NodeTracker,
     file: Arc<SourceFile>,
-    outgoing: Outgoing,
-    screen: Screen,
+    outgoing: OutgoingProgram,
+    screen: ProgressLine,
 }
 
-impl Followed {
+impl FollowedProgram {
     async fn follow(
         &mut self,
-        robot: &mut Primary,
-        told: &watch::Receiver<Told>,
+        robot: &mut PrimaryClient,
+        told: &watch::Receiver<RtsiProgress>,
         shutdown: &Shutdown,
     ) -> Result<u8, PrimaryError> {
         let sent = Instant::now();
-        let mut follower = Follower::new();
+        let mut follower = ProgramMonitor::new();
         let mut ticks = interval(TICK);
         ticks.set_missed_tick_behavior(MissedTickBehavior::Skip);
         loop {
@@ -181,17 +187,17 @@ impl Followed {
                 let place = self.doing(told.line);
                 self.screen.state(state, told, &place, sent.elapsed());
             }
-            for news in follower.take(&message, sent.elapsed()) {
+            for news in follower.handle_message(&message, sent.elapsed()) {
                 match news {
-                    News::Began => {}
-                    News::Paused => self.screen.line("the program is paused"),
-                    News::Resumed => self.screen.line("the program goes on"),
-                    News::Exception(exception) => self.tell(&exception),
-                    News::Over(outcome) => {
+                    ProgramEvent::Began => {}
+                    ProgramEvent::Paused => self.screen.line("the program is paused"),
+                    ProgramEvent::Resumed => self.screen.line("the program goes on"),
+                    ProgramEvent::Exception(exception) => self.tell(&exception),
+                    ProgramEvent::Over(outcome) => {
                         self.screen.end();
                         return Ok(match outcome {
-                            Outcome::Ended => 0,
-                            Outcome::Failed => FAILED,
+                            MonitorOutcome::Ended => 0,
+                            MonitorOutcome::Failed => FAILED,
                         });
                     }
                 }
@@ -206,14 +212,14 @@ impl Followed {
             return String::new();
         };
         let node = self.nodes.at(line);
-        let node = node.map_or_else(String::new, |node| format!(", {}", Escaped(node)));
+        let node = node.map_or_else(String::new, |node| format!(", {}", EscapedText(node)));
         format!(", line {line}{node}")
     }
 
     /// Ctrl-C: the robot is stopped first.
-    async fn stop(&mut self, robot: &mut Primary) -> Result<u8, PrimaryError> {
+    async fn stop(&mut self, robot: &mut PrimaryClient) -> Result<u8, PrimaryError> {
         self.screen.line("stopping the program on the robot");
-        let sentence = robot::stop(robot).await?;
+        let sentence = robot_consent::stop(robot).await?;
         self.screen.line(sentence);
         self.screen.end();
         Ok(FAILED)
@@ -223,17 +229,18 @@ impl Followed {
         match &told.exception {
             Exception::Script { line, column, text } => {
                 let place = self.outgoing.place_of_error(*line, *column, text);
-                let name = Escaped(self.file.name());
+                let name = EscapedText(self.file.name());
                 let text = self.outgoing.in_file(text, self.file.name());
                 for part in text.lines().filter(|part| !part.trim().is_empty()) {
-                    self.screen.line(&Lines(part).to_string());
+                    self.screen.line(&EscapedLines(part).to_string());
                 }
                 let Some((line, column)) = place else { return };
                 // A controller's text may say nothing of the place, or of lines that the file does not have.
                 self.screen.line(&format!("  at {name}:{line}:{column}"));
                 if line <= self.file.line_count() {
                     let text = self.file.line_text(line);
-                    self.screen.line(&format!("  | {}", Lines(text.trim_end())));
+                    self.screen
+                        .line(&format!("  | {}", EscapedLines(text.trim_end())));
                 }
             }
             Exception::Robot {
@@ -242,16 +249,16 @@ impl Followed {
                 level,
                 data,
             } => {
-                let (source, level) = (Source::name(told.source), level.name());
+                let (source, level) = (ExceptionSource::name(told.source), level.name());
                 let (code, sub_code) = (*code, *sub_code);
-                let numbered = Numbered {
+                let numbered = RobotErrorDisplay {
                     code,
                     sub_code,
                     data,
                 };
                 let numbered = numbered.to_string();
                 self.screen
-                    .line(&format!("{source}: {level} {}", Escaped(&numbered)));
+                    .line(&format!("{source}: {level} {}", EscapedText(&numbered)));
             }
         }
     }

@@ -5,15 +5,15 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use editor::dap::Hub;
+use editor::dap::DebugHub;
 
-use crate::announce::Console;
-use crate::backend::{Backend, Lifetime, forward_messages};
+use crate::backend::{Lifetime, PortBackend, forward_messages};
 use crate::config::{PortSettings, ServeConfig};
-use crate::host::{Host, HostError};
+use crate::controller_host::{ControllerHost, HostError};
+use crate::event_broadcast::PrintTarget;
 use crate::options::PortSetting;
-use crate::ports::callers::Callers;
-use crate::ports::http::Pages;
+use crate::ports::allowed_hosts::AllowedHosts;
+use crate::ports::http::HttpService;
 use crate::ports::http::page::Page;
 use crate::ports::listen::{BindError, PortMeter, bind, start_port};
 use crate::ports::{
@@ -128,9 +128,9 @@ fn end_with_stdin(shutdown: &Shutdown) -> std::io::Result<()> {
 }
 
 /// Ports that were served.
-struct Served {
+struct PortService {
     reboots: bool,
-    backend: Arc<Backend>,
+    backend: Arc<PortBackend>,
 }
 
 /// How a life of the server ended.
@@ -150,11 +150,11 @@ fn live(
     let listeners = runtime.block_on(open_ports(config.bind, &mut config.ports))?;
     let log_dir = config.log.dir.as_ref();
     let debuggers = match config.attachable {
-        true => Hub::of_every_program(),
-        false => Hub::default(),
+        true => DebugHub::of_every_program(),
+        false => DebugHub::default(),
     };
     let (robot, powered_off) = (&config.robot, config.powered_off);
-    let host = Host::start(robot, log_dir, Console::Log, powered_off, debuggers)?;
+    let host = ControllerHost::start(robot, log_dir, PrintTarget::Log, powered_off, debuggers)?;
     let controller = host.controller();
     shutdown.close_in_any_case(controller.closer());
     let served = runtime.block_on(serve_ports(config, &host, listeners, shutdown));
@@ -171,7 +171,7 @@ fn live(
         tracing::error!("the program does not end, so the server does");
         shutdown.begin(1);
     }
-    let served = served.map(|Served { reboots, backend }| {
+    let served = served.map(|PortService { reboots, backend }| {
         // What the program has left in its variables is the next one's.
         backend.take_variables();
         reboots
@@ -236,10 +236,10 @@ pub(crate) fn bound_ports(
 /// The pendant page of the controller, which from now on shows what happens.
 fn open_page(
     config: &ServeConfig,
-    backend: &Arc<Backend>,
+    backend: &Arc<PortBackend>,
     faults: &ThreadSupervisor,
     token: &CancellationToken,
-) -> std::io::Result<Arc<Page<Backend>>> {
+) -> std::io::Result<Arc<Page<PortBackend>>> {
     let is_given = config.bind.is_loopback();
     let page = Arc::new(Page::new(backend.clone(), is_given)?);
     if !is_given && config.ports.http != PortSetting::Off {
@@ -258,15 +258,20 @@ fn open_page(
 
 async fn serve_ports(
     config: &ServeConfig,
-    host: &Host,
+    host: &ControllerHost,
     listeners: Listeners,
     shutdown: &Shutdown,
-) -> Result<Served, ServeError> {
+) -> Result<PortService, ServeError> {
     let controller = host.controller();
     let lifetime = Lifetime::default();
     let token = lifetime.token().clone();
-    let hub = primary::Hub::default();
-    let backend = Arc::new(Backend::new(host, config, hub.clone(), lifetime.clone()));
+    let hub = primary::StateHub::default();
+    let backend = Arc::new(PortBackend::new(
+        host,
+        config,
+        hub.clone(),
+        lifetime.clone(),
+    ));
     let faults = controller.faults();
     let forwarding = {
         let (announcer, backend, token) =
@@ -300,7 +305,7 @@ async fn serve_ports(
 
     let page = open_page(config, &backend, faults, &token)?;
     let fieldbus = controller.fieldbus().clone();
-    let callers = Callers::of(
+    let callers = AllowedHosts::of(
         config.bind,
         platform::machine::name().as_deref(),
         &config.trusted_hosts,
@@ -333,7 +338,7 @@ async fn serve_ports(
                 interpreter::serve(listener, backend.clone(), one.clone(), token.clone())
             })?,
             "http" => start_port(&mut services, listener, &meter, move |listener| {
-                let pages = Pages::of(backend.clone(), all.clone()).with_page(page.clone());
+                let pages = HttpService::of(backend.clone(), all.clone()).with_page(page.clone());
                 http::serve(listener, pages, one.clone(), callers.clone(), token.clone())
             })?,
             "modbus" => {
@@ -350,7 +355,7 @@ async fn serve_ports(
                 let (viewer, feed) = (controller.viewer(), host.feed().clone());
                 let log = controller.log_lines();
                 start_port(&mut services, listener, &meter, move |listener| {
-                    let view = foxglove::View {
+                    let view = foxglove::FoxgloveSource {
                         viewer: viewer.clone(),
                         samples: feed.subscribe(),
                         log: log.subscribe(),
@@ -420,5 +425,5 @@ async fn serve_ports(
     while services.join_next().await.is_some() {}
     forwarding.abort();
     let reboots = lifetime.reboots();
-    Ok(Served { reboots, backend })
+    Ok(PortService { reboots, backend })
 }

@@ -1,12 +1,12 @@
 //! `eliteserver shell`: statements that a robot carries out as they are typed, through interpreter mode.
 //!
-//! Owns the prompt, the shell's own orders and the exit status. What lines become is `typed`'s business, where they come
-//! from `editor`'s, the conversation `session`'s.
+//! Owns the prompt, the shell's own orders and the exit status. What lines become is `statement_reader`'s business, where they come
+//! from `line_input`'s, the conversation `session`'s.
 
-mod editor;
+mod line_input;
+mod output;
 mod session;
-mod shown;
-mod typed;
+mod statement_reader;
 
 use std::cell::RefCell;
 use std::collections::BTreeSet;
@@ -16,20 +16,20 @@ use std::time::Duration;
 
 use elite_lang::{SourceFile, compile};
 use elite_runtime::{Preset, PresetError};
-use robot_client::{RobotAddress, Word};
+use robot_client::{InterpreterRequest, RobotAddress};
 use supervision::{ThreadHandle, ThreadRole, ThreadSupervisor};
 use thiserror::Error;
 use tokio::runtime::Runtime;
 use tokio::sync::mpsc;
 
 use crate::cli::ShellArgs;
-use crate::commands::robot;
+use crate::commands::robot_consent;
 use crate::logging;
 use crate::shutdown::Shutdown;
-use editor::{Line, Lines, Names};
-use session::{Answer, Asked, Order, Session, SessionError};
-use shown::show;
-use typed::Typed;
+use line_input::{CompletionNames, InputLine, LineSource};
+use output::show;
+use session::{SessionCommand, SessionError, SessionReply, SessionRequest, ShellSession};
+use statement_reader::StatementReader;
 
 /// Exit status of a pipe of which something was discarded or failed, and of a session that was stopped.
 const FAILED: u8 = 1;
@@ -65,7 +65,7 @@ enum ShellError {
     #[error(transparent)]
     Setting(#[from] PresetError),
     #[error(transparent)]
-    Refused(#[from] robot::Refusal),
+    Refused(#[from] robot_consent::ConsentError),
     #[error(transparent)]
     Session(#[from] SessionError),
 }
@@ -80,7 +80,7 @@ pub fn shell(args: &ShellArgs) -> u8 {
 
 fn shelled(args: &ShellArgs) -> Result<u8, ShellError> {
     let settings = Preset::parse_all(&args.set)?;
-    let shutdown = Shutdown::start_within(FAILED, robot::END_PATIENCE)?;
+    let shutdown = Shutdown::start_within(FAILED, robot_consent::END_PATIENCE)?;
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()?;
@@ -89,9 +89,9 @@ fn shelled(args: &ShellArgs) -> Result<u8, ShellError> {
 
     let mut names: BTreeSet<String> = elite_lang::builtin_names().map(str::to_owned).collect();
     names.extend(elite_runtime::builtins::all().map(|builtin| builtin.name.to_owned()));
-    let names: Names = Rc::new(RefCell::new(names));
+    let names: CompletionNames = Rc::new(RefCell::new(names));
     let is_terminal = stdin().is_terminal() && stdout().is_terminal();
-    let mut lines = Lines::open(is_terminal, &names);
+    let mut lines = LineSource::open(is_terminal, &names);
     session.speak_with(lines.voice());
     if lines.is_terminal() {
         // Before the first prompt.
@@ -99,8 +99,8 @@ fn shelled(args: &ShellArgs) -> Result<u8, ShellError> {
         show("Statements are carried out at once. :help lists the shell's own orders, :quit ends.");
     }
     let mut shell = Shell {
-        link: Link::start(session, runtime, shutdown, lines.is_terminal())?,
-        typed: Typed::default(),
+        link: SessionThread::start(session, runtime, shutdown, lines.is_terminal())?,
+        typed: StatementReader::default(),
         names,
         own: settings.iter().map(|one| one.name().to_owned()).collect(),
         is_terminal: lines.is_terminal(),
@@ -113,10 +113,10 @@ async fn opened(
     args: &ShellArgs,
     settings: &[Preset],
     shutdown: &Shutdown,
-) -> Result<Session, ShellError> {
+) -> Result<ShellSession, ShellError> {
     let robot = &args.robot;
     let address = RobotAddress::new(&robot.robot, robot.primary_port);
-    robot::allowed(robot, &address, "Open a shell on").await?;
+    robot_consent::allowed(robot, &address, "Open a shell on").await?;
     let mut body = String::new();
     for setting in settings {
         body.push_str(&format!("\tglobal {}\n", setting.name()));
@@ -127,21 +127,21 @@ async fn opened(
     let statements = address.with_port(robot.interpreter_port);
     let dashboard = address.with_port(robot.dashboard_port);
     let stop = shutdown.token().clone();
-    let session = Session::open(&address, &statements, dashboard, body, stop).await?;
+    let session = ShellSession::open(&address, &statements, dashboard, body, stop).await?;
     logging::say(&format!("interpreter mode of the robot at {address}"));
     Ok(session)
 }
 
 /// The session's thread.
-struct Link {
-    orders: mpsc::Sender<Asked>,
+struct SessionThread {
+    orders: mpsc::Sender<SessionRequest>,
     /// Ends with the exit status when the session is over before it is left.
     thread: Option<ThreadHandle<u8>>,
 }
 
-impl Link {
+impl SessionThread {
     fn start(
-        mut session: Session,
+        mut session: ShellSession,
         runtime: Runtime,
         shutdown: Shutdown,
         is_terminal: bool,
@@ -167,7 +167,7 @@ impl Link {
     }
 
     /// Has something done; the exit status if the session is over.
-    fn ask(&mut self, order: Order) -> Result<Answer, u8> {
+    fn ask(&mut self, order: SessionCommand) -> Result<SessionReply, u8> {
         let (sender, answer) = std::sync::mpsc::sync_channel(1);
         let is_taken = self.orders.blocking_send((order, sender)).is_ok();
         let answer = is_taken.then(|| answer.recv().ok()).flatten();
@@ -181,9 +181,9 @@ impl Link {
 
 /// The prompt.
 struct Shell {
-    link: Link,
-    typed: Typed,
-    names: Names,
+    link: SessionThread,
+    typed: StatementReader,
+    names: CompletionNames,
     /// Variables of this session.
     own: BTreeSet<String>,
     is_terminal: bool,
@@ -191,30 +191,33 @@ struct Shell {
 }
 
 impl Shell {
-    fn run(&mut self, lines: &mut Lines) -> u8 {
+    fn run(&mut self, lines: &mut LineSource) -> u8 {
         loop {
             let prompt = if self.typed.is_open() { "... " } else { "> " };
             let done = match lines.next(prompt) {
-                Line::Text(text) => self.line(&text),
-                Line::Interrupt if self.typed.is_open() => {
+                InputLine::Text(text) => self.line(&text),
+                InputLine::Interrupt if self.typed.is_open() => {
                     self.typed.forget();
                     Ok(None)
                 }
                 // What somebody who presses it wants most.
-                Line::Interrupt => self.link.ask(Order::Word(Word::Abort)).map(Some),
-                Line::TooLong => {
+                InputLine::Interrupt => self
+                    .link
+                    .ask(SessionCommand::Word(InterpreterRequest::Abort))
+                    .map(Some),
+                InputLine::TooLong => {
                     self.complain("a line of more than 64 KiB is no statement");
                     Ok(None)
                 }
-                Line::Broken(error) => {
+                InputLine::Broken(error) => {
                     self.complain(&format!("no more lines can be read: {error}"));
                     self.quit().map(Some)
                 }
-                Line::End => self.quit().map(Some),
+                InputLine::End => self.quit().map(Some),
             };
             match done {
                 Err(status) => return status,
-                Ok(Some(Answer::Left { has_failed })) => {
+                Ok(Some(SessionReply::Left { has_failed })) => {
                     let has_failed = has_failed || self.has_failed;
                     return u8::from(has_failed && !self.is_terminal) * FAILED;
                 }
@@ -223,7 +226,7 @@ impl Shell {
         }
     }
 
-    fn line(&mut self, text: &str) -> Result<Option<Answer>, u8> {
+    fn line(&mut self, text: &str) -> Result<Option<SessionReply>, u8> {
         if let Some(order) = text.trim().strip_prefix(':')
             && !self.typed.is_open()
         {
@@ -235,22 +238,25 @@ impl Shell {
         self.statement(statement).map(Some)
     }
 
-    fn statement(&mut self, typed: Result<String, typed::TypedError>) -> Result<Answer, u8> {
+    fn statement(
+        &mut self,
+        typed: Result<String, statement_reader::StatementError>,
+    ) -> Result<SessionReply, u8> {
         match typed {
             Ok(text) => {
                 // A word is answered at once and waits for nothing.
-                if let Some(word) = Word::parse(&text) {
-                    return self.link.ask(Order::Word(word));
+                if let Some(word) = InterpreterRequest::parse(&text) {
+                    return self.link.ask(SessionCommand::Word(word));
                 }
-                let answer = self.link.ask(Order::Statement(text.clone()))?;
-                if answer == Answer::Done {
+                let answer = self.link.ask(SessionCommand::Statement(text.clone()))?;
+                if answer == SessionReply::Done {
                     self.remember(&text);
                 }
                 Ok(answer)
             }
             Err(error) => {
                 self.complain(&error.to_string());
-                Ok(Answer::Discarded)
+                Ok(SessionReply::Discarded)
             }
         }
     }
@@ -269,7 +275,7 @@ impl Shell {
         }
     }
 
-    fn order(&mut self, order: &str) -> Result<Option<Answer>, u8> {
+    fn order(&mut self, order: &str) -> Result<Option<SessionReply>, u8> {
         let mut words = order.split_whitespace();
         let name = words.next().unwrap_or_default();
         let rest: Vec<String> = words.map(str::to_owned).collect();
@@ -279,13 +285,15 @@ impl Shell {
             return Ok(None);
         }
         let order = match name {
-            "abort" => Order::Word(Word::Abort),
-            "skip" => Order::Word(Word::Skip),
-            "state" => Order::State,
-            "vars" if rest.is_empty() => Order::Variables(self.own.iter().cloned().collect()),
-            "vars" => Order::Variables(rest),
+            "abort" => SessionCommand::Word(InterpreterRequest::Abort),
+            "skip" => SessionCommand::Word(InterpreterRequest::Skip),
+            "state" => SessionCommand::State,
+            "vars" if rest.is_empty() => {
+                SessionCommand::Variables(self.own.iter().cloned().collect())
+            }
+            "vars" => SessionCommand::Variables(rest),
             "log" => match rest.first().map_or(Ok(LOG_LINES), |count| count.parse()) {
-                Ok(count) if rest.len() < 2 => Order::Log(count),
+                Ok(count) if rest.len() < 2 => SessionCommand::Log(count),
                 _ => {
                     self.complain(":log takes how many lines, as :log 100");
                     return Ok(None);
@@ -316,10 +324,10 @@ impl Shell {
         }
     }
 
-    fn quit(&mut self) -> Result<Answer, u8> {
+    fn quit(&mut self) -> Result<SessionReply, u8> {
         if let Some(last) = self.typed.finish() {
             self.statement(last)?;
         }
-        self.link.ask(Order::Leave)
+        self.link.ask(SessionCommand::Leave)
     }
 }

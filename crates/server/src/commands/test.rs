@@ -10,11 +10,13 @@ use std::sync::Arc;
 use std::thread;
 use std::time::Instant;
 
-use controller::RobotConfig;
+use controller::ControllerConfig;
 use controller::options::Permission;
-use elite_runtime::Folders;
+use elite_runtime::SandboxRoots;
 use script_test::report::{github, human, json, junit, lcov};
-use script_test::{Files, Goldens, Options, Status, TestCase, TestResult, discover, run};
+use script_test::{
+    FileScope, GoldenMode, Status, TestCase, TestResult, TestRunOptions, discover, run,
+};
 
 use crate::cli::{TestArgs, TestFormat};
 use crate::config::robot_for_tests;
@@ -53,18 +55,18 @@ fn try_test(args: &TestArgs) -> Result<bool, String> {
     }
     let settings = Settings::read(&cases, args.seed)?;
     let cores = thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
-    let options = Options {
+    let options = TestRunOptions {
         jobs: args.jobs.unwrap_or(cores),
         seed: args.seed.unwrap_or(0),
         timeout: args.timeout,
         wall_timeout: args.wall_timeout,
         goldens: match args.update {
-            true => Goldens::Update,
-            false => Goldens::Compare,
+            true => GoldenMode::Update,
+            false => GoldenMode::Compare,
         },
         counts_lines: args.coverage.is_some(),
         record_failed: args.record_failed.clone(),
-        files: Files::default(),
+        files: FileScope::default(),
         stop: Arc::default(),
     };
     let width = cases.iter().map(|case| case.name.chars().count()).max();
@@ -114,7 +116,7 @@ pub(crate) fn select(cases: &mut Vec<TestCase>, text: &str) {
 }
 
 /// What the tests of each folder are run with.
-pub(crate) struct Settings(BTreeMap<PathBuf, RobotConfig>);
+pub(crate) struct Settings(BTreeMap<PathBuf, ControllerConfig>);
 
 impl Settings {
     fn read(cases: &[TestCase], seed: Option<u64>) -> Result<Self, String> {
@@ -128,7 +130,7 @@ impl Settings {
     pub(crate) fn beneath(
         cases: &[TestCase],
         seed: Option<u64>,
-        folders: &Folders,
+        folders: &SandboxRoots,
         root: &Path,
     ) -> Result<Self, String> {
         let mut all = Self::read_within(cases, seed, Some(folders))?;
@@ -160,7 +162,7 @@ impl Settings {
     fn read_within(
         cases: &[TestCase],
         seed: Option<u64>,
-        within: Option<&Folders>,
+        within: Option<&SandboxRoots>,
     ) -> Result<Self, String> {
         let mut known = BTreeMap::new();
         for case in cases {
@@ -174,7 +176,7 @@ impl Settings {
         Ok(Self(known))
     }
 
-    pub(crate) fn of(&self, case: &TestCase) -> Result<RobotConfig, String> {
+    pub(crate) fn of(&self, case: &TestCase) -> Result<ControllerConfig, String> {
         let folder = folder_of(case);
         let config = self.0.get(&folder).cloned();
         config.ok_or_else(|| format!("{} has no settings", folder.display()))

@@ -3,10 +3,10 @@
 #![allow(clippy::approx_constant, reason = "figures as documented")]
 
 use super::*;
-use controller::options::{ByteSize, RotateAt};
-use recorder::PartEnd;
+use controller::options::{ByteSize, RotationLimit};
+use recorder::RotationTrigger;
 
-use crate::cli::{Cli, Command};
+use crate::cli::{Cli, CliCommand};
 use clap::{CommandFactory, Parser};
 
 fn typed(line: &str) -> ServeArgs {
@@ -14,7 +14,7 @@ fn typed(line: &str) -> ServeArgs {
         .unwrap()
         .into_command()
     {
-        Command::Serve(args) => *args,
+        CliCommand::Serve(args) => *args,
         other => panic!("{other:?}"),
     }
 }
@@ -144,7 +144,7 @@ fn every_key_is_read() {
     assert_eq!(config.robot.plant, PlantChoice::Ideal);
     assert_eq!(config.robot.record, RecordTarget::File("out.mcap".into()));
     let rotate = config.robot.record_rotate;
-    assert_eq!(rotate, Some(RotateAt(PartEnd::Secs(5400.0))));
+    assert_eq!(rotate, Some(RotationLimit(RotationTrigger::Secs(5400.0))));
     let budget = config.robot.record_budget;
     assert_eq!(budget, Some(ByteSize(20_000_000_000)));
     assert_eq!(config.robot.tcp.to_array(), [0.0, 0.0, 0.1, 0.0, 0.0, -1.5]);

@@ -25,17 +25,17 @@ const GOES_ON: &str = "    ";
 /// The queue. Clones share it.
 #[derive(Clone)]
 pub struct LogQueue {
-    shared: Arc<Shared>,
+    shared: Arc<QueueShared>,
 }
 
 #[derive(Default)]
-struct Shared {
-    state: Mutex<State>,
+struct QueueShared {
+    state: Mutex<QueueState>,
     changed: Condvar,
 }
 
 #[derive(Default)]
-struct State {
+struct QueueState {
     waiting: VecDeque<Vec<u8>>,
     bytes: usize,
     is_writing: bool,
@@ -116,7 +116,7 @@ impl LogQueue {
         }
     }
 
-    fn state(&self) -> MutexGuard<'_, State> {
+    fn state(&self) -> MutexGuard<'_, QueueState> {
         // Whole at every moment, so a poisoned lock is as good as any.
         self.shared
             .state
@@ -126,7 +126,7 @@ impl LogQueue {
 }
 
 /// What the log's formatter writes: one event a call.
-pub struct Events {
+pub struct EventWriter {
     /// Where they go.
     pub queue: LogQueue,
     /// The formatter colours lines: its escape sequences stay. It has escaped those of others itself.
@@ -135,7 +135,7 @@ pub struct Events {
     pub format: LogFormat,
 }
 
-impl Write for Events {
+impl Write for EventWriter {
     fn write(&mut self, event: &[u8]) -> io::Result<usize> {
         let text = String::from_utf8_lossy(event);
         let text = text.trim_end_matches('\n');

@@ -11,11 +11,11 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio_util::sync::CancellationToken;
 
 use super::*;
-use crate::announce::{Announcer, Console};
-use crate::feed::Feed;
+use crate::event_broadcast::{EventBroadcaster, PrintTarget};
 use crate::log_dir::InterpreterLog;
 use crate::ports::listen::{PortMeter, serve_port};
-use crate::ports::peer::Speaks;
+use crate::ports::peer::PortProtocol;
+use crate::sample_feed::SampleFeed;
 
 #[derive(Clone, Default)]
 struct Lines(Arc<Mutex<Vec<u8>>>);
@@ -29,11 +29,13 @@ impl Write for Lines {
     }
 }
 
-fn announcer() -> Announcer {
-    Announcer::new(
-        Console::Log,
+fn announcer() -> EventBroadcaster {
+    EventBroadcaster::new(
+        PrintTarget::Log,
         InterpreterLog::default(),
-        Arc::new(Feed::new(Arc::new(RobotModel::built_in("cs66").unwrap()))),
+        Arc::new(SampleFeed::new(Arc::new(
+            RobotModel::built_in("cs66").unwrap(),
+        ))),
     )
 }
 
@@ -71,7 +73,7 @@ async fn say_something() {
     let end = shutdown.clone();
     let port = serve_port(
         listener,
-        Speaks::Its,
+        PortProtocol::Its,
         PortMeter::new("primary"),
         shutdown,
         move |_stream, _, _| {

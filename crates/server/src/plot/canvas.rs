@@ -32,7 +32,7 @@ fn unpacked(packed: &[u8]) -> Vec<u8> {
 
 /// How a line is drawn.
 #[derive(Clone, Copy)]
-pub(super) struct Line {
+pub(super) struct StrokeStyle {
     pub color: Color,
     pub width: f32,
     /// Lengths of dash and gap; `None` is solid.
@@ -41,7 +41,7 @@ pub(super) struct Line {
 
 /// How text is set.
 #[derive(Clone, Copy)]
-pub(super) struct Text {
+pub(super) struct TextStyle {
     pub size: f32,
     pub color: Color,
     pub bold: bool,
@@ -85,7 +85,7 @@ impl Canvas {
     }
 
     /// A line through all points.
-    pub(super) fn line(&mut self, points: impl IntoIterator<Item = (f32, f32)>, line: Line) {
+    pub(super) fn line(&mut self, points: impl IntoIterator<Item = (f32, f32)>, line: StrokeStyle) {
         let mut builder = PathBuilder::new();
         for (x, y) in points {
             if builder.is_empty() {
@@ -126,7 +126,7 @@ impl Canvas {
     }
 
     /// One line of text.
-    pub(super) fn text(&mut self, text: &str, (x, y): (f32, f32), style: Text) {
+    pub(super) fn text(&mut self, text: &str, (x, y): (f32, f32), style: TextStyle) {
         let face = if style.bold {
             &self.bold
         } else {
@@ -150,7 +150,7 @@ impl Canvas {
     }
 
     /// Width of a text, pixels.
-    pub(super) fn width(&self, text: &str, style: Text) -> f32 {
+    pub(super) fn width(&self, text: &str, style: TextStyle) -> f32 {
         let face = if style.bold {
             &self.bold
         } else {

@@ -6,8 +6,10 @@
 use tiny_skia::Color;
 
 use super::axis::{Ticks, range};
-use super::canvas::{Align, Canvas, Line, Text};
-use super::{Axes, Circle, Curve, CurveStyle, Figure, Marks, POINTS_MAX, Panel, PlotError, Slots};
+use super::canvas::{Align, Canvas, StrokeStyle, TextStyle};
+use super::{
+    Axes, Circle, Curve, CurveStyle, Figure, Marks, MinMaxBins, POINTS_MAX, PlotError, PlotPanel,
+};
 
 /// Space left of and below axes, and between panels, pixels.
 const LEFT: f32 = 92.0;
@@ -154,7 +156,7 @@ impl Layout {
         &self,
         figure: &'a Figure,
         planes: bool,
-    ) -> impl Iterator<Item = (&'a Panel, Area)> + use<'a> {
+    ) -> impl Iterator<Item = (&'a PlotPanel, Area)> + use<'a> {
         let (count, side_by_side) = if planes {
             (self.planes, self.timed == 0)
         } else {
@@ -191,7 +193,7 @@ impl Layout {
 }
 
 /// About as wide as the longest name in a legend is.
-fn legend_width(panel: &Panel) -> f32 {
+fn legend_width(panel: &PlotPanel) -> f32 {
     let names = panel.curves.iter().map(|curve| curve.name.chars().count());
     let longest = names.max().unwrap_or(0) as f32;
     (66.0 + 8.2 * longest).min(LEGEND.1)
@@ -214,7 +216,7 @@ fn time_range(figure: &Figure) -> (f64, f64) {
     }
 }
 
-fn time_axis(canvas: &mut Canvas, time: (f64, f64), panels: &[(&Panel, Area)], height: f32) {
+fn time_axis(canvas: &mut Canvas, time: (f64, f64), panels: &[(&PlotPanel, Area)], height: f32) {
     let Some((_, last)) = panels.last() else {
         return;
     };
@@ -247,7 +249,7 @@ fn draw_marks(
     marks: &Marks,
     row_y: f32,
     time: (f64, f64),
-    panels: &[(&Panel, Area)],
+    panels: &[(&PlotPanel, Area)],
 ) {
     let Some((_, first)) = panels.first() else {
         return;
@@ -261,7 +263,7 @@ fn draw_marks(
     let style = match (marks.dark, many) {
         (true, false) => line(DARK_MARK, 1.0),
         (true, true) => line(MARK, 1.0),
-        (false, _) => Line {
+        (false, _) => StrokeStyle {
             dash: Some([4.0, 4.0]),
             ..line(if many { FAINT_MARK } else { MARK }, 1.0)
         },
@@ -289,7 +291,7 @@ fn draw_marks(
     }
 }
 
-fn panel_over_time(canvas: &mut Canvas, panel: &Panel, area: Area, time: (f64, f64)) {
+fn panel_over_time(canvas: &mut Canvas, panel: &PlotPanel, area: Area, time: (f64, f64)) {
     let shown = panel.curves.iter().flat_map(|curve| within(curve, time));
     let values = shown.map(|(_, y)| y);
     let levels = panel.levels.iter().map(|(_, y)| *y);
@@ -334,7 +336,7 @@ fn value_axis(canvas: &mut Canvas, scale: &Scale) {
     canvas.line(axes, line(AXIS, 1.0));
 }
 
-fn plane(canvas: &mut Canvas, panel: &Panel, area: Area) {
+fn plane(canvas: &mut Canvas, panel: &PlotPanel, area: Area) {
     let Axes::Plane { x, y } = &panel.axes else {
         return;
     };
@@ -360,7 +362,7 @@ fn plane(canvas: &mut Canvas, panel: &Panel, area: Area) {
 }
 
 /// Everything inside, and a pixel as many units across as down.
-fn plane_scale(panel: &Panel, area: Area) -> Scale {
+fn plane_scale(panel: &PlotPanel, area: Area) -> Scale {
     let round = |center: fn(&Circle) -> f64| {
         panel
             .circles
@@ -407,7 +409,7 @@ fn draw_circle(canvas: &mut Canvas, circle: &Circle, scale: &Scale) {
         let (sin, cos) = angle.sin_cos();
         scale.place((x + circle.radius * cos, y + circle.radius * sin))
     });
-    let dashed = Line {
+    let dashed = StrokeStyle {
         dash: Some([5.0, 4.0]),
         ..line(MARK, 1.3)
     };
@@ -418,11 +420,11 @@ fn draw_circle(canvas: &mut Canvas, circle: &Circle, scale: &Scale) {
     canvas.text(&circle.name, (x + 5.0, y - 7.0), style);
 }
 
-fn levels_and_curves(canvas: &mut Canvas, panel: &Panel, scale: &Scale, shown: (f64, f64)) {
+fn levels_and_curves(canvas: &mut Canvas, panel: &PlotPanel, scale: &Scale, shown: (f64, f64)) {
     let Area { left, right, .. } = scale.area;
     for (name, value) in panel.levels.iter().filter(|(_, y)| y.is_finite()) {
         let y = sharp(scale.y(*value));
-        let dashed = Line {
+        let dashed = StrokeStyle {
             dash: Some([7.0, 5.0]),
             ..line(FAINT_INK, 1.2)
         };
@@ -447,8 +449,8 @@ fn legend(canvas: &mut Canvas, curve: &Curve, rgb: Rgb, (x, y): (f32, f32)) {
     canvas.text(&curve.name, (x + 34.0, y), style);
 }
 
-fn curve_line(style: CurveStyle, rgb: Rgb, width: f32) -> Line {
-    Line {
+fn curve_line(style: CurveStyle, rgb: Rgb, width: f32) -> StrokeStyle {
+    StrokeStyle {
         dash: (style == CurveStyle::Dashed).then_some([6.0, 4.0]),
         ..line(rgb, width)
     }
@@ -463,7 +465,7 @@ fn draw_curve(canvas: &mut Canvas, curve: &Curve, rgb: Rgb, scale: &Scale, shown
     }
     let style = curve_line(curve.style, rgb, 1.7);
     if curve.points.len() > POINTS_MAX && shown.0.is_finite() {
-        let mut slots = Slots::new(shown);
+        let mut slots = MinMaxBins::new(shown);
         for (x, y) in within(curve, shown) {
             slots.add(x, y);
         }
@@ -490,16 +492,16 @@ fn color([r, g, b]: Rgb) -> Color {
     Color::from_rgba8(r, g, b, 255)
 }
 
-fn line(rgb: Rgb, width: f32) -> Line {
-    Line {
+fn line(rgb: Rgb, width: f32) -> StrokeStyle {
+    StrokeStyle {
         color: color(rgb),
         width,
         dash: None,
     }
 }
 
-fn text(size: f32, rgb: Rgb, align: Align) -> Text {
-    Text {
+fn text(size: f32, rgb: Rgb, align: Align) -> TextStyle {
+    TextStyle {
         size,
         color: color(rgb),
         bold: false,
@@ -507,8 +509,8 @@ fn text(size: f32, rgb: Rgb, align: Align) -> Text {
     }
 }
 
-fn bold(size: f32) -> Text {
-    Text {
+fn bold(size: f32) -> TextStyle {
+    TextStyle {
         bold: true,
         ..text(size, INK, Align::Left)
     }

@@ -68,7 +68,7 @@ pub struct Figure {
     note: String,
     size: Option<(u32, u32)>,
     time: Option<(f64, f64)>,
-    panels: Vec<Panel>,
+    panels: Vec<PlotPanel>,
     marks: Vec<Marks>,
 }
 
@@ -108,7 +108,7 @@ impl Figure {
 
     /// Adds a panel below the ones of its kind, a plane beside them.
     #[must_use]
-    pub fn panel(mut self, panel: Panel) -> Self {
+    pub fn panel(mut self, panel: PlotPanel) -> Self {
         self.panels.push(panel);
         self
     }
@@ -142,7 +142,7 @@ impl Figure {
 
 /// Curves on one pair of axes.
 #[derive(Clone, Debug)]
-pub struct Panel {
+pub struct PlotPanel {
     title: String,
     axes: Axes,
     half_span_min: f64,
@@ -159,7 +159,7 @@ enum Axes {
     Plane { x: String, y: String },
 }
 
-impl Panel {
+impl PlotPanel {
     /// A panel over the time axis; abscissas of its curves are s. `unit` is that of the values, as people read it.
     pub fn over_time(title: impl Into<String>, unit: impl Into<String>) -> Self {
         Self::new(title, Axes::Time { unit: unit.into() })
@@ -335,13 +335,13 @@ impl Marks {
 
 /// Smallest and largest value of every slot of time: no peak is lost, however many points there are.
 #[derive(Clone, Debug)]
-pub(crate) struct Slots {
+pub(crate) struct MinMaxBins {
     range: (f64, f64),
     /// Low and high end; nothing yet where the low end is above the high end.
     slots: Vec<(f64, f64)>,
 }
 
-impl Slots {
+impl MinMaxBins {
     pub(crate) fn new(range: (f64, f64)) -> Self {
         Self {
             range,
@@ -392,7 +392,7 @@ mod tests {
 
     #[test]
     fn a_thinned_curve_passes_every_extreme_and_jumps_as_little_as_possible() {
-        let mut slots = Slots::new((0.0, 1500.0));
+        let mut slots = MinMaxBins::new((0.0, 1500.0));
         for (time, value) in [(0.5, 1.0), (1.2, -2.0), (1.5, 3.0), (2.1, -3.0), (2.5, 2.0)] {
             slots.add(time, value);
             slots.add(time, f64::NAN);
@@ -414,7 +414,7 @@ mod tests {
         Figure::new("Everything a figure can show")
             .note("2.00 s")
             .panel(
-                Panel::over_time("Joint speeds", "rad/s")
+                PlotPanel::over_time("Joint speeds", "rad/s")
                     .curve(Curve::new("actual", wave(0.1)))
                     .curve(
                         Curve::new("target", wave(0.0))
@@ -424,12 +424,12 @@ mod tests {
                     .curve(Curve::new("sampled", wave(1.0).step_by(100)).style(CurveStyle::Dots))
                     .level("limit", 1.2),
             )
-            .panel(Panel::over_time("A gap", "N").curve(Curve::new(
+            .panel(PlotPanel::over_time("A gap", "N").curve(Curve::new(
                 "Fx",
                 wave(0.0).map(|(x, y)| (x, if y > 0.5 { f64::NAN } else { y })),
             )))
             .panel(
-                Panel::plane("TCP from above", "x in mm", "y in mm")
+                PlotPanel::plane("TCP from above", "x in mm", "y in mm")
                     .curve(Curve::new("path", round))
                     .circle(Circle {
                         center: (350.0, 100.0),
@@ -452,7 +452,7 @@ mod tests {
         }
         let (width, height) = size(&mixed());
         assert_eq!(width, 1600);
-        let more = mixed().panel(Panel::over_time("Below", "V"));
+        let more = mixed().panel(PlotPanel::over_time("Below", "V"));
         let (_, taller) = size(&more);
         assert!(height < taller, "{height} {taller}");
         assert_eq!(size(&mixed().size(800, 700)), (800, 700));
@@ -468,15 +468,19 @@ mod tests {
             let curve = || Curve::new("x", points.clone());
             let figure = Figure::new("")
                 .panel(
-                    Panel::over_time("t", "")
+                    PlotPanel::over_time("t", "")
                         .curve(curve())
                         .level("nowhere", f64::NAN),
                 )
-                .panel(Panel::plane("p", "x", "y").curve(curve()).circle(Circle {
-                    center: (f64::NAN, 0.0),
-                    radius: 1.0,
-                    name: String::new(),
-                }))
+                .panel(
+                    PlotPanel::plane("p", "x", "y")
+                        .curve(curve())
+                        .circle(Circle {
+                            center: (f64::NAN, 0.0),
+                            radius: 1.0,
+                            name: String::new(),
+                        }),
+                )
                 .marks(Marks::dark("m").at(f64::NAN, "n"));
             figure.to_png().unwrap();
         }

@@ -14,11 +14,11 @@ pub enum Line {
 pub struct LineFramer {
     line: Vec<u8>,
     limit: usize,
-    state: State,
+    state: LineFramerState,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum State {
+enum LineFramerState {
     Between,
     Skipping,
 }
@@ -29,7 +29,7 @@ impl LineFramer {
         Self {
             line: Vec::new(),
             limit,
-            state: State::Between,
+            state: LineFramerState::Between,
         }
     }
 
@@ -41,9 +41,9 @@ impl LineFramer {
                 None => (piece, false),
             };
             match self.state {
-                State::Skipping if ended => self.state = State::Between,
-                State::Skipping => {}
-                State::Between => self.take(content, ended, lines),
+                LineFramerState::Skipping if ended => self.state = LineFramerState::Between,
+                LineFramerState::Skipping => {}
+                LineFramerState::Between => self.take(content, ended, lines),
             }
         }
     }
@@ -53,9 +53,9 @@ impl LineFramer {
         if self.line.len() > self.limit {
             self.line = Vec::new();
             self.state = if ended {
-                State::Between
+                LineFramerState::Between
             } else {
-                State::Skipping
+                LineFramerState::Skipping
             };
             lines.push(Line::TooLong);
         } else if ended {

@@ -21,7 +21,7 @@ use tokio::task::JoinSet;
 use tokio_util::sync::CancellationToken;
 use tracing::Instrument as _;
 
-use super::peer::{DEAFNESS_MAX, Peer, Speaks};
+use super::peer::{DEAFNESS_MAX, Peer, PortProtocol};
 use crate::options::PortSetting;
 
 /// Clients of one port; one more is closed at once.
@@ -164,7 +164,7 @@ async fn open(option: &'static str, ip: IpAddr, port: u16) -> Result<TcpListener
 /// when every session has ended; the listener is closed first.
 pub async fn serve_port<S>(
     listener: TcpListener,
-    speaks: Speaks,
+    speaks: PortProtocol,
     meter: PortMeter,
     shutdown: CancellationToken,
     session: impl Fn(Peer, ClientId, CancellationToken) -> S,
@@ -260,7 +260,7 @@ pub async fn serve_sessions<T, S, E>(
             }
         }
     };
-    serve_port(listener, Speaks::Its, meter, shutdown, until_the_end).await;
+    serve_port(listener, PortProtocol::Its, meter, shutdown, until_the_end).await;
 }
 
 /// Starts the service of a port. After a fault that no session has contained it is begun again on the same port.
@@ -357,7 +357,7 @@ mod tests {
         let (meter, shutdown) = (PortMeter::new("x"), CancellationToken::new());
         let port = tokio::spawn(serve_port(
             listener,
-            Speaks::Its,
+            PortProtocol::Its,
             meter.clone(),
             shutdown.clone(),
             greet,
@@ -397,7 +397,7 @@ mod tests {
         };
         let port = tokio::spawn(serve_port(
             listener,
-            Speaks::Its,
+            PortProtocol::Its,
             PortMeter::new("x"),
             shutdown.clone(),
             session,
@@ -421,7 +421,7 @@ mod tests {
         };
         let port = tokio::spawn(serve_port(
             listener,
-            Speaks::Its,
+            PortProtocol::Its,
             PortMeter::new("x"),
             shutdown.clone(),
             session,

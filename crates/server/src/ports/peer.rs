@@ -1,7 +1,7 @@
 //! The stream of one client, whatever the port: browsers are turned away, and who is silent or deaf gives its place up.
 //!
 //! Owns what is the same on every port. A session reads and writes a [`Peer`] like any other stream; beside it the port
-//! waits for [`Watch::gives_up`] and ends the session then, whatever that is waiting for.
+//! waits for [`PeerWatchdog::gives_up`] and ends the session then, whatever that is waiting for.
 
 use core::fmt;
 use std::io;
@@ -16,7 +16,7 @@ use tokio::net::TcpStream;
 use tokio::sync::Notify;
 use tokio::time::{Instant, sleep_until};
 
-use super::opening::{Intruder, Opening, Verdict};
+use super::protocol_sniffer::{ForeignProtocol, ProtocolSniffer, SniffResult};
 
 /// A client that neither sends nor takes anything for so long gives its place up. (One that only listens takes what it
 /// is sent; a program that asks nothing of a port that only answers has no use for it.)
@@ -30,7 +30,7 @@ const OPENING_BYTES: usize = 4096;
 
 /// What a port speaks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Speaks {
+pub enum PortProtocol {
     /// HTTP, and what begins as HTTP: who comes from where is looked at with each request.
     Http,
     /// A protocol of its own: browsers are turned away.
@@ -39,16 +39,16 @@ pub enum Speaks {
 
 /// Why a client gives its place up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum GivesUp {
+pub enum DisconnectReason {
     /// It belongs on another port.
-    Intruder(Intruder),
+    Intruder(ForeignProtocol),
     /// Nothing was sent or taken for [`SILENCE_MAX`].
     Silent,
     /// Nothing was taken for [`DEAFNESS_MAX`].
     Deaf,
 }
 
-impl fmt::Display for GivesUp {
+impl fmt::Display for DisconnectReason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Intruder(intruder) => write!(f, "{intruder}"),
@@ -67,38 +67,38 @@ impl fmt::Display for GivesUp {
 pub struct Peer<S = TcpStream> {
     stream: S,
     /// Until it is clear who connects.
-    opening: Option<Opening>,
+    opening: Option<ProtocolSniffer>,
     /// Received while it was not clear, to be read before anything else.
     received: Vec<u8>,
     local_ip: IpAddr,
     /// Where the client is.
     address: Option<SocketAddr>,
-    marks: Arc<Marks>,
+    marks: Arc<PeerActivity>,
 }
 
 /// Sees when the client of a [`Peer`] gives its place up.
 #[derive(Debug)]
-pub struct Watch(Arc<Marks>);
+pub struct PeerWatchdog(Arc<PeerActivity>);
 
 /// What stream and watch share.
 #[derive(Debug)]
-struct Marks {
-    times: Mutex<Times>,
+struct PeerActivity {
+    times: Mutex<ActivityTimes>,
     turned_away: Notify,
 }
 
 #[derive(Debug)]
-struct Times {
+struct ActivityTimes {
     /// When something was last sent or taken.
     moved: Instant,
     /// Since when the client takes nothing of what it is sent.
     deaf_since: Option<Instant>,
-    intruder: Option<Intruder>,
+    intruder: Option<ForeignProtocol>,
 }
 
-impl Marks {
+impl PeerActivity {
     /// Whole at every moment, so a poisoned lock is as good as any.
-    fn lock(&self) -> MutexGuard<'_, Times> {
+    fn lock(&self) -> MutexGuard<'_, ActivityTimes> {
         self.times.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -109,7 +109,7 @@ impl Marks {
 
 impl Peer<TcpStream> {
     /// The stream of a client that was accepted just now, and the watch over it.
-    pub fn accepted(stream: TcpStream, speaks: Speaks) -> (Self, Watch) {
+    pub fn accepted(stream: TcpStream, speaks: PortProtocol) -> (Self, PeerWatchdog) {
         let local = stream.local_addr().map(|address| address.ip());
         // A connection that is gone already has no address; nothing will come of it.
         let local = local.unwrap_or(IpAddr::V4(Ipv4Addr::UNSPECIFIED));
@@ -121,9 +121,9 @@ impl Peer<TcpStream> {
 
 impl<S> Peer<S> {
     /// A client over any stream, which it reached at the address `local_ip` of this machine.
-    pub fn new(stream: S, speaks: Speaks, local_ip: IpAddr) -> (Self, Watch) {
-        let marks = Arc::new(Marks {
-            times: Mutex::new(Times {
+    pub fn new(stream: S, speaks: PortProtocol, local_ip: IpAddr) -> (Self, PeerWatchdog) {
+        let marks = Arc::new(PeerActivity {
+            times: Mutex::new(ActivityTimes {
                 moved: Instant::now(),
                 deaf_since: None,
                 intruder: None,
@@ -132,13 +132,13 @@ impl<S> Peer<S> {
         });
         let peer = Self {
             stream,
-            opening: (speaks == Speaks::Its).then(Opening::default),
+            opening: (speaks == PortProtocol::Its).then(ProtocolSniffer::default),
             received: Vec::new(),
             local_ip,
             address: None,
             marks: Arc::clone(&marks),
         };
-        (peer, Watch(marks))
+        (peer, PeerWatchdog(marks))
     }
 
     /// The address of this machine that the client has connected to.
@@ -151,7 +151,7 @@ impl<S> Peer<S> {
         self.address
     }
 
-    fn turn_away(&mut self, intruder: Intruder) -> io::Error {
+    fn turn_away(&mut self, intruder: ForeignProtocol) -> io::Error {
         self.marks.lock().intruder = Some(intruder);
         self.marks.turned_away.notify_one();
         io::Error::new(io::ErrorKind::ConnectionAborted, intruder.to_string())
@@ -184,10 +184,12 @@ impl<S: AsyncRead + Unpin> Peer<S> {
             }
             self.marks.moved();
             match opening.take(came, &mut self.received) {
-                Verdict::Undecided if self.received.is_empty() => {}
-                Verdict::Undecided => break,
-                Verdict::Ours => self.opening = None,
-                Verdict::Intruder(intruder) => return Poll::Ready(Err(self.turn_away(intruder))),
+                SniffResult::Undecided if self.received.is_empty() => {}
+                SniffResult::Undecided => break,
+                SniffResult::Ours => self.opening = None,
+                SniffResult::Intruder(intruder) => {
+                    return Poll::Ready(Err(self.turn_away(intruder)));
+                }
             }
         }
         Poll::Ready(Ok(()))
@@ -249,9 +251,9 @@ impl<S: AsyncWrite + Unpin> AsyncWrite for Peer<S> {
     }
 }
 
-impl Watch {
+impl PeerWatchdog {
     /// Returns when the client has to give its place up.
-    pub async fn gives_up(&self) -> GivesUp {
+    pub async fn gives_up(&self) -> DisconnectReason {
         loop {
             let due = match self.look() {
                 Ok(due) => due,
@@ -265,19 +267,19 @@ impl Watch {
     }
 
     /// Why the client gives its place up now, or when to look again.
-    fn look(&self) -> Result<Instant, GivesUp> {
+    fn look(&self) -> Result<Instant, DisconnectReason> {
         let times = self.0.lock();
         if let Some(intruder) = times.intruder {
-            return Err(GivesUp::Intruder(intruder));
+            return Err(DisconnectReason::Intruder(intruder));
         }
         let now = Instant::now();
         let silent_at = times.moved + SILENCE_MAX;
         // Deafness that begins after this look is seen in the next one, before it is due.
         let deaf_at = times.deaf_since.map(|since| since + DEAFNESS_MAX);
         if deaf_at.is_some_and(|at| at <= now) {
-            Err(GivesUp::Deaf)
+            Err(DisconnectReason::Deaf)
         } else if silent_at <= now {
-            Err(GivesUp::Silent)
+            Err(DisconnectReason::Silent)
         } else {
             Ok(silent_at.min(deaf_at.unwrap_or(now + DEAFNESS_MAX)))
         }

@@ -32,13 +32,13 @@ const BEATS_PER_SECOND: f64 = 10.0;
 
 /// The first cycle of each tenth of a second of simulated time. Who follows sees the latest one and may miss others.
 #[derive(Debug)]
-pub struct Beats {
+pub struct SampleDecimator {
     latest: watch::Sender<Option<Arc<Sample>>>,
     /// Number of the last beat.
     last: AtomicU64,
 }
 
-impl Default for Beats {
+impl Default for SampleDecimator {
     fn default() -> Self {
         Self {
             latest: watch::Sender::new(None),
@@ -47,7 +47,7 @@ impl Default for Beats {
     }
 }
 
-impl Beats {
+impl SampleDecimator {
     /// The latest beat and those that come.
     pub fn subscribe(&self) -> watch::Receiver<Option<Arc<Sample>>> {
         self.latest.subscribe()
@@ -73,7 +73,7 @@ mod tests {
     #[test]
     fn ten_cycles_a_second_are_beats_whatever_the_step_time() {
         for step in [0.001, 0.002, 0.004, 0.005, 0.008] {
-            let beats = Beats::default();
+            let beats = SampleDecimator::default();
             let times = (1..).map(|cycle| f64::from(cycle) * step);
             let found: Vec<f64> = times
                 .take_while(|time| *time < 20.0 - step / 2.0)

@@ -9,21 +9,21 @@ use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite};
 use tokio::net::TcpListener;
 use tokio_util::sync::CancellationToken;
 
-use super::primary::{Backend, Hub, session};
+use super::primary::{PrimaryBackend, StateHub, session};
 use crate::ports::listen::{PortMeter, serve_sessions};
 
 /// What is read, and dropped, at once.
 const READ_BYTES: usize = 4096;
 
 /// Serves the port until `shutdown`; returns when every client is closed.
-pub async fn serve<B: Backend>(
+pub async fn serve<B: PrimaryBackend>(
     listener: TcpListener,
     backend: Arc<B>,
-    hub: Hub,
+    hub: StateHub,
     meter: PortMeter,
     shutdown: CancellationToken,
 ) {
-    let session = |stream, _, (backend, hub): (Arc<B>, Hub)| async move {
+    let session = |stream, _, (backend, hub): (Arc<B>, StateHub)| async move {
         listen(stream, &*backend, &hub).await
     };
     serve_sessions(listener, meter, shutdown, (backend, hub), session).await;
@@ -32,8 +32,8 @@ pub async fn serve<B: Backend>(
 /// Sends states and messages until the connection breaks.
 async fn listen(
     stream: impl AsyncRead + AsyncWrite,
-    backend: &impl Backend,
-    hub: &Hub,
+    backend: &impl PrimaryBackend,
+    hub: &StateHub,
 ) -> io::Result<()> {
     let (mut reader, mut writer) = tokio::io::split(stream);
     let dropping = async {

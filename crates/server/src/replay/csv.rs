@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use recorder::{Recording, Table};
+use recorder::{Recording, TopicTable};
 
 use super::ReplayError;
 
@@ -11,7 +11,7 @@ pub(super) fn print(
     topic: &str,
     out: &mut impl Write,
 ) -> Result<(), ReplayError> {
-    let table = Table::new(recording, topic)?;
+    let table = TopicTable::new(recording, topic)?;
     line(table.columns().iter().map(String::as_str), out)?;
     for row in table.rows()? {
         let row = row?;

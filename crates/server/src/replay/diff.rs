@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use recorder::{Cycle, Difference, Entry, Recording, Topic, difference_but};
+use recorder::{CycleMessage, Difference, Recording, RecordingEntry, Topic, difference_but};
 
 use super::ReplayError;
 
 /// What two recordings have in common and what not.
 #[derive(Debug, Default)]
-pub(super) struct Report {
+pub(super) struct DiffReport {
     /// Cycles with the same number that were compared.
     compared: u64,
     /// How many of them differ.
@@ -28,20 +28,20 @@ pub(super) struct Report {
     missing: Vec<&'static str>,
 }
 
-impl Report {
+impl DiffReport {
     /// True when every cycle is in both and the same.
     pub(super) fn is_identical(&self) -> bool {
         self.different == 0 && self.only == [0, 0]
     }
 
-    fn take(&mut self, a: &Cycle, b: &Cycle) {
+    fn take(&mut self, a: &CycleMessage, b: &CycleMessage) {
         self.compared += 1;
         let Some(found) = difference_but(a, b, &self.missing) else {
             return;
         };
         self.different += 1;
         for field in &found.fields {
-            match field.by {
+            match field.magnitude {
                 Some(by) => {
                     let largest = self.largest.entry(field.name).or_insert((by, found.cycle));
                     if by > largest.0 {
@@ -59,11 +59,11 @@ impl Report {
 }
 
 /// Compares two recordings cycle by cycle, by the numbers of the cycles.
-pub(super) fn compare(a: &Recording, b: &Recording) -> Result<Report, ReplayError> {
-    let mut report = Report {
+pub(super) fn compare(a: &Recording, b: &Recording) -> Result<DiffReport, ReplayError> {
+    let mut report = DiffReport {
         names: [a.name().to_owned(), b.name().to_owned()],
         missing: [a.missing_fields(), b.missing_fields()].concat(),
-        ..Report::default()
+        ..DiffReport::default()
     };
     let (mut left, mut right) = (cycles(a)?, cycles(b)?);
     let mut pair = (left.next().transpose()?, right.next().transpose()?);
@@ -92,16 +92,16 @@ pub(super) fn compare(a: &Recording, b: &Recording) -> Result<Report, ReplayErro
 
 fn cycles(
     recording: &Recording,
-) -> Result<impl Iterator<Item = Result<Box<Cycle>, ReplayError>>, ReplayError> {
+) -> Result<impl Iterator<Item = Result<Box<CycleMessage>, ReplayError>>, ReplayError> {
     let entries = recording.entries(&[Topic::Cycle])?;
     Ok(entries.filter_map(|entry| match entry {
-        Ok((_, Entry::Cycle(cycle))) => Some(Ok(cycle)),
+        Ok((_, RecordingEntry::Cycle(cycle))) => Some(Ok(cycle)),
         Ok(_) => None,
         Err(error) => Some(Err(error.into())),
     }))
 }
 
-impl fmt::Display for Report {
+impl fmt::Display for DiffReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (name, only) in self.names.iter().zip(self.only) {
             if only > 0 {

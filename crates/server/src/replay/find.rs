@@ -2,11 +2,11 @@
 
 use std::io::Write;
 
-use controller::search::{Stretch, search};
+use controller::search::{MatchInterval, search};
 use recorder::Recording;
 
 use super::ReplayError;
-use crate::ports::shown::Shown;
+use crate::ports::escape::EscapedLine;
 
 /// Prints every stretch of time in which the condition holds.
 pub(super) fn print(
@@ -28,17 +28,17 @@ pub(super) fn print(
     Ok(())
 }
 
-fn tell(stretch: &Stretch, out: &mut impl Write) -> Result<(), ReplayError> {
+fn tell(stretch: &MatchInterval, out: &mut impl Write) -> Result<(), ReplayError> {
     write!(out, "{:.3} s", stretch.first.time)?;
     if stretch.cycles > 1 {
         write!(out, " to {:.3} s ({} cycles)", stretch.last, stretch.cycles)?;
     }
     let doing = &stretch.doing;
     if !doing.program.is_empty() {
-        write!(out, ": {} line {}", Shown(&doing.program), doing.line)?;
+        write!(out, ": {} line {}", EscapedLine(&doing.program), doing.line)?;
     }
     if !doing.command.is_empty() {
-        write!(out, ", {}", Shown(&doing.command))?;
+        write!(out, ", {}", EscapedLine(&doing.command))?;
     }
     writeln!(out)?;
     writeln!(out, "  TCP {} m, rad", row(&stretch.first.actual_tcp_pose))?;

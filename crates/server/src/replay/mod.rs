@@ -5,7 +5,7 @@
 
 mod csv;
 mod diff;
-mod failure;
+mod error_line;
 mod find;
 mod plot;
 mod programs;
@@ -18,12 +18,12 @@ mod summary;
 use std::io::{self, IsTerminal, Write};
 
 use controller::recorded_run::model_of;
-use recorder::{Ending, ReadError, Recording, Summary};
+use recorder::{FileEnd, ReadError, Recording, Summary};
 use thiserror::Error;
 
 use crate::cli::ReplayArgs;
 use crate::logging;
-use crate::ports::shown::Screen;
+use crate::ports::escape::EscapingWriter;
 
 pub use controller::condition::ConditionError;
 pub use plot::PictureError;
@@ -42,7 +42,7 @@ pub fn run(args: &ReplayArgs) -> u8 {
     // A table for another program is passed on as it is; everything else is for people.
     let is_for_people = args.csv.is_none() || stdout.is_terminal();
     let (answered, flushed) = if is_for_people {
-        let mut screen = Screen::new(out);
+        let mut screen = EscapingWriter::new(out);
         let answered = answer_noting(args, &mut screen, &mut notes);
         (answered, screen.flush())
     } else {
@@ -147,11 +147,11 @@ fn answer_noting(
     for recording in [Some(&recording), other.as_ref()].into_iter().flatten() {
         let path = recording.name().to_owned();
         match recording.trouble() {
-            None | Some(Ending::Complete) => {}
-            Some(Ending::Cut) => notes.push(format!(
+            None | Some(FileEnd::Complete) => {}
+            Some(FileEnd::Cut) => notes.push(format!(
                 "{path} ends in the middle, its writer was killed or is still writing; the answer is about what is there"
             )),
-            Some(Ending::Damaged(reason)) => {
+            Some(FileEnd::Damaged(reason)) => {
                 let reason = reason.clone();
                 return Err(ReadError::Damaged { path, reason }.into());
             }
@@ -190,7 +190,7 @@ pub(crate) fn answer_of(
                 .setup()
                 .and_then(|setup| model_of(setup).ok())
                 .map(|model| *model.limits());
-            let summary = Summary::of(recording, limits.as_ref())?;
+            let summary = Summary::summarize(recording, limits.as_ref())?;
             Ok(summary::print(recording, &summary, out)?)
         }
     }

@@ -5,11 +5,11 @@
 
 use std::path::Path;
 
-use recorder::lengths::cut;
-use recorder::{Cycle, Entry, ReadError, Recording, Topic};
+use recorder::lengths::truncate_marked;
+use recorder::{CycleMessage, ReadError, Recording, RecordingEntry, Topic};
 use thiserror::Error;
 
-use crate::plot::{Curve, Figure, Marks, Panel, PlotError, Slots};
+use crate::plot::{Curve, Figure, Marks, MinMaxBins, PlotError, PlotPanel};
 
 /// Width and height of the picture, pixels.
 const SIZE: (u32, u32) = (1600, 1500);
@@ -70,7 +70,7 @@ struct Content {
     unit: &'static str,
     half_span_min: f64,
     names: &'static [&'static str],
-    values: fn(&Cycle) -> &[f64],
+    values: fn(&CycleMessage) -> &[f64],
 }
 
 /// The panels from top to bottom.
@@ -114,32 +114,32 @@ const PANELS: [Content; 5] = [
 
 fn figure(recording: &Recording) -> Result<Figure, PictureError> {
     let range = time_range(recording)?;
-    let mut slots: Vec<Vec<Slots>> = PANELS
+    let mut slots: Vec<Vec<MinMaxBins>> = PANELS
         .iter()
-        .map(|panel| vec![Slots::new(range); panel.names.len()])
+        .map(|panel| vec![MinMaxBins::new(range); panel.names.len()])
         .collect();
     let mut lines = Marks::dark("line");
     let mut commands = Marks::dashed("command");
     let mut unmarked = 0;
     let mut mark = |marks: &mut Marks, time: f64, name: String| {
         if marks.len() < MAX_MARKS {
-            marks.push(time, cut(&name, MAX_NAME).unwrap_or(name));
+            marks.push(time, truncate_marked(&name, MAX_NAME).unwrap_or(name));
         } else {
             unmarked += 1;
         }
     };
     for entry in recording.entries(&[Topic::Cycle, Topic::Command, Topic::Script])? {
         match entry? {
-            (_, Entry::Cycle(cycle)) => {
+            (_, RecordingEntry::Cycle(cycle)) => {
                 for (panel, curves) in PANELS.iter().zip(&mut slots) {
                     for (value, curve) in (panel.values)(&cycle).iter().zip(curves) {
                         curve.add(cycle.time, *value);
                     }
                 }
             }
-            (time, Entry::Command(command)) => mark(&mut commands, time, command.name),
+            (time, RecordingEntry::Command(command)) => mark(&mut commands, time, command.name),
             // The main thread's line; those of other threads would cross it.
-            (time, Entry::Script(script)) if script.thread == Some(0) => {
+            (time, RecordingEntry::Script(script)) if script.thread == Some(0) => {
                 if let Some(line) = script.line {
                     mark(&mut lines, time, line.to_string());
                 }
@@ -161,8 +161,8 @@ fn figure(recording: &Recording) -> Result<Figure, PictureError> {
         .iter()
         .zip(slots)
         .fold(figure, |figure, (content, slots)| {
-            let panel =
-                Panel::over_time(content.title, content.unit).half_span_min(content.half_span_min);
+            let panel = PlotPanel::over_time(content.title, content.unit)
+                .half_span_min(content.half_span_min);
             let curves = content.names.iter().zip(slots);
             figure.panel(curves.fold(panel, |panel, (name, slots)| {
                 panel.curve(Curve::new(*name, slots.points()))

@@ -7,10 +7,10 @@ use std::fmt;
 use std::sync::Arc;
 
 use controller::recorded_run::{RecordedRun, RecordedRunError};
-use controller::repeating::Repeating;
-use controller::{Nobody, StartError};
-use elite_runtime::Extras;
-use elite_runtime::external::Departure;
+use controller::rerun::RerunController;
+use controller::{NullObserver, StartError};
+use elite_runtime::Instrumentation;
+use elite_runtime::external::Divergence;
 use recorder::Recording;
 use thiserror::Error;
 
@@ -46,7 +46,7 @@ pub enum ProgramsComparison {
         commands: u64,
     },
     /// The first difference.
-    Different(Departure),
+    Different(Divergence),
 }
 
 impl ProgramsComparison {
@@ -88,7 +88,12 @@ pub fn rerun_programs(recording: &Recording) -> Result<ProgramsComparison, Progr
     }
     let programs = run.programs().count();
     let every_cycle = Box::new(|_: &_| true);
-    let repeating = Repeating::start(&run, Arc::new(Nobody), Extras::default(), every_cycle)?;
+    let repeating = RerunController::start(
+        &run,
+        Arc::new(NullObserver),
+        Instrumentation::default(),
+        every_cycle,
+    )?;
     repeating.run(&run, None)?;
     let (trouble, repeat) = (repeating.trouble(), repeating.repeat().clone());
     repeating.shut_down();

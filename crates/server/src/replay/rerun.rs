@@ -5,14 +5,16 @@
 
 use std::fmt;
 
-use controller::feed::{Feed, FeedError};
-use controller::recorded_run::{ArmError, BeginningError, beginning_of, cell_of, model_of};
+use controller::command_replay::{CommandReplayError, CommandReplayer};
+use controller::recorded_run::{
+    InitialSetupError, RecordedModelError, beginning_of, cell_of, model_of,
+};
 use controller::register_write::RegisterWrite;
 use controller::start_configuration::cycle_config;
 use motion::{ConfigError, ControlLoop, CycleConfig, CycleTiming};
 use motion_api::{RingCapacities, ScriptEndpoint, motion_channel};
 use recorder::{
-    CommandMessage, Difference, Entry, ReadError, Recording, Setup, Topic, difference_but,
+    CommandMessage, Difference, ReadError, Recording, RecordingEntry, Setup, Topic, difference_but,
 };
 use thiserror::Error;
 
@@ -30,16 +32,16 @@ pub enum RerunError {
     Read(#[from] ReadError),
     /// The controller cannot be started as it was.
     #[error(transparent)]
-    Beginning(#[from] BeginningError),
+    Beginning(#[from] InitialSetupError),
     /// The arm cannot be made.
     #[error(transparent)]
-    Arm(#[from] ArmError),
+    Arm(#[from] RecordedModelError),
     /// The controller cannot be made.
     #[error("the controller of the recording cannot be made: {0}")]
     Config(#[from] ConfigError),
     /// A recorded command cannot be given again.
     #[error(transparent)]
-    Feed(#[from] FeedError),
+    Feed(#[from] CommandReplayError),
     /// The commands of a cycle do not fit into the ring.
     #[error("more commands than the ring holds were taken in cycle {cycle}")]
     TooManyCommands {
@@ -105,45 +107,47 @@ impl fmt::Display for Comparison {
 /// # Errors
 /// [`RerunError`] when the recording does not tell enough to do so.
 pub fn rerun(recording: &Recording) -> Result<Comparison, RerunError> {
-    let mut controller = Controller::new(started_with(beginning_of(recording)?)?)?;
+    let mut controller = RerunCycle::new(started_with(beginning_of(recording)?)?)?;
     let mut commands = Vec::new();
     let mut writes = Vec::new();
     let mut compared = 0;
     for entry in recording.entries(&[Topic::Cycle, Topic::Command, Topic::Io])? {
         match entry?.1 {
-            Entry::Command(_) | Entry::Io(_) if commands.len() + writes.len() > MAX_WAITING => {
+            RecordingEntry::Command(_) | RecordingEntry::Io(_)
+                if commands.len() + writes.len() > MAX_WAITING =>
+            {
                 let cycle = controller.latest.saturating_add(1);
                 return Err(RerunError::TooManyCommands { cycle });
             }
-            Entry::Command(command) => commands.push(command),
-            Entry::Io(change) => writes.extend(RegisterWrite::of(&change)),
-            Entry::Cycle(recorded) => {
+            RecordingEntry::Command(command) => commands.push(command),
+            RecordingEntry::Io(change) => writes.extend(RegisterWrite::of(&change)),
+            RecordingEntry::Cycle(recorded) => {
                 controller.run_to(recorded.cycle, &mut commands, &mut writes)?;
-                let fresh = recorder::Cycle::from(&controller.script.snapshot.read());
+                let fresh = recorder::CycleMessage::from(&controller.script.snapshot.read());
                 let missing = recording.missing_fields();
                 if let Some(difference) = difference_but(&recorded, &fresh, missing) {
                     return Ok(Comparison::Different(difference));
                 }
                 compared += 1;
             }
-            Entry::Script(_) | Entry::Log(_) | Entry::Variable(_) => {}
+            RecordingEntry::Script(_) | RecordingEntry::Log(_) | RecordingEntry::Variable(_) => {}
         }
     }
     Ok(Comparison::Identical { cycles: compared })
 }
 
 /// A controller without threads.
-struct Controller {
+struct RerunCycle {
     cycle: ControlLoop,
     script: ScriptEndpoint,
     /// The latest cycle that ran.
     latest: u64,
     /// Cycles that ran and are not recorded.
     missing: u64,
-    feed: Feed,
+    feed: CommandReplayer,
 }
 
-impl Controller {
+impl RerunCycle {
     fn new(config: CycleConfig) -> Result<Self, RerunError> {
         let sizes = RingCapacities {
             records: None,
@@ -156,7 +160,7 @@ impl Controller {
             script,
             latest: 0,
             missing: 0,
-            feed: Feed::default(),
+            feed: CommandReplayer::default(),
         })
     }
 
@@ -196,7 +200,7 @@ impl Controller {
 
 /// The configuration that the controller was started with.
 fn started_with(setup: &Setup) -> Result<CycleConfig, RerunError> {
-    let cell = cell_of(setup).map_err(ArmError::from)?;
+    let cell = cell_of(setup).map_err(RecordedModelError::from)?;
     let config = cycle_config(setup, model_of(setup)?, cell.as_ref());
-    Ok(config.map_err(BeginningError::from)?)
+    Ok(config.map_err(InitialSetupError::from)?)
 }

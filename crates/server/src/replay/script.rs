@@ -7,11 +7,11 @@
 use std::collections::BTreeMap;
 use std::io::Write;
 
-use controller::chronicle::PROGRAM_ENDED;
-use recorder::{Entry, LogLevel, Recording, Topic};
+use controller::recording_observer::PROGRAM_ENDED;
+use recorder::{LogLevel, Recording, RecordingEntry, Topic};
 
 use super::ReplayError;
-use crate::ports::shown::Shown;
+use crate::ports::escape::EscapedLine;
 
 /// Programs that are followed at once; a controller runs fewer.
 const MAX_RUNNING: usize = 64;
@@ -28,7 +28,7 @@ type Node = (u32, String);
 
 /// What is known of a line or a node.
 #[derive(Clone, Copy, Default)]
-struct Line {
+struct LineProfile {
     first: f64,
     last: f64,
     entered: u64,
@@ -37,31 +37,31 @@ struct Line {
 }
 
 /// One program that ran.
-struct Program {
+struct ProgramProfile {
     name: String,
     text: String,
     /// How many lines the text has; no other is looked at.
     length: u32,
     start: f64,
-    lines: BTreeMap<u32, Line>,
+    lines: BTreeMap<u32, LineProfile>,
     /// The line each thread is in, and since when.
     threads: BTreeMap<u32, (u32, f64)>,
     /// The same for nodes; commands do not tell theirs.
-    nodes: BTreeMap<Node, Line>,
+    nodes: BTreeMap<Node, LineProfile>,
     threads_in_nodes: BTreeMap<u32, (Node, f64)>,
 }
 
 /// Prints every program of the recording when it has ended, and then those that have not.
 pub(super) fn print(recording: &Recording, out: &mut impl Write) -> Result<(), ReplayError> {
-    let mut running = Running::default();
+    let mut running = ProgramProfiler::default();
     let mut now = 0.0;
     for entry in recording.entries(&[Topic::Cycle, Topic::Script, Topic::Command, Topic::Log])? {
         let (time, entry) = entry?;
         match entry {
-            Entry::Cycle(cycle) => now = cycle.time,
-            Entry::Script(script) => {
+            RecordingEntry::Cycle(cycle) => now = cycle.time,
+            RecordingEntry::Script(script) => {
                 if let Some(text) = script.text {
-                    let program = Program::new(script.program, text, time);
+                    let program = ProgramProfile::new(script.program, text, time);
                     running.start(script.program_id, program, out)?;
                 } else if let (Some(program), Some(thread), Some(line)) = (
                     running.programs.get_mut(&script.program_id),
@@ -73,15 +73,17 @@ pub(super) fn print(recording: &Recording, out: &mut impl Write) -> Result<(), R
                     program.enter_node(thread, script.node.map(|node| (node, label)), time);
                 }
             }
-            Entry::Log(log) if log.level == LogLevel::Info && log.message == PROGRAM_ENDED => {
+            RecordingEntry::Log(log)
+                if log.level == LogLevel::Info && log.message == PROGRAM_ENDED =>
+            {
                 running.end(&log.source, time, out)?;
             }
-            Entry::Command(command) => {
+            RecordingEntry::Command(command) => {
                 if let Some(program) = running.programs.get_mut(&command.program_id) {
                     program.command(command.line, time);
                 }
             }
-            Entry::Log(_) | Entry::Io(_) | Entry::Variable(_) => {}
+            RecordingEntry::Log(_) | RecordingEntry::Io(_) | RecordingEntry::Variable(_) => {}
         }
     }
     if running.started == 0 {
@@ -95,16 +97,16 @@ pub(super) fn print(recording: &Recording, out: &mut impl Write) -> Result<(), R
 
 /// The programs that have not ended yet.
 #[derive(Default)]
-struct Running {
-    programs: BTreeMap<u32, Program>,
+struct ProgramProfiler {
+    programs: BTreeMap<u32, ProgramProfile>,
     started: u64,
 }
 
-impl Running {
+impl ProgramProfiler {
     fn start(
         &mut self,
         number: u32,
-        program: Program,
+        program: ProgramProfile,
         out: &mut impl Write,
     ) -> Result<(), ReplayError> {
         self.started += 1;
@@ -113,7 +115,7 @@ impl Running {
             before.print(number, start, true, out)?;
         }
         // A file with programs that never end: the oldest are told as they are, and forgotten.
-        let bytes = |programs: &BTreeMap<u32, Program>| {
+        let bytes = |programs: &BTreeMap<u32, ProgramProfile>| {
             programs.values().map(|p| p.text.len()).sum::<usize>()
         };
         while self.programs.len() > 1
@@ -137,7 +139,7 @@ impl Running {
     }
 }
 
-impl Program {
+impl ProgramProfile {
     fn new(name: String, text: String, start: f64) -> Self {
         Self {
             name,
@@ -162,9 +164,9 @@ impl Program {
         if is_full || self.threads_in_nodes.len() >= MAX_THREADS {
             return;
         }
-        let known = self.nodes.entry(node.clone()).or_insert(Line {
+        let known = self.nodes.entry(node.clone()).or_insert(LineProfile {
             first: time,
-            ..Line::default()
+            ..LineProfile::default()
         });
         known.last = time;
         known.entered += 1;
@@ -184,9 +186,9 @@ impl Program {
         if !(1..=self.length).contains(&line) || self.threads.len() >= MAX_THREADS {
             return;
         }
-        let known = self.lines.entry(line).or_insert(Line {
+        let known = self.lines.entry(line).or_insert(LineProfile {
             first: time,
-            ..Line::default()
+            ..LineProfile::default()
         });
         known.last = time;
         known.entered += 1;
@@ -223,7 +225,7 @@ impl Program {
         }
         let start = self.start;
         let running = if still { ", still running" } else { "" };
-        let name = Shown(&self.name);
+        let name = EscapedLine(&self.name);
         writeln!(
             out,
             "program {number}: {name}, {start:.3} s to {end:.3} s{running}"
@@ -247,7 +249,7 @@ impl Program {
             writeln!(out, "   first s     last s   times    spent s   node")?;
         }
         for ((number, label), node) in &self.nodes {
-            let label = Shown(label);
+            let label = EscapedLine(label);
             writeln!(
                 out,
                 "{:10.3} {:10.3} {:7} {:10.3} {number:6}  {label}",

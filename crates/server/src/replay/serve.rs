@@ -11,9 +11,9 @@ use std::net::{IpAddr, Ipv4Addr};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use controller::recorded_run::{BeginningError, model_of};
-use recorder::lengths::cut;
-use recorder::{Entry, ReadError, Recording, Topic, Viewer};
+use controller::recorded_run::{InitialSetupError, model_of};
+use recorder::lengths::truncate_marked;
+use recorder::{ReadError, Recording, RecordingEntry, Topic, ViewerMessages};
 use supervision::{ThreadRole, ThreadSupervisor};
 use thiserror::Error;
 use tokio::sync::mpsc;
@@ -27,10 +27,10 @@ use crate::commands::serve::{Listeners, ServeError, bound_ports, open_ports};
 use crate::config::{ConfigError, PRIMARY_PORT, PortSettings};
 use crate::describe::describe;
 use crate::options::PortSetting;
-use crate::ports::callers::Callers;
-use crate::ports::foxglove::View;
-use crate::ports::http::Pages;
-use crate::ports::http::page::{Page, Stage};
+use crate::ports::allowed_hosts::AllowedHosts;
+use crate::ports::foxglove::FoxgloveSource;
+use crate::ports::http::HttpService;
+use crate::ports::http::page::{Page, PageBroadcast};
 use crate::ports::listen::{PortMeter, start_port};
 use crate::ports::{foxglove, http, primary, rtsi};
 use crate::ready_file;
@@ -38,7 +38,7 @@ use crate::shutdown::Shutdown;
 use controller::cell::{Cell, CellError};
 use controller::start_configuration::cycle_config;
 use playback::Playback;
-use time_line::Shown;
+use time_line::PageContent;
 
 /// Messages read ahead from the file.
 const READ_AHEAD: usize = 1024;
@@ -87,21 +87,21 @@ pub(super) fn serve(
     if let Some(path) = &args.ready_file {
         ready_file::remove(path).map_err(|source| ServeError::stale(path, source))?;
     }
-    let setup = recording.setup().ok_or(BeginningError::NoSetup);
+    let setup = recording.setup().ok_or(InitialSetupError::NoSetup);
     let setup = setup.map_err(RerunError::from)?;
     let model = model_of(setup).map_err(RerunError::from)?;
     let name = std::path::Path::new("the recorded cell file");
     let cell = setup.cell.clone();
     let cell = cell.map(|text| Cell::from_text(text, name)).transpose()?;
     let obstacles = cell.as_ref().map(Cell::drawn).unwrap_or_default();
-    let viewer = Viewer::new(model.clone(), obstacles, setup.epoch_ns);
-    let config = cycle_config(setup, model.clone(), cell.as_ref()).map_err(BeginningError::from);
+    let viewer = ViewerMessages::new(model.clone(), obstacles, setup.epoch_ns);
+    let config = cycle_config(setup, model.clone(), cell.as_ref()).map_err(InitialSetupError::from);
     let config = config.map_err(RerunError::from)?;
     let description = describe(&config).map_err(RerunError::Config)?;
-    let shown = Arc::new(Shown {
+    let shown = Arc::new(PageContent {
         scene: pendant::scene::describe(&model, cell.as_ref()),
         recording: Some(recording.clone()),
-        ..Shown::default()
+        ..PageContent::default()
     });
     let follow = || Playback::new(recording.name(), model.clone(), description.clone(), setup);
     let playback = Arc::new(follow().with_page(shown.clone()));
@@ -142,7 +142,7 @@ pub(super) fn serve(
             tracing::info!("{name} on {bind}:{port}");
         }
         let trusted = crate::config::trusted_hosts(args.trust_host.clone());
-        let callers = Callers::of(bind, platform::machine::name().as_deref(), &trusted);
+        let callers = AllowedHosts::of(bind, platform::machine::name().as_deref(), &trusted);
         let services = open_services(listeners, &playback, &page, viewer, &callers, &stop)?;
         if let Some(path) = &args.ready_file {
             ready_file::write(path, std::process::id(), &bound).map_err(|source| {
@@ -177,7 +177,7 @@ pub(super) fn serve(
 }
 
 /// A recording that is over is still shown: for a while to whoever opens the page, then for as long as a page is open.
-async fn linger(stage: &Stage, rate: f64) {
+async fn linger(stage: &PageBroadcast, rate: f64) {
     let patience = match rate <= RATE_TO_LOOK_AT {
         true => PAGE_WITHIN,
         false => Duration::ZERO,
@@ -200,8 +200,8 @@ fn open_services(
     listeners: Listeners,
     playback: &Arc<Playback>,
     page: &Arc<Page<Playback>>,
-    viewer: Viewer,
-    callers: &Callers,
+    viewer: ViewerMessages,
+    callers: &AllowedHosts,
     stop: &CancellationToken,
 ) -> std::io::Result<JoinSet<()>> {
     let meters: Vec<PortMeter> = listeners
@@ -233,13 +233,13 @@ fn open_services(
                 rtsi::serve(listener, playback.clone(), one.clone(), stop.clone())
             })?,
             "http" => start_port(&mut services, listener, &meter, move |listener| {
-                let pages = Pages::of(playback.clone(), all.clone()).with_page(page.clone());
+                let pages = HttpService::of(playback.clone(), all.clone()).with_page(page.clone());
                 http::serve(listener, pages, one.clone(), callers.clone(), stop.clone())
             })?,
             "foxglove" => {
                 let viewer = viewer.clone();
                 start_port(&mut services, listener, &meter, move |listener| {
-                    let view = View {
+                    let view = FoxgloveSource {
                         viewer: viewer.clone(),
                         samples: playback.samples(),
                         log: playback.log_lines(),
@@ -286,7 +286,7 @@ async fn play(
 /// Reads the file on a thread of its own, since reading may wait for the disk.
 fn read_ahead(
     recording: Recording,
-) -> std::io::Result<mpsc::Receiver<Result<(f64, Entry), ReadError>>> {
+) -> std::io::Result<mpsc::Receiver<Result<(f64, RecordingEntry), ReadError>>> {
     let (sender, receiver) = mpsc::channel(READ_AHEAD);
     ThreadSupervisor::default().start(ThreadRole::Service, "replay", move || {
         let entries = match recording.entries(&Topic::ALL) {
@@ -308,28 +308,28 @@ fn read_ahead(
 }
 
 /// An entry without what no client is shown, so that those that are read ahead are small.
-fn shown(mut entry: Entry) -> Entry {
+fn shown(mut entry: RecordingEntry) -> RecordingEntry {
     let shorten = |text: &mut String| {
-        if let Some(short) = cut(text, SHOWN_BYTES) {
+        if let Some(short) = truncate_marked(text, SHOWN_BYTES) {
             *text = short;
         }
     };
     match &mut entry {
-        Entry::Script(script) => {
+        RecordingEntry::Script(script) => {
             shorten(&mut script.program);
             if let Some(text) = &mut script.text {
                 *text = String::new();
             }
         }
-        Entry::Log(log) => {
+        RecordingEntry::Log(log) => {
             shorten(&mut log.source);
             shorten(&mut log.message);
         }
-        Entry::Command(command) => {
+        RecordingEntry::Command(command) => {
             command.arguments.clear();
             shorten(&mut command.program);
         }
-        Entry::Cycle(_) | Entry::Io(_) | Entry::Variable(_) => {}
+        RecordingEntry::Cycle(_) | RecordingEntry::Io(_) | RecordingEntry::Variable(_) => {}
     }
     entry
 }

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::io::Write;
 
 use motion_api::{RobotMode, SafetyMode};
-use recorder::{CommandMessage, Cycle, Entry, FieldValue, Recording, Topic};
+use recorder::{CommandMessage, CycleMessage, FieldValue, Recording, RecordingEntry, Topic};
 
 use super::ReplayError;
-use crate::ports::shown::Shown;
+use crate::ports::escape::EscapedLine;
 
 /// Script threads whose lines are kept: more than can run at once.
 const MAX_LINES: usize = 1024;
@@ -16,8 +16,8 @@ const MAX_COMMANDS: usize = 1024;
 
 /// What was known when the cycle ended.
 #[derive(Default)]
-struct Moment {
-    cycle: Option<Cycle>,
+struct RecordedMoment {
+    cycle: Option<CycleMessage>,
     /// The command that was taken last, of those that are or may be running.
     commands: BTreeMap<u64, CommandMessage>,
     /// Program and line of every script thread, and the node of its task.
@@ -36,10 +36,10 @@ pub(super) fn print(
     writeln!(out, "cycle: {}", cycle.cycle)?;
     writeln!(out, "time: {:.6} s", cycle.time)?;
     for ((_, thread), (program, line, node)) in &moment.lines {
-        let program = Shown(program);
+        let program = EscapedLine(program);
         let node = node
             .as_ref()
-            .map_or_else(String::new, |node| format!(", node {}", Shown(node)));
+            .map_or_else(String::new, |node| format!(", node {}", EscapedLine(node)));
         writeln!(out, "script: {program} line {line}{node} (thread {thread})")?;
     }
     match moment.commands.get(&cycle.command_id) {
@@ -47,7 +47,7 @@ pub(super) fn print(
             out,
             "command: {} {}{}",
             command.id,
-            Shown(&command.name),
+            EscapedLine(&command.name),
             place(command)
         )?,
         None => writeln!(out, "command: none")?,
@@ -74,7 +74,7 @@ pub(super) fn print(
 fn place(command: &CommandMessage) -> String {
     match command.line {
         0 => String::new(),
-        line => format!(" ({} line {line})", Shown(&command.program)),
+        line => format!(" ({} line {line})", EscapedLine(&command.program)),
     }
 }
 
@@ -82,13 +82,13 @@ fn place(command: &CommandMessage) -> String {
 fn moment_at(
     recording: &Recording,
     time: f64,
-) -> Result<(Moment, Option<(f64, f64)>), ReplayError> {
-    let mut moment = Moment::default();
+) -> Result<(RecordedMoment, Option<(f64, f64)>), ReplayError> {
+    let mut moment = RecordedMoment::default();
     let mut range: Option<(f64, f64)> = None;
     let mut passed = false;
     for entry in recording.entries(&[Topic::Cycle, Topic::Command, Topic::Script])? {
         match entry?.1 {
-            Entry::Cycle(cycle) => {
+            RecordingEntry::Cycle(cycle) => {
                 let first = range.map_or(cycle.time, |(first, _)| first);
                 range = Some((first, cycle.time));
                 // Times are products of the step: a last digit must not make `--at 0.012` miss its cycle.
@@ -100,18 +100,20 @@ fn moment_at(
                     break;
                 }
             }
-            Entry::Command(command) => {
+            RecordingEntry::Command(command) => {
                 let running = moment.cycle.as_ref().map_or(0, |cycle| cycle.command_id);
                 moment.commands.retain(|id, _| *id >= running);
                 remember(&mut moment.commands, command);
             }
-            Entry::Script(script) => {
+            RecordingEntry::Script(script) => {
                 if let (Some(thread), Some(line)) = (script.thread, script.line) {
                     let thread = (script.program_id, thread);
                     let label = script.label.unwrap_or_default();
-                    let node = script
-                        .node
-                        .map(|node| format!("{node} {}", Shown(&label)).trim_end().to_owned());
+                    let node = script.node.map(|node| {
+                        format!("{node} {}", EscapedLine(&label))
+                            .trim_end()
+                            .to_owned()
+                    });
                     moment.lines.insert(thread, (script.program, line, node));
                     if moment.lines.len() > MAX_LINES {
                         moment.lines.pop_first();
@@ -122,7 +124,7 @@ fn moment_at(
                         .retain(|(program, _), _| *program == script.program_id);
                 }
             }
-            Entry::Log(_) | Entry::Io(_) | Entry::Variable(_) => {}
+            RecordingEntry::Log(_) | RecordingEntry::Io(_) | RecordingEntry::Variable(_) => {}
         }
     }
     let step = moment.cycle.as_ref().map_or(0.0, |cycle| cycle.step_time);

@@ -2,12 +2,12 @@
 
 use std::io::{self, Write};
 
-use super::failure;
+use super::error_line;
 use recorder::cycle::FieldValue;
 use recorder::summary::{LimitKind, Summary};
-use recorder::{Ending, Recording};
+use recorder::{FileEnd, Recording};
 
-use crate::ports::shown::Shown;
+use crate::ports::escape::EscapedLine;
 use controller::start_configuration::ROBOT;
 
 /// Events printed one by one; of more, the rest is counted.
@@ -18,17 +18,17 @@ pub(super) fn print(
     summary: &Summary,
     out: &mut impl Write,
 ) -> io::Result<()> {
-    writeln!(out, "recording: {}", Shown(recording.name()))?;
+    writeln!(out, "recording: {}", EscapedLine(recording.name()))?;
     if let Some(setup) = recording.setup() {
         writeln!(
             out,
             "robot: {}, {} plant, {} clock, step {} ms, seed {}, eliteserver {}",
-            Shown(&setup.arm()),
-            Shown(&setup.plant),
-            Shown(&setup.clock),
+            EscapedLine(&setup.arm()),
+            EscapedLine(&setup.plant),
+            EscapedLine(&setup.clock),
             setup.step_time * 1e3,
             setup.seed,
-            Shown(&setup.version),
+            EscapedLine(&setup.version),
         )?;
     }
     writeln!(out, "cycles: {}", summary.cycles)?;
@@ -50,13 +50,13 @@ pub(super) fn print(
         out,
         summary.program_count,
         &summary.programs,
-        |(time, name)| format!("{time:.3} s {}", Shown(name)),
+        |(time, name)| format!("{time:.3} s {}", EscapedLine(name)),
     )?;
     let commands: u64 = summary.commands.values().sum();
     let by_name: Vec<String> = summary
         .commands
         .iter()
-        .map(|(name, count)| format!("{} {count}", Shown(name)))
+        .map(|(name, count)| format!("{} {count}", EscapedLine(name)))
         .collect();
     writeln!(
         out,
@@ -66,8 +66,12 @@ pub(super) fn print(
 
     writeln!(out, "errors: {}", summary.error_count)?;
     list(out, summary.error_count, &summary.errors, |(time, log)| {
-        let what = failure::in_one_line(&log.message);
-        format!("{time:.3} s {}: {}", Shown(&log.source), Shown(&what))
+        let what = error_line::in_one_line(&log.message);
+        format!(
+            "{time:.3} s {}: {}",
+            EscapedLine(&log.source),
+            EscapedLine(&what)
+        )
     })?;
     writeln!(out, "warnings: {}", summary.warning_count)?;
     let stops = summary.stops.len() as u64;
@@ -108,16 +112,16 @@ pub(super) fn print(
     writeln!(out, "peak TCP speed: {:.3} m/s", summary.peak_tcp_speed)?;
     writeln!(out, "peak TCP force: {:.1} N", summary.peak_tcp_force)?;
     match &summary.ending {
-        Some(Ending::Complete) | None => writeln!(out, "ending: complete"),
-        Some(Ending::Cut) => writeln!(
+        Some(FileEnd::Complete) | None => writeln!(out, "ending: complete"),
+        Some(FileEnd::Cut) => writeln!(
             out,
             "ending: cut, the recorder was killed or is still writing; readable up to {:.3} s, the last complete chunk",
             summary.until
         ),
-        Some(Ending::Damaged(reason)) => writeln!(
+        Some(FileEnd::Damaged(reason)) => writeln!(
             out,
             "ending: damaged ({}); readable up to {:.3} s, the last chunk before that",
-            Shown(reason),
+            EscapedLine(reason),
             summary.until
         ),
     }

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use super::fields::{Fields, Reader, Writer, counted};
+use super::fields::{FieldCodec, FieldReader, FieldWriter, append_length_prefixed};
 use super::{DecodeError, ROBOT_EXCEPTION};
 
 /// Longest text of an exception, bytes; more is cut at a character.
@@ -14,7 +14,7 @@ const KIND_SCRIPT_ERROR: u8 = 10;
 /// Which part of the robot reports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
-pub enum Source {
+pub enum ExceptionSource {
     /// The safety system.
     Safety = 99,
     /// The pendant's program.
@@ -34,7 +34,7 @@ pub enum Source {
 /// How bad it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(i32)]
-pub enum Level {
+pub enum ExceptionLevel {
     /// To know.
     Info = 0,
     /// To look at.
@@ -81,7 +81,7 @@ impl fmt::Display for ErrorData {
 
 /// A robot error on one line: `100.12: protective stop`.
 #[derive(Clone, Copy, Debug)]
-pub struct Numbered<'a> {
+pub struct RobotErrorDisplay<'a> {
     /// Number of the error.
     pub code: i32,
     /// Number of the reason.
@@ -90,7 +90,7 @@ pub struct Numbered<'a> {
     pub data: &'a ErrorData,
 }
 
-impl fmt::Display for Numbered<'_> {
+impl fmt::Display for RobotErrorDisplay<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}.{}", self.code, self.sub_code)?;
         match self.data {
@@ -119,7 +119,7 @@ pub enum Exception {
         /// Number of the reason.
         sub_code: i32,
         /// How bad it is.
-        level: Level,
+        level: ExceptionLevel,
         /// What comes with it.
         data: ErrorData,
     },
@@ -130,7 +130,7 @@ pub enum Exception {
 pub struct RobotException {
     /// When: the SDK's header says milliseconds, its manual microseconds.
     pub timestamp: u64,
-    /// Number of the part of the robot that reports; see [`Source`].
+    /// Number of the part of the robot that reports; see [`ExceptionSource`].
     pub source: u8,
     /// What happened.
     pub exception: Exception,
@@ -139,9 +139,13 @@ pub struct RobotException {
 /// The whole message. `unix_millis` is the time of the event: the SDK's header says milliseconds, its manual
 /// microseconds; the header is what its programs are compiled with. Texts end with a NUL, which the vendor's clients
 /// cut off.
-pub fn encode_exception(unix_millis: u64, source: Source, exception: &Exception) -> Vec<u8> {
+pub fn encode_exception(
+    unix_millis: u64,
+    source: ExceptionSource,
+    exception: &Exception,
+) -> Vec<u8> {
     let mut out = Vec::with_capacity(64);
-    counted(&mut out, ROBOT_EXCEPTION, |out| {
+    append_length_prefixed(&mut out, ROBOT_EXCEPTION, |out| {
         out.extend(unix_millis.to_be_bytes());
         out.push(source as u8);
         match exception {
@@ -175,8 +179,8 @@ pub fn encode_exception(unix_millis: u64, source: Source, exception: &Exception)
                     }
                 };
                 // Writing cannot fail.
-                let _ = Writer(out).u32(&mut { data_type });
-                let _ = Writer(out).u32(&mut { bits });
+                let _ = FieldWriter(out).u32(&mut { data_type });
+                let _ = FieldWriter(out).u32(&mut { bits });
             }
         }
     });
@@ -191,7 +195,7 @@ fn append_text(out: &mut Vec<u8>, text: &str) {
 }
 
 /// Reads the body of an exception; `None` for a kind that is not known here.
-pub(super) fn decode(body: &mut Reader<'_>) -> Result<Option<RobotException>, DecodeError> {
+pub(super) fn decode(body: &mut FieldReader<'_>) -> Result<Option<RobotException>, DecodeError> {
     let (mut timestamp, mut source, mut kind) = (0, 0, 0);
     body.u64(&mut timestamp)?;
     body.u8(&mut source)?;
@@ -214,7 +218,7 @@ pub(super) fn decode(body: &mut Reader<'_>) -> Result<Option<RobotException>, De
     }))
 }
 
-fn robot_error(body: &mut Reader<'_>) -> Result<Exception, DecodeError> {
+fn robot_error(body: &mut FieldReader<'_>) -> Result<Exception, DecodeError> {
     let (mut code, mut sub_code, mut level, mut data_type, mut bits) = (0, 0, 0, 0, 0);
     body.i32(&mut code)?;
     body.i32(&mut sub_code)?;
@@ -239,7 +243,7 @@ fn robot_error(body: &mut Reader<'_>) -> Result<Exception, DecodeError> {
     Ok(Exception::Robot {
         code,
         sub_code,
-        level: Level::from_number(level),
+        level: ExceptionLevel::from_number(level),
         data,
     })
 }
@@ -250,7 +254,7 @@ fn text(bytes: &[u8]) -> String {
     text.trim_end_matches(['\0', '\n', '\r']).to_owned()
 }
 
-impl Level {
+impl ExceptionLevel {
     /// The level with this number; beyond the last it is fatal, below the first to know.
     pub const fn from_number(number: i32) -> Self {
         match number {
@@ -272,7 +276,7 @@ impl Level {
     }
 }
 
-impl Source {
+impl ExceptionSource {
     /// What the number of a source means.
     pub const fn name(number: u8) -> &'static str {
         match number {
@@ -314,7 +318,7 @@ mod tests {
     fn a_script_error_is_the_example_of_the_protocol_with_a_nul() {
         let bytes = encode_exception(
             1_700_000_000_000,
-            Source::Controller,
+            ExceptionSource::Controller,
             &script("invalid syntax"),
         );
         assert_eq!(
@@ -330,10 +334,10 @@ mod tests {
             let exception = Exception::Robot {
                 code: 7,
                 sub_code: -2,
-                level: Level::Error,
+                level: ExceptionLevel::Error,
                 data,
             };
-            encode_exception(1, Source::Safety, &exception)
+            encode_exception(1, ExceptionSource::Safety, &exception)
         };
         let head = "14 00 00 00 00 00 00 00 01 63 06 00 00 00 07 ff ff ff fe 00 00 00 02";
         for (data, tail) in [
@@ -365,7 +369,7 @@ mod tests {
             (ErrorData::Joint(5), "7.-2: joint 6"),
             (ErrorData::Joint(i32::MAX), "7.-2: joint 2147483647"),
         ] {
-            let numbered = Numbered {
+            let numbered = RobotErrorDisplay {
                 code: 7,
                 sub_code: -2,
                 data: &data,
@@ -376,10 +380,14 @@ mod tests {
 
     #[test]
     fn a_long_text_is_cut_at_a_character_and_holds_no_nul() {
-        let bytes = encode_exception(0, Source::Gui, &script(&"é".repeat(TEXT_BYTES_MAX)));
+        let bytes = encode_exception(
+            0,
+            ExceptionSource::Gui,
+            &script(&"é".repeat(TEXT_BYTES_MAX)),
+        );
         assert_eq!(bytes.len(), 23 + TEXT_BYTES_MAX + 1);
         assert!(core::str::from_utf8(&bytes[23..]).is_ok());
-        let bytes = encode_exception(0, Source::Gui, &script("a\0b"));
+        let bytes = encode_exception(0, ExceptionSource::Gui, &script("a\0b"));
         assert_eq!(&bytes[23..], b"a b\0");
     }
 }

@@ -4,7 +4,7 @@
 use super::DecodeError;
 
 /// Reads or writes fields, one after the other.
-pub(super) trait Fields {
+pub(super) trait FieldCodec {
     /// A byte.
     fn u8(&mut self, value: &mut u8) -> Result<(), DecodeError>;
     /// Four bytes without a sign.
@@ -56,12 +56,12 @@ pub(super) trait Fields {
 }
 
 /// Reads fields from bytes.
-pub(super) struct Reader<'a> {
+pub(super) struct FieldReader<'a> {
     what: &'static str,
     rest: &'a [u8],
 }
 
-impl<'a> Reader<'a> {
+impl<'a> FieldReader<'a> {
     /// Of `what`, for the error.
     pub(super) const fn new(what: &'static str, bytes: &'a [u8]) -> Self {
         Self { what, rest: bytes }
@@ -83,7 +83,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-impl Fields for Reader<'_> {
+impl FieldCodec for FieldReader<'_> {
     fn u8(&mut self, value: &mut u8) -> Result<(), DecodeError> {
         [*value] = self.take::<1>()?;
         Ok(())
@@ -101,9 +101,9 @@ impl Fields for Reader<'_> {
 }
 
 /// Writes fields behind what is there. Never fails.
-pub(super) struct Writer<'a>(pub(super) &'a mut Vec<u8>);
+pub(super) struct FieldWriter<'a>(pub(super) &'a mut Vec<u8>);
 
-impl Fields for Writer<'_> {
+impl FieldCodec for FieldWriter<'_> {
     fn u8(&mut self, value: &mut u8) -> Result<(), DecodeError> {
         self.0.push(*value);
         Ok(())
@@ -121,7 +121,7 @@ impl Fields for Writer<'_> {
 }
 
 /// Appends a length that counts itself, a type, and what `fill` appends.
-pub(super) fn counted(out: &mut Vec<u8>, kind: u8, fill: impl FnOnce(&mut Vec<u8>)) {
+pub(super) fn append_length_prefixed(out: &mut Vec<u8>, kind: u8, fill: impl FnOnce(&mut Vec<u8>)) {
     let start = out.len();
     out.extend([0; 4]);
     out.push(kind);

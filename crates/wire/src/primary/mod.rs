@@ -6,12 +6,14 @@ pub mod exception;
 mod fields;
 pub mod state;
 
-pub use exception::{ErrorData, Exception, Level, Numbered, RobotException, Source};
+pub use exception::{
+    ErrorData, Exception, ExceptionLevel, ExceptionSource, RobotErrorDisplay, RobotException,
+};
 pub use state::State;
 
 use thiserror::Error;
 
-use fields::Reader;
+use fields::FieldReader;
 
 /// Bytes before the body.
 pub const HEAD_BYTES: usize = 5;
@@ -70,7 +72,7 @@ pub enum Message {
 
 /// A message in the bytes received.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Frame<'a> {
+pub struct MessageFrame<'a> {
     /// Its type.
     pub kind: u8,
     /// What follows the head.
@@ -83,7 +85,7 @@ pub struct Frame<'a> {
 ///
 /// # Errors
 /// [`DecodeError::Length`]: the stream is not this port's.
-pub fn frame(received: &[u8]) -> Result<Option<Frame<'_>>, DecodeError> {
+pub fn frame(received: &[u8]) -> Result<Option<MessageFrame<'_>>, DecodeError> {
     let Some(&[a, b, c, d, kind]) = received.first_chunk::<HEAD_BYTES>() else {
         return Ok(None);
     };
@@ -94,18 +96,18 @@ pub fn frame(received: &[u8]) -> Result<Option<Frame<'_>>, DecodeError> {
     }
     Ok(received
         .get(HEAD_BYTES..bytes)
-        .map(|body| Frame { kind, body, bytes }))
+        .map(|body| MessageFrame { kind, body, bytes }))
 }
 
 /// What a frame says.
 ///
 /// # Errors
 /// [`DecodeError`], when its parts do not fit together.
-pub fn message(frame: &Frame<'_>) -> Result<Message, DecodeError> {
+pub fn message(frame: &MessageFrame<'_>) -> Result<Message, DecodeError> {
     match frame.kind {
         ROBOT_STATE => Ok(Message::State(Box::new(State::decode(frame.body)?))),
         ROBOT_EXCEPTION => Ok(
-            match exception::decode(&mut Reader::new("an exception", frame.body))? {
+            match exception::decode(&mut FieldReader::new("an exception", frame.body))? {
                 Some(exception) => Message::Exception(exception),
                 None => Message::Unknown(frame.kind),
             },

@@ -5,7 +5,7 @@
 
 use serde::Serialize;
 
-use super::fields::{Fields, Reader, Writer, counted};
+use super::fields::{FieldCodec, FieldReader, FieldWriter, append_length_prefixed};
 use super::{DecodeError, ROBOT_STATE};
 
 /// Length of the whole message with all parts.
@@ -24,7 +24,7 @@ macro_rules! part {
         }
 
         impl $name {
-            fn visit(&mut self, fields: &mut impl Fields) -> Result<(), DecodeError> {
+            fn visit(&mut self, fields: &mut impl FieldCodec) -> Result<(), DecodeError> {
                 $( fields.$visit(&mut self.$field)?; )*
                 Ok(())
             }
@@ -259,7 +259,7 @@ part! {
 pub struct Joints(pub [Joint; 6]);
 
 impl Joints {
-    fn visit(&mut self, fields: &mut impl Fields) -> Result<(), DecodeError> {
+    fn visit(&mut self, fields: &mut impl FieldCodec) -> Result<(), DecodeError> {
         self.0.iter_mut().try_for_each(|joint| joint.visit(fields))
     }
 }
@@ -283,7 +283,7 @@ macro_rules! parts {
                         // A longer part is a newer one: what is known of it stands in front. A shorter one is of a
                         // version that is not known here.
                         let mut part = $part::default();
-                        match part.visit(&mut Reader::new($what, body)) {
+                        match part.visit(&mut FieldReader::new($what, body)) {
                             Ok(()) => self.$field = Some(part),
                             Err(_) => self.unknown.push(kind),
                         }
@@ -295,11 +295,11 @@ macro_rules! parts {
             /// The whole message, with those parts that are there.
             pub fn encode(mut self) -> Vec<u8> {
                 let mut out = Vec::with_capacity(STATE_MESSAGE_BYTES);
-                counted(&mut out, ROBOT_STATE, |out| {
+                append_length_prefixed(&mut out, ROBOT_STATE, |out| {
                     $( if let Some(part) = &mut self.$field {
-                        counted(out, $kind, |out| {
+                        append_length_prefixed(out, $kind, |out| {
                             // Writing cannot fail.
-                            let _ = part.visit(&mut Writer(out));
+                            let _ = part.visit(&mut FieldWriter(out));
                         });
                     } )*
                 });

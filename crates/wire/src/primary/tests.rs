@@ -190,10 +190,10 @@ fn exceptions_are_read_back() {
         let exception = Exception::Robot {
             code: 7,
             sub_code: -2,
-            level: Level::Error,
+            level: ExceptionLevel::Error,
             data,
         };
-        let bytes = encode_exception(99, Source::Safety, &exception);
+        let bytes = encode_exception(99, ExceptionSource::Safety, &exception);
         let wanted = RobotException {
             timestamp: 99,
             source: 99,

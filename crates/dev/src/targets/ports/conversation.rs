@@ -3,8 +3,8 @@
 use std::future::Future;
 use std::net::{IpAddr, Ipv4Addr};
 
-use server::ports::callers::Callers;
-use server::ports::peer::{Peer, Speaks};
+use server::ports::allowed_hosts::AllowedHosts;
+use server::ports::peer::{Peer, PortProtocol};
 use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _, DuplexStream, duplex};
 use tokio::runtime::{Builder, Runtime};
 
@@ -28,11 +28,11 @@ fn runtime() -> Runtime {
 }
 
 /// Who may call.
-pub(super) fn callers() -> Callers {
-    Callers::of(LOCAL, None, &[])
+pub(super) fn callers() -> AllowedHosts {
+    AllowedHosts::of(LOCAL, None, &[])
 }
 
-/// True when a text names this machine in a way that [`callers`] lets in, or is so old that it names none. Coarse: it may be
+/// True when a text names this machine in a way that [`allowed_hosts`] lets in, or is so old that it names none. Coarse: it may be
 /// true of a request that is refused, it is never false of one that is let in.
 pub(super) fn may_be_for_us(sent: &[u8]) -> bool {
     let text = String::from_utf8_lossy(sent).to_ascii_lowercase();
@@ -49,7 +49,7 @@ pub(super) fn answered<F: Future<Output = ()>>(
     RUNTIME.with(|runtime| {
         runtime.block_on(async {
             let (client, stream) = duplex(ON_THE_WAY);
-            let (peer, _watch) = Peer::new(stream, Speaks::Http, LOCAL);
+            let (peer, _watch) = Peer::new(stream, PortProtocol::Http, LOCAL);
             let (mut from_server, mut to_server) = tokio::io::split(client);
             let sending = async {
                 let (first, rest) = sent.split_at(sent.len() / 3);

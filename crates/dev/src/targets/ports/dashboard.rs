@@ -1,6 +1,8 @@
 //! What a dashboard user types: every line has one reply that fits the SDK's read.
 
-use server::ports::dashboard::codec::{Command, REPLY_BYTES_MAX, encode, help, mistake, parse};
+use server::ports::dashboard::codec::{
+    DashboardCommand, REPLY_BYTES_MAX, encode, help, mistake, parse,
+};
 use server::ports::lines::{Line, LineFramer};
 
 fn lines<'a>(pieces: impl Iterator<Item = &'a [u8]>) -> Vec<Line> {
@@ -17,7 +19,7 @@ pub(super) fn judge(data: &[u8]) {
     for line in &whole {
         let Line::Text(text) = line else { continue };
         let reply = match parse(text) {
-            Ok(Command::Help(names)) => help(&names),
+            Ok(DashboardCommand::Help(names)) => help(&names),
             Ok(_) => continue,
             Err(found) => mistake(text, &found),
         };

@@ -2,24 +2,24 @@
 
 use std::io::Cursor;
 
-use controller::RobotConfig;
+use controller::ControllerConfig;
 use controller::options::PlantChoice;
-use editor::dap::{Debuggee, serve, stream};
+use editor::dap::{RunTarget, serve, stream};
 use elite_runtime::ProgramText;
 use serde_json::Value as Json;
 
 /// Whatever is launched is this.
 const PROGRAM: &str = "def f(n):\n    m = n\n    return m\nx = [1]\nsleep(0.02)\ny = f(2)\n1 / 0\n";
 
-fn launch(_: &Json) -> Result<Debuggee, String> {
-    Ok(Debuggee {
+fn launch(_: &Json) -> Result<RunTarget, String> {
+    Ok(RunTarget {
         program: ProgramText {
             name: "program.script".to_owned(),
             text: PROGRAM.to_owned(),
         },
-        robot: RobotConfig {
+        robot: ControllerConfig {
             plant: PlantChoice::Ideal,
-            ..RobotConfig::default()
+            ..ControllerConfig::default()
         },
         presets: Vec::new(),
         recorded: None,
@@ -35,7 +35,7 @@ pub(super) fn judge(bytes: &[u8]) {
     let mut input = &out[..];
     loop {
         match stream::read(&mut input) {
-            Ok(Some(stream::Incoming::Message(message))) => {
+            Ok(Some(stream::DapInput::Message(message))) => {
                 assert!(message["seq"].is_i64() && message["type"].is_string());
             }
             Ok(None) => return,

@@ -1,6 +1,6 @@
 //! What comes in on the Foxglove port: handshakes, frames and messages, and what is left of a client that is gone.
 
-use server::ports::foxglove::Stage;
+use server::ports::foxglove::FoxgloveBroadcast;
 use server::ports::foxglove::protocol::{
     SUBPROTOCOLS, SUBSCRIPTIONS_MAX, Subscriptions, answer_to,
 };
@@ -12,7 +12,7 @@ use super::conversation::{answered, callers, may_be_for_us};
 const TOPICS: usize = 6;
 
 thread_local! {
-    static STAGE: Stage = Stage::new(1);
+    static STAGE: FoxgloveBroadcast = FoxgloveBroadcast::new(1);
 }
 
 /// A handshake that is right.

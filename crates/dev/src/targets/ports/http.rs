@@ -8,16 +8,16 @@ use motion_api::{RegisterImages, RobotState};
 use server::ports::description::TaskStatus;
 use server::ports::http::io::InputChanges;
 use server::ports::http::metrics::Figures;
-use server::ports::http::{NotSet, Pages, Source};
+use server::ports::http::{HttpBackend, HttpService, SetInputsError};
 use tokio_util::sync::CancellationToken;
 
 use super::conversation::{answered, callers, may_be_for_us};
 
 /// A controller that stands, and counts how often somebody sets its inputs.
 #[derive(Default)]
-struct Standing(AtomicU64);
+struct StubController(AtomicU64);
 
-impl Source for Standing {
+impl HttpBackend for StubController {
     fn state(&self) -> RobotState {
         let mut state = RobotState::at_start(Default::default(), 0.004);
         state.cycle = self.0.load(Ordering::Relaxed);
@@ -35,16 +35,16 @@ impl Source for Standing {
     fn registers(&self) -> RegisterImages {
         RegisterImages::default()
     }
-    fn set_inputs(&self, _: &InputChanges) -> Result<(), NotSet> {
+    fn set_inputs(&self, _: &InputChanges) -> Result<(), SetInputsError> {
         self.0.fetch_add(1, Ordering::Relaxed);
         Ok(())
     }
 }
 
 thread_local! {
-    static PORT: (Arc<Standing>, Pages) = {
-        let source = Arc::new(Standing::default());
-        (Arc::clone(&source), Pages::of(source, Vec::new()))
+    static PORT: (Arc<StubController>, HttpService) = {
+        let source = Arc::new(StubController::default());
+        (Arc::clone(&source), HttpService::of(source, Vec::new()))
     };
     static SET_BEFORE: Cell<u64> = const { Cell::new(0) };
 }

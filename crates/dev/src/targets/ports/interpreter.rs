@@ -1,9 +1,9 @@
 //! What a client of interpreter mode sends: the same statements in any pieces, and replies of one line.
 
-use server::ports::interpreter::codec::{Frame, Framer, ack, executed};
+use server::ports::interpreter::codec::{StatementFrame, StatementFramer, ack, executed};
 
-fn frames<'a>(pieces: impl Iterator<Item = &'a [u8]>) -> Vec<Frame> {
-    let mut framer = Framer::default();
+fn frames<'a>(pieces: impl Iterator<Item = &'a [u8]>) -> Vec<StatementFrame> {
+    let mut framer = StatementFramer::default();
     let mut frames = Vec::new();
     for piece in pieces {
         framer.push(piece, &mut frames);
@@ -16,13 +16,13 @@ pub(super) fn judge(data: &[u8]) {
     let whole = frames([data].into_iter());
     for frame in &whole {
         let reply = match frame {
-            Frame::Statement(text) => {
+            StatementFrame::Statement(text) => {
                 let run = executed(text);
                 assert!(run.starts_with(text.as_str()) && run.len() <= 2 * text.len() + 3);
                 ack(1, text)
             }
-            Frame::Command(command) => command.reply(1),
-            Frame::Rejected(rejection) => rejection.reply(),
+            StatementFrame::Command(command) => command.reply(1),
+            StatementFrame::Rejected(rejection) => rejection.reply(),
         };
         assert!(
             reply.ends_with('\n') && !reply.trim_end_matches('\n').contains(['\n', '\r']),

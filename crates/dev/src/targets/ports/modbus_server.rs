@@ -2,13 +2,13 @@
 
 use io_bus::PortImage;
 use io_bus::modbus_server::codec::{HEADER_BYTES, answer, message_bytes};
-use io_bus::modbus_server::map::{Controller, Map};
+use io_bus::modbus_server::map::{ControllerAccess, Map};
 use motion_api::{CommandKind, Registers, RobotState};
 
 #[derive(Default)]
 struct StandingRobot(Registers, PortImage);
 
-impl Controller for StandingRobot {
+impl ControllerAccess for StandingRobot {
     fn state(&self) -> RobotState {
         RobotState::at_start(Default::default(), 0.004)
     }

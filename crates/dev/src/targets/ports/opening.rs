@@ -1,23 +1,23 @@
 //! The first bytes on a port with a protocol of its own: the same verdict in any pieces, nothing of a browser's let in,
 //! nothing of anybody else's lost.
 
-use server::ports::opening::{Opening, Verdict};
+use server::ports::protocol_sniffer::{ProtocolSniffer, SniffResult};
 
 /// Methods that any browser can be made to send.
 const OF_BROWSERS: [&[u8]; 4] = [b"GET ", b"POST ", b"OPTIONS ", b"CONNECT "];
 
 /// The verdict, and what was let through.
-fn verdict<'a>(pieces: impl Iterator<Item = &'a [u8]>) -> (Verdict, Vec<u8>) {
-    let (mut opening, mut ours) = (Opening::default(), Vec::new());
-    let mut verdict = Verdict::Undecided;
+fn verdict<'a>(pieces: impl Iterator<Item = &'a [u8]>) -> (SniffResult, Vec<u8>) {
+    let (mut opening, mut ours) = (ProtocolSniffer::default(), Vec::new());
+    let mut verdict = SniffResult::Undecided;
     for piece in pieces {
         match verdict {
-            Verdict::Undecided => verdict = opening.take(piece, &mut ours),
-            Verdict::Ours => ours.extend_from_slice(piece),
-            Verdict::Intruder(_) => break,
+            SniffResult::Undecided => verdict = opening.take(piece, &mut ours),
+            SniffResult::Ours => ours.extend_from_slice(piece),
+            SniffResult::Intruder(_) => break,
         }
     }
-    if verdict == Verdict::Undecided {
+    if verdict == SniffResult::Undecided {
         opening.give_back(&mut ours);
     }
     (verdict, ours)
@@ -30,8 +30,8 @@ pub(super) fn judge(data: &[u8]) {
     let (verdict, ours) = whole;
     let start = data.trim_ascii_start();
     match verdict {
-        Verdict::Intruder(_) => assert!(ours.trim_ascii().is_empty(), "{ours:?}"),
-        Verdict::Ours | Verdict::Undecided => {
+        SniffResult::Intruder(_) => assert!(ours.trim_ascii().is_empty(), "{ours:?}"),
+        SniffResult::Ours | SniffResult::Undecided => {
             assert_eq!(ours, data);
             let is_request = OF_BROWSERS.iter().any(|method| start.starts_with(method));
             assert!(!is_request, "a request is let in");

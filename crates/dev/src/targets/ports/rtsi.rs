@@ -1,48 +1,50 @@
 //! What an RTSI client sends, cut into packets: names, recipes and values of every type.
 
-use server::ports::rtsi::inputs::{Input, Written};
-use server::ports::rtsi::outputs::Output;
-use wire::rtsi::{Kind, Value, letter, names, packet, text_message};
+use server::ports::rtsi::inputs::{InputLatch, InputVariable};
+use server::ports::rtsi::outputs::OutputVariable;
+use wire::rtsi::{RtsiType, RtsiValue, names, packet, packet_type, text_message};
 
-const KINDS: [Kind; 9] = [
-    Kind::Bool,
-    Kind::U8,
-    Kind::U16,
-    Kind::U32,
-    Kind::I32,
-    Kind::F64,
-    Kind::Vector3,
-    Kind::Vector6,
-    Kind::Vector6I32,
+const KINDS: [RtsiType; 9] = [
+    RtsiType::Bool,
+    RtsiType::U8,
+    RtsiType::U16,
+    RtsiType::U32,
+    RtsiType::I32,
+    RtsiType::F64,
+    RtsiType::Vector3,
+    RtsiType::Vector6,
+    RtsiType::Vector6I32,
 ];
 
 pub(super) fn judge(data: &[u8]) {
     let mut rest = data;
-    let (mut recipe, mut written) = (Vec::new(), Written::default());
+    let (mut recipe, mut written) = (Vec::new(), InputLatch::default());
     while let Ok(Some(found)) = packet(rest) {
         assert!(found.bytes >= 3 && found.bytes <= rest.len());
         assert_eq!(found.payload.len(), found.bytes - 3);
         match found.letter {
-            letter::INPUTS => {
-                recipe = names(found.payload).filter_map(Input::by_name).collect();
+            packet_type::INPUTS => {
+                recipe = names(found.payload)
+                    .filter_map(InputVariable::by_name)
+                    .collect();
                 for input in &recipe {
-                    assert_eq!(Input::by_name(&input.name()), Some(*input));
+                    assert_eq!(InputVariable::by_name(&input.name()), Some(*input));
                 }
             }
-            letter::OUTPUTS => {
-                for output in names(found.payload).filter_map(Output::by_name) {
+            packet_type::OUTPUTS => {
+                for output in names(found.payload).filter_map(OutputVariable::by_name) {
                     assert!(output.kind().bytes() > 0);
                 }
             }
-            letter::DATA => {
+            packet_type::DATA => {
                 let mut values = found.payload;
-                let package: Vec<(Input, Value)> = recipe
+                let package: Vec<(InputVariable, RtsiValue)> = recipe
                     .iter()
-                    .filter_map(|input| Some((*input, Value::read(input.kind(), &mut values)?)))
+                    .filter_map(|input| Some((*input, RtsiValue::read(input.kind(), &mut values)?)))
                     .collect();
                 let _ = written.take(&package);
             }
-            letter::TEXT => {
+            packet_type::TEXT => {
                 if let Some(message) = text_message(found.payload) {
                     // Every byte is in a text, a length or the level; one that is no UTF-8 becomes three.
                     let length = message.text.len() + message.source.len();
@@ -52,7 +54,7 @@ pub(super) fn judge(data: &[u8]) {
             other => {
                 let kind = KINDS[usize::from(other) % KINDS.len()];
                 let mut bytes = found.payload;
-                if let Some(value) = Value::read(kind, &mut bytes) {
+                if let Some(value) = RtsiValue::read(kind, &mut bytes) {
                     let mut again = Vec::new();
                     value.write(&mut again);
                     assert_eq!(again.len(), kind.bytes());

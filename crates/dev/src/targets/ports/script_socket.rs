@@ -1,21 +1,21 @@
 //! What a peer of a script's socket sends: frames of numbers and texts, the same in any pieces, and bounded memory.
 
-use io_bus::script_socket::decode::{Found, TEXT_BYTES_MAX, floats, saturated, text};
+use io_bus::script_socket::decode::{ParseOutcome, TEXT_BYTES_MAX, floats, saturated, text};
 
 /// Every result of a reader that looks again after each piece, and what is left unread.
-fn all<T>(pieces: &[&[u8]], mut look: impl FnMut(&mut Vec<u8>, bool) -> Found<T>) -> Vec<T> {
+fn all<T>(pieces: &[&[u8]], mut look: impl FnMut(&mut Vec<u8>, bool) -> ParseOutcome<T>) -> Vec<T> {
     let (mut unread, mut results) = (Vec::new(), Vec::new());
     for piece in pieces {
         unread.extend_from_slice(piece);
         loop {
             let before = unread.len();
             match look(&mut unread, false) {
-                Found::Result(result) if unread.len() < before => results.push(result),
+                ParseOutcome::Result(result) if unread.len() < before => results.push(result),
                 _ => break,
             }
         }
     }
-    let Found::Result(last) = look(&mut unread, true) else {
+    let ParseOutcome::Result(last) = look(&mut unread, true) else {
         panic!("the last look always has a result");
     };
     results.push(last);

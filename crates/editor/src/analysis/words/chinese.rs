@@ -1,7 +1,7 @@
 //! What the functions of the robot do, in Chinese. A test holds the names against the declarations.
 
+mod data;
 mod phrases;
-mod second;
 
 /// One sentence about a function.
 pub(super) fn summary(name: &str) -> Option<&'static str> {
@@ -9,7 +9,7 @@ pub(super) fn summary(name: &str) -> Option<&'static str> {
         let at = table.binary_search_by_key(&name, |(known, _)| known).ok()?;
         Some(table[at].1)
     };
-    in_order(FIRST).or_else(|| in_order(second::SECOND))
+    in_order(FIRST).or_else(|| in_order(data::SECOND))
 }
 
 /// What a parameter means, or what comes back.

@@ -4,19 +4,19 @@ use crate::eval::Evaluator;
 use crate::value::{R, Value};
 
 /// The bounds as they are given.
-pub struct Bounds {
+pub struct SearchBounds {
     start: i64,
     end: i64,
 }
 
-impl Bounds {
+impl SearchBounds {
     /// Reads both, once. Their `__index__` may change what is searched, so this comes before its length is known.
     pub fn read(ev: &Evaluator<'_>, start: &Value, end: &Value) -> R<Self> {
         let bound = |value: &Value, missing: i64| match value.given() {
             Some(value) if !value.is_none() => ev.slice_index(value),
             _ => Ok(missing),
         };
-        Ok(Bounds {
+        Ok(SearchBounds {
             start: bound(start, 0)?,
             end: bound(end, i64::MAX)?,
         })

@@ -6,23 +6,23 @@
 use std::rc::Rc;
 
 use super::bytes_hex::{from_hex, hex};
-use super::bytes_layout::{self, Stands};
+use super::bytes_layout::{self, BytesAlignment};
 use super::bytes_parts;
-use super::bytes_search::{self, Side};
-use super::string::Title;
+use super::bytes_search::{self, SearchEnd};
+use super::string::TitleCaseCheck;
 use super::{BoundFn, class_method, constructor, methods, wrong_receiver};
 use crate::errors::ExceptionKind;
 use crate::eval::bulk::{EACH, PIECE};
-use crate::eval::{Core, Evaluator};
-use crate::value::bytes::Data;
-use crate::value::function::Wrapped;
+use crate::eval::{Evaluator, InterpreterState};
+use crate::value::bytes::BytesRef;
+use crate::value::function::WrappedFunction;
 use crate::value::symbol::known;
-use crate::value::{ByteArray, Bytes, Class, R, Value, Values};
+use crate::value::{ByteArray, Bytes, Class, R, Value, ValueVec};
 
 /// White space of bytes.
 pub(super) const SPACES: &[u8] = b" \t\n\r\x0b\x0c";
 
-pub(super) fn install(core: &Rc<Core>) {
+pub(super) fn install(core: &Rc<InterpreterState>) {
     let types = &core.types;
     constructor(
         core,
@@ -47,7 +47,7 @@ pub(super) fn install(core: &Rc<Core>) {
         let maketrans = crate::builtins::Builtin::bound(core, "maketrans", "from to /", maketrans);
         class.set(
             core.symbols.intern("maketrans"),
-            Value::StaticMethod(Wrapped::around(maketrans)),
+            Value::StaticMethod(WrappedFunction::around(maketrans)),
         );
     }
     super::methods(
@@ -161,67 +161,67 @@ fn byte_word(type_name: &str) -> &'static str {
 }
 
 /// Methods of both types. The result is of the receiver's type.
-fn install_shared(core: &Rc<Core>, class: &Class) {
+fn install_shared(core: &Rc<InterpreterState>, class: &Class) {
     const METHODS: &[(&str, &str, BoundFn)] = &[
         ("replace", "old new count? /", |ev, args| {
             bytes_parts::replace(ev, args)
         }),
         ("split", "sep? maxsplit?", |ev, args| {
-            bytes_parts::split(ev, args, Side::Left)
+            bytes_parts::split(ev, args, SearchEnd::Left)
         }),
         ("rsplit", "sep? maxsplit?", |ev, args| {
-            bytes_parts::split(ev, args, Side::Right)
+            bytes_parts::split(ev, args, SearchEnd::Right)
         }),
         ("partition", "sep /", |ev, args| {
-            bytes_parts::partition(ev, args, Side::Left)
+            bytes_parts::partition(ev, args, SearchEnd::Left)
         }),
         ("rpartition", "sep /", |ev, args| {
-            bytes_parts::partition(ev, args, Side::Right)
+            bytes_parts::partition(ev, args, SearchEnd::Right)
         }),
         ("find", "sub start? end? /", |ev, args| {
-            bytes_search::find(ev, args, Side::Left, false)
+            bytes_search::find(ev, args, SearchEnd::Left, false)
         }),
         ("rfind", "sub start? end? /", |ev, args| {
-            bytes_search::find(ev, args, Side::Right, false)
+            bytes_search::find(ev, args, SearchEnd::Right, false)
         }),
         ("index", "sub start? end? /", |ev, args| {
-            bytes_search::find(ev, args, Side::Left, true)
+            bytes_search::find(ev, args, SearchEnd::Left, true)
         }),
         ("rindex", "sub start? end? /", |ev, args| {
-            bytes_search::find(ev, args, Side::Right, true)
+            bytes_search::find(ev, args, SearchEnd::Right, true)
         }),
         ("count", "sub start? end? /", |ev, args| {
             bytes_search::count(ev, args)
         }),
         ("startswith", "prefix start? end? /", |ev, args| {
-            bytes_search::affix(ev, args, Side::Left)
+            bytes_search::affix(ev, args, SearchEnd::Left)
         }),
         ("endswith", "suffix start? end? /", |ev, args| {
-            bytes_search::affix(ev, args, Side::Right)
+            bytes_search::affix(ev, args, SearchEnd::Right)
         }),
         ("removeprefix", "prefix /", |ev, args| {
-            bytes_parts::without_affix(ev, args, Side::Left)
+            bytes_parts::without_affix(ev, args, SearchEnd::Left)
         }),
         ("removesuffix", "suffix /", |ev, args| {
-            bytes_parts::without_affix(ev, args, Side::Right)
+            bytes_parts::without_affix(ev, args, SearchEnd::Right)
         }),
         ("strip", "chars? /", |ev, args| {
             bytes_parts::strip(ev, args, None)
         }),
         ("lstrip", "chars? /", |ev, args| {
-            bytes_parts::strip(ev, args, Some(Side::Left))
+            bytes_parts::strip(ev, args, Some(SearchEnd::Left))
         }),
         ("rstrip", "chars? /", |ev, args| {
-            bytes_parts::strip(ev, args, Some(Side::Right))
+            bytes_parts::strip(ev, args, Some(SearchEnd::Right))
         }),
         ("center", "width fillchar? /", |ev, args| {
-            bytes_layout::pad(ev, args, "center", Stands::Centre)
+            bytes_layout::pad(ev, args, "center", BytesAlignment::Centre)
         }),
         ("ljust", "width fillchar? /", |ev, args| {
-            bytes_layout::pad(ev, args, "ljust", Stands::Left)
+            bytes_layout::pad(ev, args, "ljust", BytesAlignment::Left)
         }),
         ("rjust", "width fillchar? /", |ev, args| {
-            bytes_layout::pad(ev, args, "rjust", Stands::Right)
+            bytes_layout::pad(ev, args, "rjust", BytesAlignment::Right)
         }),
         ("zfill", "width /", |ev, args| bytes_layout::zfill(ev, args)),
         ("expandtabs", "tabsize?", |ev, args| {
@@ -282,7 +282,7 @@ fn install_shared(core: &Rc<Core>, class: &Class) {
             }),
             ("istitle", "", |ev, args| {
                 let data = receiver(ev, &args[0])?;
-                let mut title = Title::default();
+                let mut title = TitleCaseCheck::default();
                 for piece in data.chunks(PIECE) {
                     let ascii = piece.iter().map(|byte| match byte.is_ascii() {
                         true => char::from(*byte),
@@ -304,7 +304,7 @@ fn install_shared(core: &Rc<Core>, class: &Class) {
     );
 }
 
-fn install_mutable(core: &Rc<Core>, class: &Class) {
+fn install_mutable(core: &Rc<InterpreterState>, class: &Class) {
     methods(
         core,
         class,
@@ -332,7 +332,7 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
                         {
                             return Err(raised);
                         }
-                        Data::Snapshot(Rc::new(ev.collect_bytes(&items)?.into()))
+                        BytesRef::Snapshot(Rc::new(ev.collect_bytes(&items)?.into()))
                     }
                 };
                 let bytes = mutable(ev, &args[0])?;
@@ -402,7 +402,7 @@ fn install_mutable(core: &Rc<Core>, class: &Class) {
     );
 }
 
-pub(super) fn receiver(ev: &Evaluator<'_>, value: &Value) -> R<Data> {
+pub(super) fn receiver(ev: &Evaluator<'_>, value: &Value) -> R<BytesRef> {
     ev.bytes_like(value)
         .ok_or_else(|| wrong_receiver(ev, "bytes", value))
 }
@@ -462,7 +462,7 @@ fn translate(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         Some(value) => ev
             .bytes_like(value)
             .ok_or_else(|| not_bytes_like(ev, value))?,
-        None => Data::default(),
+        None => BytesRef::default(),
     };
     let mut is_removed = [false; 256];
     for piece in removed.chunks(PIECE) {
@@ -509,7 +509,7 @@ fn splitlines(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let keep = args[1].given().map_or(Ok(0), |value| ev.c_int(value))? != 0;
     let data = receiver(ev, &args[0])?;
     let is_end = |byte: &u8| matches!(byte, b'\n' | b'\r');
-    let mut lines = Values::default();
+    let mut lines = ValueVec::default();
     let mut rest = &data[..];
     while !rest.is_empty() {
         let mut line = 0;

@@ -8,14 +8,14 @@ use crate::value::{R, Value};
 
 /// Where the bytes stand in their column.
 #[derive(Clone, Copy)]
-pub(super) enum Stands {
+pub(super) enum BytesAlignment {
     Left,
     Right,
     Centre,
 }
 
 /// `ljust`, `rjust` and `center`
-pub(super) fn pad(ev: &Evaluator<'_>, args: &[Value], name: &str, stands: Stands) -> R {
+pub(super) fn pad(ev: &Evaluator<'_>, args: &[Value], name: &str, stands: BytesAlignment) -> R {
     let width = usize::try_from(ev.index(&args[1])?).unwrap_or(0);
     let fill = match args[2].given() {
         None => b' ',
@@ -32,10 +32,10 @@ pub(super) fn pad(ev: &Evaluator<'_>, args: &[Value], name: &str, stands: Stands
     let data = receiver(ev, &args[0])?;
     let missing = width.saturating_sub(data.len());
     let before = match stands {
-        Stands::Left => 0,
-        Stands::Right => missing,
+        BytesAlignment::Left => 0,
+        BytesAlignment::Right => missing,
         // CPython puts the odd one on the left if the width is odd.
-        Stands::Centre => missing / 2 + (missing & width & 1),
+        BytesAlignment::Centre => missing / 2 + (missing & width & 1),
     };
     padded(ev, &args[0], &data, (0, before, missing - before), fill)
 }

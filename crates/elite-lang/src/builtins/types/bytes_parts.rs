@@ -4,15 +4,15 @@
 use std::rc::Rc;
 
 use super::bytes::{SPACES, bytearray, not_bytes_like, receiver};
-use super::bytes_search::Side;
+use super::bytes_search::SearchEnd;
 use crate::eval::Evaluator;
 use crate::eval::bulk::{EACH, PIECE};
 use crate::ops::search::Occurrences;
-use crate::value::bytes::Data;
-use crate::value::{Bytes, R, Value, Values};
+use crate::value::bytes::BytesRef;
+use crate::value::{Bytes, R, Value, ValueVec};
 
 /// `strip`; with one side, `lstrip` or `rstrip`.
-pub(super) fn strip(ev: &Evaluator<'_>, args: &[Value], only: Option<Side>) -> R {
+pub(super) fn strip(ev: &Evaluator<'_>, args: &[Value], only: Option<SearchEnd>) -> R {
     let whole = receiver(ev, &args[0])?;
     let given = args[1].given().filter(|chars| !chars.is_none());
     let mut is_cut = [false; 256];
@@ -22,11 +22,11 @@ pub(super) fn strip(ev: &Evaluator<'_>, args: &[Value], only: Option<Side>) -> R
     }
     let cut = |byte: u8| is_cut[usize::from(byte)];
     let mut part = &whole[..];
-    if only != Some(Side::Right) {
-        part = &part[edge(ev, part, Side::Left, cut)?..];
+    if only != Some(SearchEnd::Right) {
+        part = &part[edge(ev, part, SearchEnd::Left, cut)?..];
     }
-    if only != Some(Side::Left) {
-        part = &part[..part.len() - edge(ev, part, Side::Right, cut)?];
+    if only != Some(SearchEnd::Left) {
+        part = &part[..part.len() - edge(ev, part, SearchEnd::Right, cut)?];
     }
     of_receiver(ev, &args[0], &whole, part)
 }
@@ -42,15 +42,15 @@ fn mark(ev: &Evaluator<'_>, marks: &mut [bool; 256], bytes: &[u8]) -> R<()> {
 }
 
 /// How many bytes at one end pass a test.
-fn edge(ev: &Evaluator<'_>, data: &[u8], side: Side, test: impl Fn(u8) -> bool) -> R<usize> {
+fn edge(ev: &Evaluator<'_>, data: &[u8], side: SearchEnd, test: impl Fn(u8) -> bool) -> R<usize> {
     let mut passed = 0;
     loop {
         let met = match side {
-            Side::Left => {
+            SearchEnd::Left => {
                 let rest = data[passed..].iter();
                 rest.take(PIECE).take_while(|byte| test(**byte)).count()
             }
-            Side::Right => {
+            SearchEnd::Right => {
                 let rest = data[..data.len() - passed].iter().rev();
                 rest.take(PIECE).take_while(|byte| test(**byte)).count()
             }
@@ -64,7 +64,7 @@ fn edge(ev: &Evaluator<'_>, data: &[u8], side: Side, test: impl Fn(u8) -> bool) 
 }
 
 /// `split` and `rsplit`
-pub(super) fn split(ev: &Evaluator<'_>, args: &[Value], side: Side) -> R {
+pub(super) fn split(ev: &Evaluator<'_>, args: &[Value], side: SearchEnd) -> R {
     let most = match args[2].given() {
         Some(value) => usize::try_from(ev.index(value)?).unwrap_or(usize::MAX),
         None => usize::MAX,
@@ -74,30 +74,30 @@ pub(super) fn split(ev: &Evaluator<'_>, args: &[Value], side: Side) -> R {
         Some(separator) => Some(bytes_argument(ev, separator)?),
     };
     let whole = receiver(ev, &args[0])?;
-    let mut parts = Parts::new(ev, &args[0], &whole);
+    let mut parts = BytesSplitter::new(ev, &args[0], &whole);
     match separator {
         None => parts.between_blanks(most, side)?,
         Some(separator) if separator.is_empty() => return Err(ev.value_error("empty separator")),
         Some(separator) => parts.between(&separator, most, side)?,
     }
-    if side == Side::Right {
+    if side == SearchEnd::Right {
         ev.reverse(&mut parts.list)?;
     }
     Ok(parts.list.into_list())
 }
 
 /// The parts of some bytes, as they are found.
-struct Parts<'p, 'y> {
+struct BytesSplitter<'p, 'y> {
     ev: &'p Evaluator<'y>,
     receiver: &'p Value,
-    whole: &'p Data,
-    list: Values,
+    whole: &'p BytesRef,
+    list: ValueVec,
 }
 
-impl<'p, 'y> Parts<'p, 'y> {
-    fn new(ev: &'p Evaluator<'y>, receiver: &'p Value, whole: &'p Data) -> Self {
-        let list = Values::default();
-        Parts {
+impl<'p, 'y> BytesSplitter<'p, 'y> {
+    fn new(ev: &'p Evaluator<'y>, receiver: &'p Value, whole: &'p BytesRef) -> Self {
+        let list = ValueVec::default();
+        BytesSplitter {
             ev,
             receiver,
             whole,
@@ -117,22 +117,22 @@ impl<'p, 'y> Parts<'p, 'y> {
         }
     }
 
-    fn between(&mut self, separator: &[u8], most: usize, side: Side) -> R<()> {
+    fn between(&mut self, separator: &[u8], most: usize, side: SearchEnd) -> R<()> {
         let (ev, whole) = (self.ev, self.whole);
-        let backwards = side == Side::Right;
+        let backwards = side == SearchEnd::Right;
         ev.each_between(whole, separator, most, backwards, |part| {
             self.push(&whole[part])
         })
     }
 
     /// Splits at runs of blanks, at most `most` times; the rest keeps its inner blanks, and those at its far end.
-    fn between_blanks(&mut self, most: usize, side: Side) -> R<()> {
+    fn between_blanks(&mut self, most: usize, side: SearchEnd) -> R<()> {
         let (ev, whole) = (self.ev, self.whole);
         let is_blank = |byte: u8| SPACES.contains(&byte);
         // What is cut off on one side, and what is left of it on the other.
         let cut = |rest: &'p [u8], length: usize| match side {
-            Side::Left => rest.split_at(length),
-            Side::Right => {
+            SearchEnd::Left => rest.split_at(length),
+            SearchEnd::Right => {
                 let (rest, own) = rest.split_at(rest.len() - length);
                 (own, rest)
             }
@@ -154,7 +154,7 @@ impl<'p, 'y> Parts<'p, 'y> {
 }
 
 /// `partition` and `rpartition`
-pub(super) fn partition(ev: &Evaluator<'_>, args: &[Value], side: Side) -> R {
+pub(super) fn partition(ev: &Evaluator<'_>, args: &[Value], side: SearchEnd) -> R {
     let separator = bytes_argument(ev, &args[1])?;
     let whole = receiver(ev, &args[0])?;
     if separator.is_empty() {
@@ -163,8 +163,8 @@ pub(super) fn partition(ev: &Evaluator<'_>, args: &[Value], side: Side) -> R {
     let is_mutable = matches!(ev.plain(&args[0]), Value::ByteArray(_));
     let part = |part: &[u8]| -> R { Ok(made(is_mutable, ev.copied_bytes(part)?)) };
     let found = match side {
-        Side::Left => ev.find_bytes(&whole, &separator)?,
-        Side::Right => ev.rfind_bytes(&whole, &separator)?,
+        SearchEnd::Left => ev.find_bytes(&whole, &separator)?,
+        SearchEnd::Right => ev.rfind_bytes(&whole, &separator)?,
     };
     Ok(Value::triple(match found {
         Some(at) => [
@@ -182,23 +182,23 @@ pub(super) fn partition(ev: &Evaluator<'_>, args: &[Value], side: Side) -> R {
                 false => args[0].clone(),
             };
             match side {
-                Side::Left => [all, part(b"")?, part(b"")?],
-                Side::Right => [part(b"")?, part(b"")?, all],
+                SearchEnd::Left => [all, part(b"")?, part(b"")?],
+                SearchEnd::Right => [part(b"")?, part(b"")?, all],
             }
         }
     }))
 }
 
 /// `removeprefix` and `removesuffix`
-pub(super) fn without_affix(ev: &Evaluator<'_>, args: &[Value], side: Side) -> R {
+pub(super) fn without_affix(ev: &Evaluator<'_>, args: &[Value], side: SearchEnd) -> R {
     let affix = bytes_argument(ev, &args[1])?;
     let whole = receiver(ev, &args[0])?;
     let rest = whole.len().checked_sub(affix.len());
     let part = match (rest, side) {
-        (Some(_), Side::Left) if ev.equal_bytes(&whole[..affix.len()], &affix)? => {
+        (Some(_), SearchEnd::Left) if ev.equal_bytes(&whole[..affix.len()], &affix)? => {
             &whole[affix.len()..]
         }
-        (Some(rest), Side::Right) if ev.equal_bytes(&whole[rest..], &affix)? => &whole[..rest],
+        (Some(rest), SearchEnd::Right) if ev.equal_bytes(&whole[rest..], &affix)? => &whole[..rest],
         _ => &whole[..],
     };
     of_receiver(ev, &args[0], &whole, part)
@@ -245,7 +245,7 @@ pub(super) fn replace(ev: &Evaluator<'_>, args: &[Value]) -> R {
 }
 
 /// The bytes of an argument.
-fn bytes_argument(ev: &Evaluator<'_>, value: &Value) -> R<Data> {
+fn bytes_argument(ev: &Evaluator<'_>, value: &Value) -> R<BytesRef> {
     ev.bytes_like(value)
         .ok_or_else(|| not_bytes_like(ev, value))
 }

@@ -3,24 +3,24 @@
 
 use std::rc::Rc;
 
-use super::bounds::Bounds;
+use super::bounds::SearchBounds;
 use super::wrong_receiver;
 use crate::eval::Evaluator;
 use crate::eval::bulk::EACH;
 use crate::ops::search::Occurrences;
-use crate::value::bytes::Data;
+use crate::value::bytes::BytesRef;
 use crate::value::{R, Value};
 
 /// Which end of the bytes a search looks at.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Side {
+pub enum SearchEnd {
     Left,
     Right,
 }
 
 /// `find` and `rfind`; with `required`, `index` and `rindex`.
-pub fn find(ev: &Evaluator<'_>, args: &[Value], side: Side, required: bool) -> R {
-    let bounds = Bounds::read(ev, &args[2], &args[3])?;
+pub fn find(ev: &Evaluator<'_>, args: &[Value], side: SearchEnd, required: bool) -> R {
+    let bounds = SearchBounds::read(ev, &args[2], &args[3])?;
     let part = part(ev, &args[1])?;
     let data = within(ev, &args[0])?;
     let Some((from, to)) = bounds.within(data.len()) else {
@@ -28,8 +28,8 @@ pub fn find(ev: &Evaluator<'_>, args: &[Value], side: Side, required: bool) -> R
     };
     let data = &data[from.min(data.len())..to];
     let found = match side {
-        Side::Left => ev.find_bytes(data, &part)?,
-        Side::Right => ev.rfind_bytes(data, &part)?,
+        SearchEnd::Left => ev.find_bytes(data, &part)?,
+        SearchEnd::Right => ev.rfind_bytes(data, &part)?,
     };
     match found {
         Some(at) => Ok(Value::Int((from + at) as i64)),
@@ -46,7 +46,7 @@ fn not_found(ev: &Evaluator<'_>, required: bool) -> R {
 
 /// `count`
 pub fn count(ev: &Evaluator<'_>, args: &[Value]) -> R {
-    let bounds = Bounds::read(ev, &args[2], &args[3])?;
+    let bounds = SearchBounds::read(ev, &args[2], &args[3])?;
     let part = part(ev, &args[1])?;
     let data = within(ev, &args[0])?;
     let Some((from, to)) = bounds.within(data.len()) else {
@@ -61,14 +61,14 @@ pub fn count(ev: &Evaluator<'_>, args: &[Value]) -> R {
 }
 
 /// `startswith` and `endswith`
-pub fn affix(ev: &Evaluator<'_>, args: &[Value], side: Side) -> R {
-    let bounds = Bounds::read(ev, &args[2], &args[3])?;
+pub fn affix(ev: &Evaluator<'_>, args: &[Value], side: SearchEnd) -> R {
+    let bounds = SearchBounds::read(ev, &args[2], &args[3])?;
     let parts = match &ev.plain(&args[1]) {
         Value::Tuple(parts) => parts.items().iter().map(|part| ev.bytes(part)).collect(),
         _ => match ev.bytes_like(&args[1]) {
             Some(part) => Ok(vec![part]),
             None => {
-                let name = if side == Side::Left {
+                let name = if side == SearchEnd::Left {
                     "startswith"
                 } else {
                     "endswith"
@@ -80,7 +80,7 @@ pub fn affix(ev: &Evaluator<'_>, args: &[Value], side: Side) -> R {
             }
         },
     };
-    let parts: Vec<Data> = parts?;
+    let parts: Vec<BytesRef> = parts?;
     let data = within(ev, &args[0])?;
     let Some((from, to)) = bounds.within(data.len()) else {
         return Ok(Value::Bool(false));
@@ -92,8 +92,8 @@ pub fn affix(ev: &Evaluator<'_>, args: &[Value], side: Side) -> R {
             continue;
         };
         let place = match side {
-            Side::Left => &data[..part.len()],
-            Side::Right => &data[rest..],
+            SearchEnd::Left => &data[..part.len()],
+            SearchEnd::Right => &data[rest..],
         };
         if ev.equal_bytes(place, &part)? {
             return Ok(Value::Bool(true));
@@ -103,9 +103,9 @@ pub fn affix(ev: &Evaluator<'_>, args: &[Value], side: Side) -> R {
 }
 
 /// What is searched for: bytes, or the number of one.
-fn part(ev: &Evaluator<'_>, value: &Value) -> R<Data> {
+fn part(ev: &Evaluator<'_>, value: &Value) -> R<BytesRef> {
     if ev.bytes_like(value).is_none() && ev.has_index(value) {
-        return Ok(Data::Snapshot(Rc::new(vec![ev.byte(value)?].into())));
+        return Ok(BytesRef::Snapshot(Rc::new(vec![ev.byte(value)?].into())));
     }
     ev.bytes_like(value).ok_or_else(|| {
         let name = ev.core.types.name_of(value);
@@ -116,13 +116,13 @@ fn part(ev: &Evaluator<'_>, value: &Value) -> R<Data> {
 }
 
 /// The receiver's bytes, which are looked at when what runs code of the script (bounds, parts) has been asked.
-fn within(ev: &Evaluator<'_>, receiver: &Value) -> R<Data> {
+fn within(ev: &Evaluator<'_>, receiver: &Value) -> R<BytesRef> {
     let found = ev.bytes_like(receiver);
     found.ok_or_else(|| wrong_receiver(ev, "bytes", &ev.plain(receiver)))
 }
 
 impl Evaluator<'_> {
-    fn bytes(&self, value: &Value) -> R<Data> {
+    fn bytes(&self, value: &Value) -> R<BytesRef> {
         self.bytes_like(value).ok_or_else(|| {
             let name = self.core.types.name_of(value);
             self.type_error(format!("a bytes-like object is required, not '{name}'"))

@@ -4,9 +4,9 @@ use std::rc::Rc;
 
 use super::methods;
 use crate::errors::ExceptionKind;
-use crate::eval::{Core, Evaluator};
-use crate::value::data::{Contents, Data};
-use crate::value::instance::Payload;
+use crate::eval::{Evaluator, InterpreterState};
+use crate::value::data::{Contents, NativeData};
+use crate::value::instance::InstancePayload;
 use crate::value::symbol::known;
 use crate::value::{Class, Instance, R, Raised, Symbol, Value};
 
@@ -33,7 +33,7 @@ impl Contents for Descriptor {
     }
 }
 
-pub(super) fn install(core: &Rc<Core>) {
+pub(super) fn install(core: &Rc<InterpreterState>) {
     for class in [&core.types.getset_descriptor, &core.types.member_descriptor] {
         methods(
             core,
@@ -315,7 +315,10 @@ impl Evaluator<'_> {
             is_member,
             is_slot,
         };
-        let made = Instance::new(class.clone(), Payload::Object(Data::new(descriptor)));
+        let made = Instance::new(
+            class.clone(),
+            InstancePayload::Object(NativeData::new(descriptor)),
+        );
         for (name, value) in shown {
             made.set(name, value, &self.core.symbols);
         }

@@ -6,12 +6,12 @@ use super::{class_method, methods, raw_constructor, raw_method, wrong_receiver};
 use crate::builtins::Args;
 use crate::errors::ExceptionKind;
 use crate::eval::pace::VALUE;
-use crate::eval::{Core, Evaluator};
+use crate::eval::{Evaluator, InterpreterState};
 use crate::ops::iterate::dict_iter;
 use crate::value::dict::ViewKind;
-use crate::value::{Dict, DictView, R, Value, Values};
+use crate::value::{Dict, DictView, R, Value, ValueVec};
 
-pub(super) fn install(core: &Rc<Core>) {
+pub(super) fn install(core: &Rc<InterpreterState>) {
     let types = &core.types;
     raw_constructor(&types.dict, |ev, args| {
         let dict = Rc::new(Dict::new());
@@ -82,9 +82,9 @@ pub(super) fn install(core: &Rc<Core>) {
             }
             let dict = Dict::new();
             // Hashes that are known are not asked for again.
-            let hashed: Values<(u64, Value)> = match &args[1] {
+            let hashed: ValueVec<(u64, Value)> = match &args[1] {
                 Value::Dict(other) => {
-                    let mut hashed = Values::from(ev.room_for(other.len())?);
+                    let mut hashed = ValueVec::from(ev.room_for(other.len())?);
                     for (hash, key, _) in ev.entries(other)? {
                         hashed.push((hash, key));
                         ev.worked(VALUE)?;
@@ -97,7 +97,7 @@ pub(super) fn install(core: &Rc<Core>) {
                     while let Some(key) = ev.step(&iterator)? {
                         ev.dict_set(&dict, key, value.clone())?;
                     }
-                    Values::default()
+                    ValueVec::default()
                 }
             };
             for (hash, key) in hashed {

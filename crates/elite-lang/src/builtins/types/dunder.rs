@@ -6,7 +6,7 @@ use std::rc::Rc;
 use super::methods;
 use crate::ast::{BinaryOp, CompareOp};
 use crate::builtins::BoundFn;
-use crate::eval::{Core, Evaluator};
+use crate::eval::{Evaluator, InterpreterState};
 use crate::value::symbol::known;
 use crate::value::{Class, R, Value};
 
@@ -120,9 +120,9 @@ macro_rules! in_place_methods {
     };
 }
 
-type List = &'static [(&'static str, &'static str, BoundFn)];
+type MethodTable = &'static [(&'static str, &'static str, BoundFn)];
 
-const COMPARISONS: List = &[
+const COMPARISONS: MethodTable = &[
     ("__eq__", "other /", |ev, args| {
         compare(ev, CompareOp::Eq, &args[0], &args[1])
     }),
@@ -143,21 +143,21 @@ const COMPARISONS: List = &[
     }),
 ];
 
-const HASH: List = &[("__hash__", "", |ev, args| {
+const HASH: MethodTable = &[("__hash__", "", |ev, args| {
     ev.hash(&ev.plain(&args[0]))
         .map(|hash| Value::Int(hash as i64))
 })];
 
-const REPR: List = &[("__repr__", "", |ev, args| {
+const REPR: MethodTable = &[("__repr__", "", |ev, args| {
     ev.string(ev.extended_repr(&args[0])?)
 })];
 
 /// For types whose text is that of their own `__repr__`, whatever a derived class has under that name.
-const STR_BY_REPR: List = &[("__str__", "", |ev, args| {
+const STR_BY_REPR: MethodTable = &[("__str__", "", |ev, args| {
     ev.string(ev.extended_repr(&args[0])?)
 })];
 
-const FORMAT: List = &[("__format__", "spec /", |ev, args| {
+const FORMAT: MethodTable = &[("__format__", "spec /", |ev, args| {
     let mut out = String::new();
     super::check_spec(ev, &args[1])?;
     let spec = ev.str(&args[1])?;
@@ -170,17 +170,17 @@ const FORMAT: List = &[("__format__", "spec /", |ev, args| {
     ev.string(out)
 })];
 
-const NUMBERS: List = number_methods! {
+const NUMBERS: MethodTable = number_methods! {
     "__add__" = Add, "__radd__"; "__sub__" = Sub, "__rsub__"; "__mul__" = Mul, "__rmul__";
     "__truediv__" = Div, "__rtruediv__";
 };
 
 /// Of numbers that have an order.
-const REMAINDERS: List = number_methods! {
+const REMAINDERS: MethodTable = number_methods! {
     "__floordiv__" = FloorDiv, "__rfloordiv__"; "__mod__" = Mod, "__rmod__";
 };
 
-const POWERS: List = &[
+const POWERS: MethodTable = &[
     ("__pow__", "other modulus? /", |ev, args| {
         power(ev, args, false)
     }),
@@ -209,11 +209,11 @@ fn power(ev: &Evaluator<'_>, args: &[Value], reflected: bool) -> R {
     crate::builtins::numbers::pow(ev, &mut given)
 }
 
-const BITS: List = number_methods! {
+const BITS: MethodTable = number_methods! {
     "__and__" = BitAnd, "__rand__"; "__or__" = BitOr, "__ror__"; "__xor__" = BitXor, "__rxor__";
 };
 
-const SHIFTS: List = number_methods! {
+const SHIFTS: MethodTable = number_methods! {
     "__lshift__" = Shl, "__rlshift__"; "__rshift__" = Shr, "__rrshift__";
 };
 
@@ -226,7 +226,7 @@ macro_rules! integer_bits {
     };
 }
 
-const INTEGER_BITS: List = integer_bits! {
+const INTEGER_BITS: MethodTable = integer_bits! {
     "__and__" = BitAnd, "__rand__"; "__or__" = BitOr, "__ror__"; "__xor__" = BitXor, "__rxor__";
 };
 
@@ -239,7 +239,7 @@ fn integer_bits(ev: &Evaluator<'_>, op: BinaryOp, args: &[Value], reflected: boo
 }
 
 /// For types whose text is neither that of any object nor made elsewhere.
-const OWN_TEXT: List = &[("__repr__", "", |ev, args| {
+const OWN_TEXT: MethodTable = &[("__repr__", "", |ev, args| {
     ev.string(match &args[0] {
         Value::Instance(_) => ev.natural_repr(&args[0])?,
         Value::Class(_) => ev.object_repr(&args[0])?,
@@ -247,7 +247,7 @@ const OWN_TEXT: List = &[("__repr__", "", |ev, args| {
     })
 })];
 
-const CONVERSIONS: List = &[
+const CONVERSIONS: MethodTable = &[
     ("__int__", "", |ev, args| ev.int_of(&ev.plain(&args[0]))),
     ("__trunc__", "", |ev, args| ev.int_of(&ev.plain(&args[0]))),
     ("__float__", "", |ev, args| {
@@ -286,7 +286,7 @@ const CONVERSIONS: List = &[
     }),
 ];
 
-const DIVMOD: List = &[
+const DIVMOD: MethodTable = &[
     ("__divmod__", "other /", |ev, args| {
         let (a, b) = (ev.plain(&args[0]), ev.plain(&args[1]));
         if rank(&b) > rank(&a) {
@@ -309,9 +309,9 @@ const DIVMOD: List = &[
     }),
 ];
 
-const COMPLEX: List = &[("__complex__", "", |ev, args| Ok(ev.plain(&args[0])))];
+const COMPLEX: MethodTable = &[("__complex__", "", |ev, args| Ok(ev.plain(&args[0])))];
 
-const INTEGER: List = &[
+const INTEGER: MethodTable = &[
     ("__index__", "", |ev, args| {
         ev.to_int(&ev.plain(&args[0]))
             .map(crate::value::int::Int::into_value)
@@ -321,7 +321,7 @@ const INTEGER: List = &[
     }),
 ];
 
-const CONTAINER: List = &[
+const CONTAINER: MethodTable = &[
     ("__len__", "", |ev, args| {
         ev.len(&ev.plain(&args[0]))
             .map(|length| Value::Int(length as i64))
@@ -332,7 +332,7 @@ const CONTAINER: List = &[
     }),
 ];
 
-const GETITEM: List = &[("__getitem__", "index /", |ev, args| {
+const GETITEM: MethodTable = &[("__getitem__", "index /", |ev, args| {
     let container = ev.plain(&args[0]);
     if let (Value::Dict(dict), Value::Instance(instance)) = (&container, &args[0]) {
         if let Some(at) = ev.dict_find(dict, &args[1])? {
@@ -346,7 +346,7 @@ const GETITEM: List = &[("__getitem__", "index /", |ev, args| {
     ev.item(&container, &args[1])
 })];
 
-const SETITEM: List = &[
+const SETITEM: MethodTable = &[
     ("__setitem__", "index value /", |ev, args| {
         ev.set_item(&ev.plain(&args[0]), &args[1], args[2].clone())
             .map(|()| Value::None)
@@ -357,7 +357,7 @@ const SETITEM: List = &[
     }),
 ];
 
-const SEQUENCE: List = &[
+const SEQUENCE: MethodTable = &[
     ("__add__", "other /", |ev, args| {
         joined(ev, BinaryOp::Add, &args[0], &args[1])
     }),
@@ -369,7 +369,7 @@ const SEQUENCE: List = &[
     }),
 ];
 
-const MODULO: List = &[
+const MODULO: MethodTable = &[
     ("__mod__", "other /", |ev, args| {
         // The argument keeps its class: its `__str__` counts.
         let format = ev.plain(&args[0]);
@@ -393,7 +393,7 @@ const MODULO: List = &[
     }),
 ];
 
-const ALGEBRA: List = binary_methods! {
+const ALGEBRA: MethodTable = binary_methods! {
     "__and__" = BitAnd, "__rand__"; "__or__" = BitOr, "__ror__"; "__xor__" = BitXor, "__rxor__";
     "__sub__" = Sub, "__rsub__";
 };
@@ -418,35 +418,35 @@ macro_rules! view_methods {
     };
 }
 
-const VIEW_ALGEBRA: List = view_methods! {
+const VIEW_ALGEBRA: MethodTable = view_methods! {
     "__and__" = BitAnd, "__rand__"; "__or__" = BitOr, "__ror__"; "__xor__" = BitXor, "__rxor__";
     "__sub__" = Sub, "__rsub__";
 };
 
-const DICT_IN_PLACE: List = in_place_methods! { "__ior__" = BitOr; };
-const SEQUENCE_IN_PLACE: List = in_place_methods! { "__iadd__" = Add; "__imul__" = Mul; };
-const SET_IN_PLACE: List = in_place_methods! {
+const DICT_IN_PLACE: MethodTable = in_place_methods! { "__ior__" = BitOr; };
+const SEQUENCE_IN_PLACE: MethodTable = in_place_methods! { "__iadd__" = Add; "__imul__" = Mul; };
+const SET_IN_PLACE: MethodTable = in_place_methods! {
     "__iand__" = BitAnd; "__ior__" = BitOr; "__ixor__" = BitXor; "__isub__" = Sub;
 };
 
-const NEXT: List = &[
+const NEXT: MethodTable = &[
     ("__iter__", "", |_, args| Ok(args[0].clone())),
     ("__next__", "", |ev, args| {
         match ev.step_with(&ev.plain(&args[0]), Value::None)? {
-            crate::eval::generator::Stepped::Yielded(value) => Ok(value),
-            crate::eval::generator::Stepped::Returned(value) => ev.stop_iteration(value),
+            crate::eval::generator::StepResult::Yielded(value) => Ok(value),
+            crate::eval::generator::StepResult::Returned(value) => ev.stop_iteration(value),
         }
     }),
 ];
 
 /// Gives a class of iterators `__iter__` and `__next__`.
-pub fn install_next(core: &Rc<Core>, class: &Rc<Class>) {
+pub fn install_next(core: &Rc<InterpreterState>, class: &Rc<Class>) {
     methods(core, class, NEXT);
 }
 
-pub(super) fn install(core: &Rc<Core>) {
+pub(super) fn install(core: &Rc<InterpreterState>) {
     let types = &core.types;
-    let give = |class: &Rc<Class>, lists: &[List]| {
+    let give = |class: &Rc<Class>, lists: &[MethodTable]| {
         lists.iter().for_each(|list| methods(core, class, list))
     };
     give(

@@ -5,11 +5,11 @@ use std::rc::Rc;
 use super::methods;
 use crate::builtins::BoundFn;
 use crate::errors::ExceptionKind;
-use crate::eval::{Core, Evaluator};
+use crate::eval::{Evaluator, InterpreterState};
 use crate::value::symbol::known;
 use crate::value::{R, Value};
 
-pub(super) fn install(core: &Rc<Core>) {
+pub(super) fn install(core: &Rc<InterpreterState>) {
     let base = core.types.exception(ExceptionKind::BaseException);
     methods(
         core,

@@ -58,7 +58,7 @@ pub(super) fn complex(ev: &Evaluator<'_>, text: &str) -> R<Option<(f64, f64)>> {
 
 /// Where a numeral is being read.
 #[derive(Clone, Copy, PartialEq)]
-enum At {
+enum NumeralState {
     Sign,
     Whole,
     Fraction,
@@ -68,7 +68,7 @@ enum At {
 
 /// The numeral at the beginning of a text with no more digits than matter, None if it is none, and its bytes.
 fn shortened(ev: &Evaluator<'_>, text: &str) -> R<(Option<String>, usize)> {
-    let (mut at, mut before, mut read) = (At::Sign, ' ', 0);
+    let (mut at, mut before, mut read) = (NumeralState::Sign, ' ', 0);
     let (mut sign, mut digits, mut follows) = ("", String::new(), false);
     let (mut is_number, mut scale, mut exponent, mut down) = (false, 0_i64, 0_i64, false);
     'text: for piece in pieces(text) {
@@ -76,15 +76,15 @@ fn shortened(ev: &Evaluator<'_>, text: &str) -> R<(Option<String>, usize)> {
             let c_bytes = c.len_utf8();
             let digit = to_ascii_digit(c);
             match (at, digit) {
-                (At::Sign, '+' | '-') => {
+                (NumeralState::Sign, '+' | '-') => {
                     sign = if digit == '-' { "-" } else { "" };
-                    at = At::Whole;
+                    at = NumeralState::Whole;
                 }
-                (At::Sign | At::Whole | At::Fraction, '0'..='9') => {
+                (NumeralState::Sign | NumeralState::Whole | NumeralState::Fraction, '0'..='9') => {
                     is_number = true;
-                    let in_fraction = at == At::Fraction;
-                    if at == At::Sign {
-                        at = At::Whole;
+                    let in_fraction = at == NumeralState::Fraction;
+                    if at == NumeralState::Sign {
+                        at = NumeralState::Whole;
                     }
                     match (digits.len(), digit) {
                         (0, '0') => scale -= i64::from(in_fraction),
@@ -98,20 +98,25 @@ fn shortened(ev: &Evaluator<'_>, text: &str) -> R<(Option<String>, usize)> {
                         }
                     }
                 }
-                (At::Sign | At::Whole, '.') if before != '_' => at = At::Fraction,
-                (At::Whole | At::Fraction, 'e' | 'E') if is_number && before != '_' => {
-                    at = At::ExponentSign;
+                (NumeralState::Sign | NumeralState::Whole, '.') if before != '_' => {
+                    at = NumeralState::Fraction
                 }
-                (At::ExponentSign, '+' | '-') if matches!(before, 'e' | 'E') => {
+                (NumeralState::Whole | NumeralState::Fraction, 'e' | 'E')
+                    if is_number && before != '_' =>
+                {
+                    at = NumeralState::ExponentSign;
+                }
+                (NumeralState::ExponentSign, '+' | '-') if matches!(before, 'e' | 'E') => {
                     down = digit == '-';
                 }
-                (At::ExponentSign | At::Exponent, '0'..='9') => {
-                    at = At::Exponent;
+                (NumeralState::ExponentSign | NumeralState::Exponent, '0'..='9') => {
+                    at = NumeralState::Exponent;
                     let value = i64::from(digit.to_digit(10).unwrap_or(0));
                     exponent = exponent.saturating_mul(10).saturating_add(value);
                 }
                 // Between digits only.
-                (At::Whole | At::Fraction | At::Exponent, '_') if before.is_ascii_digit() => {}
+                (NumeralState::Whole | NumeralState::Fraction | NumeralState::Exponent, '_')
+                    if before.is_ascii_digit() => {}
                 _ => break 'text,
             }
             if before == '_' && !digit.is_ascii_digit() {
@@ -122,7 +127,7 @@ fn shortened(ev: &Evaluator<'_>, text: &str) -> R<(Option<String>, usize)> {
         }
         ev.worked(piece.len() * EACH)?;
     }
-    let is_whole = is_number && before != '_' && at != At::ExponentSign;
+    let is_whole = is_number && before != '_' && at != NumeralState::ExponentSign;
     if !is_whole {
         return Ok((None, read));
     }

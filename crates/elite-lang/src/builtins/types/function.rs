@@ -4,13 +4,13 @@ use std::rc::Rc;
 
 use super::{constructor, methods, wrappers, wrong_receiver};
 use crate::errors::ExceptionKind;
-use crate::eval::{Core, Evaluator};
+use crate::eval::{Evaluator, InterpreterState};
 use crate::value::function::Property;
-use crate::value::instance::Payload;
+use crate::value::instance::InstancePayload;
 use crate::value::symbol::known;
-use crate::value::{Held, R, Raised, Value};
+use crate::value::{R, Raised, ScriptCell, Value};
 
-pub(super) fn install(core: &Rc<Core>) {
+pub(super) fn install(core: &Rc<InterpreterState>) {
     let types = &core.types;
     constructor(
         core,
@@ -29,7 +29,7 @@ pub(super) fn install(core: &Rc<Core>) {
                 };
                 // In classes derived from it the documentation is an attribute like others.
                 let doc = property.doc.get();
-                if let Payload::Value(held) = &instance.payload {
+                if let InstancePayload::Value(held) = &instance.payload {
                     ev.core.note_instance(instance);
                     held.put(Value::Property(Rc::new(property)));
                 }
@@ -166,8 +166,8 @@ fn made(ev: &Evaluator<'_>, args: &[Value]) -> R<Property> {
         set,
         delete,
         is_getters_doc: given.is_none() && !doc.is_none(),
-        doc: Held::new(doc),
-        name: Held::default(),
+        doc: ScriptCell::new(doc),
+        name: ScriptCell::default(),
     })
 }
 

@@ -4,10 +4,10 @@ use std::rc::Rc;
 
 use super::{methods, wrong_receiver};
 use crate::errors::ExceptionKind;
-use crate::eval::{Core, Evaluator};
-use crate::value::class::Base;
+use crate::eval::{Evaluator, InterpreterState};
+use crate::value::class::BuiltinBase;
 use crate::value::exception::{ExceptionState, Group};
-use crate::value::instance::Payload;
+use crate::value::instance::InstancePayload;
 use crate::value::symbol::known;
 use crate::value::{Class, Instance, R, Value};
 
@@ -23,9 +23,9 @@ pub enum Matcher<'m> {
 }
 
 /// The part of an exception that matches, and the rest.
-pub type Parts = (Option<Rc<Instance>>, Option<Rc<Instance>>);
+pub type GroupSplit = (Option<Rc<Instance>>, Option<Rc<Instance>>);
 
-pub(super) fn install(core: &Rc<Core>) {
+pub(super) fn install(core: &Rc<InterpreterState>) {
     let class = core.types.exception(ExceptionKind::BaseExceptionGroup);
     methods(
         core,
@@ -72,10 +72,9 @@ pub fn is_group(instance: &Instance) -> bool {
         .is_some_and(|state| state.group.get().is_some())
 }
 
-fn split_by(ev: &Evaluator<'_>, value: &Value, condition: &Value) -> R<Parts> {
+fn split_by(ev: &Evaluator<'_>, value: &Value, condition: &Value) -> R<GroupSplit> {
     let group = group(ev, value)?;
-    let is_type =
-        |value: &Value| matches!(value, Value::Class(class) if class.base == Base::Exception);
+    let is_type = |value: &Value| matches!(value, Value::Class(class) if class.base == BuiltinBase::Exception);
     let matcher = match condition {
         Value::Function(_) => Matcher::Predicate(condition),
         Value::Tuple(types) if types.items().iter().all(is_type) => Matcher::Types(condition),
@@ -155,7 +154,7 @@ impl Evaluator<'_> {
         let _ = state.group.set(group);
         Ok(Instance::new(
             class.clone(),
-            Payload::Exception(Box::new(state)),
+            InstancePayload::Exception(Box::new(state)),
         ))
     }
 
@@ -177,7 +176,7 @@ impl Evaluator<'_> {
     }
 
     /// Splits an exception into the part that matches and the rest, both with the structure of the original.
-    pub fn split_group(&self, exception: &Rc<Instance>, matcher: Matcher<'_>) -> R<Parts> {
+    pub fn split_group(&self, exception: &Rc<Instance>, matcher: Matcher<'_>) -> R<GroupSplit> {
         let matches = match matcher {
             Matcher::Types(types) => self.exception_matches(exception, types)?,
             Matcher::Predicate(function) => {

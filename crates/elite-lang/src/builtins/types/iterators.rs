@@ -7,14 +7,14 @@ use super::range::long_range_iterator;
 use super::{BoundFn, constructor, methods, raw_constructor, wrong_receiver};
 use crate::builtins::Args;
 use crate::errors::ExceptionKind;
-use crate::eval::generator::{Generator, Stepped, ToGenerator};
-use crate::eval::{Core, Evaluator};
+use crate::eval::generator::{Generator, GeneratorInput, StepResult};
+use crate::eval::{Evaluator, InterpreterState};
 use crate::ops::iterate::dict_iter;
 use crate::value::dict::ViewKind;
 use crate::value::symbol::known;
-use crate::value::{Held, Iter, R, Raised, Range, Value};
+use crate::value::{Iter, R, Raised, Range, ScriptCell, Value};
 
-pub(super) fn install(core: &Rc<Core>) {
+pub(super) fn install(core: &Rc<InterpreterState>) {
     let types = &core.types;
     raw_constructor(&types.map, map);
     raw_constructor(&types.zip, zip);
@@ -33,7 +33,7 @@ pub(super) fn install(core: &Rc<Core>) {
         let source = ev.iter(&args[0])?;
         Ok(Value::Iter(Rc::new(Iter::Enumerate {
             source,
-            count: Held::new(start),
+            count: ScriptCell::new(start),
         })))
     });
     constructor(core, &types.reversed, "sequence /", reversed);
@@ -80,7 +80,7 @@ pub(super) fn install(core: &Rc<Core>) {
                 }
                 finish(
                     ev,
-                    ev.step_generator(&generator, ToGenerator::Send(args[1].clone())),
+                    ev.step_generator(&generator, GeneratorInput::Send(args[1].clone())),
                 )
             }),
             ("throw", "type value? traceback? /", throw),
@@ -99,10 +99,10 @@ fn receiver(ev: &Evaluator<'_>, value: &Value) -> R<Rc<Generator>> {
     }
 }
 
-fn finish(ev: &Evaluator<'_>, step: R<Stepped>) -> R {
+fn finish(ev: &Evaluator<'_>, step: R<StepResult>) -> R {
     match step {
-        Ok(Stepped::Yielded(value)) => Ok(value),
-        Ok(Stepped::Returned(value)) => ev.stop_iteration(value),
+        Ok(StepResult::Yielded(value)) => Ok(value),
+        Ok(StepResult::Returned(value)) => ev.stop_iteration(value),
         Err(raised) => Err(ev.generator_error(raised)),
     }
 }
@@ -129,7 +129,10 @@ fn throw(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     };
     finish(
         ev,
-        ev.step_generator(&generator, ToGenerator::Throw(Raised::Exception(exception))),
+        ev.step_generator(
+            &generator,
+            GeneratorInput::Throw(Raised::Exception(exception)),
+        ),
     )
 }
 

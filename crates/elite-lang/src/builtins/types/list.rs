@@ -5,22 +5,22 @@ use std::rc::Rc;
 use super::{constructor, insertion_place, methods, wrong_receiver};
 use crate::errors::ExceptionKind;
 use crate::eval::pace::VALUE;
-use crate::eval::{Core, Evaluator};
-use crate::value::{Iter, List, R, Value, Values};
+use crate::eval::{Evaluator, InterpreterState};
+use crate::value::{Iter, List, R, Value, ValueVec};
 
-pub(super) fn install(core: &Rc<Core>) {
+pub(super) fn install(core: &Rc<InterpreterState>) {
     let types = &core.types;
     constructor(core, &types.list, "iterable? /", |ev, args| {
         match args[0].given() {
             None => Ok(Value::list(Vec::new())),
-            Some(iterable) => ev.collect(iterable).map(Values::into_list),
+            Some(iterable) => ev.collect(iterable).map(ValueVec::into_list),
         }
     });
     constructor(core, &types.tuple, "iterable? /", |ev, args| {
         match args[0].given() {
             None => Ok(Value::tuple(Vec::new())),
             Some(tuple @ Value::Tuple(_)) => Ok(tuple.clone()),
-            Some(iterable) => ev.collect(iterable).map(Values::into_tuple),
+            Some(iterable) => ev.collect(iterable).map(ValueVec::into_tuple),
         }
     });
     methods(
@@ -35,7 +35,7 @@ pub(super) fn install(core: &Rc<Core>) {
             ("clear", "", clear),
             ("copy", "", |ev, args| {
                 let list = receiver(ev, &args[0])?;
-                ev.collect(&Value::List(list)).map(Values::into_list)
+                ev.collect(&Value::List(list)).map(ValueVec::into_list)
             }),
             ("count", "value /", |ev, args| count(ev, &args[0], &args[1])),
             ("index", "value start? stop? /", index),

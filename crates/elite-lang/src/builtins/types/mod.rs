@@ -35,13 +35,13 @@ use std::rc::Rc;
 use super::signature::is_slot;
 use super::{BoundFn, Builtin, BuiltinBody, RawFn, Signature, quick};
 use crate::ast::BinaryOp;
-use crate::eval::{Core, Evaluator};
-use crate::value::class::Base;
-use crate::value::function::Wrapped;
+use crate::eval::{Evaluator, InterpreterState};
+use crate::value::class::BuiltinBase;
+use crate::value::function::WrappedFunction;
 use crate::value::{Class, R, Raised, Value};
 
 /// Puts them in place.
-pub fn install(core: &Rc<Core>) {
+pub fn install(core: &Rc<InterpreterState>) {
     object::install(core);
     module::install(core);
     number::install(core);
@@ -69,7 +69,7 @@ fn static_name(class: &Class) -> &'static str {
 }
 
 /// Gives a class methods with bound arguments; the receiver is the first one.
-fn methods(core: &Core, class: &Class, list: &[(&'static str, &str, BoundFn)]) {
+fn methods(core: &InterpreterState, class: &Class, list: &[(&'static str, &str, BoundFn)]) {
     let owner = Some(static_name(class));
     for (name, signature, body) in list {
         let signature = Signature::parse(&format!("self {signature}"), &core.symbols);
@@ -112,12 +112,12 @@ pub fn joins(owner: &str, name: &str) -> Option<(BinaryOp, bool)> {
 fn holds_items(class: &Class) -> bool {
     matches!(
         class.base,
-        Base::List | Base::Dict | Base::Set | Base::Exception
+        BuiltinBase::List | BuiltinBase::Dict | BuiltinBase::Set | BuiltinBase::Exception
     )
 }
 
 /// Gives a class a method that takes its arguments as they come.
-fn raw_method(core: &Core, class: &Class, name: &'static str, body: RawFn) {
+fn raw_method(core: &InterpreterState, class: &Class, name: &'static str, body: RawFn) {
     let (owner, signature) = (Some(static_name(class)), Signature::default());
     let body = BuiltinBody::Raw(body);
     class.set(
@@ -137,7 +137,13 @@ fn raw_method(core: &Core, class: &Class, name: &'static str, body: RawFn) {
 }
 
 /// Gives a class a static or class method; for the latter the class is the first argument.
-fn class_method(core: &Core, class: &Class, name: &'static str, signature: &str, body: BoundFn) {
+fn class_method(
+    core: &InterpreterState,
+    class: &Class,
+    name: &'static str,
+    signature: &str,
+    body: BoundFn,
+) {
     let function = Builtin {
         name,
         owner: Some(static_name(class)),
@@ -151,7 +157,7 @@ fn class_method(core: &Core, class: &Class, name: &'static str, signature: &str,
     };
     class.set(
         core.symbols.intern(name),
-        Value::ClassMethod(Wrapped::around(Value::Builtin(Rc::new(function)))),
+        Value::ClassMethod(WrappedFunction::around(Value::Builtin(Rc::new(function)))),
     );
 }
 
@@ -177,7 +183,7 @@ impl Evaluator<'_> {
 }
 
 /// What calling the class does.
-fn constructor(core: &Core, class: &Class, signature: &str, body: BoundFn) {
+fn constructor(core: &InterpreterState, class: &Class, signature: &str, body: BoundFn) {
     class
         .constructor
         .put(Builtin::bound(core, static_name(class), signature, body));

@@ -4,11 +4,11 @@
 use std::rc::Rc;
 
 use super::{constructor, methods, wrong_receiver};
-use crate::eval::{Core, Evaluator};
+use crate::eval::{Evaluator, InterpreterState};
 use crate::value::symbol::known;
 use crate::value::{Module, R, Value};
 
-pub(super) fn install(core: &Rc<Core>) {
+pub(super) fn install(core: &Rc<InterpreterState>) {
     let class = &core.types.module;
     constructor(core, class, "name doc?", |ev, args| {
         let namespace = ev.core.new_namespace(None);

@@ -7,7 +7,7 @@ use num_bigint::BigInt;
 use super::{class_method, constructor, float_hex, float_text, methods};
 use crate::errors::ExceptionKind;
 use crate::eval::bulk::{EACH, PIECE, pieces};
-use crate::eval::{Core, Evaluator};
+use crate::eval::{Evaluator, InterpreterState};
 use crate::value::int::{Int, from_f64};
 use crate::value::symbol::known;
 use crate::value::{Bytes, R, Raised, Symbol, Value};
@@ -15,7 +15,7 @@ use crate::value::{Bytes, R, Raised, Symbol, Value};
 /// So much of what is no integer is shown, in characters.
 const SHOWN: usize = 200;
 
-pub(super) fn install(core: &Rc<Core>) {
+pub(super) fn install(core: &Rc<InterpreterState>) {
     let types = &core.types;
     constructor(core, &types.int, "x? / base?", int);
     constructor(core, &types.bool, "x? /", |ev, args| {

@@ -6,21 +6,21 @@ use super::{methods, raw_constructor, raw_method, wrong_receiver};
 use crate::ast::CompareOp;
 use crate::builtins::Args;
 use crate::errors::ExceptionKind;
-use crate::eval::{Core, Evaluator};
+use crate::eval::{Evaluator, InterpreterState};
 use crate::ops::hash::address_hash;
-use crate::value::function::Wrapped;
-use crate::value::instance::Payload;
-use crate::value::symbol::{Passing, known};
-use crate::value::{Instance, R, Value, Values};
+use crate::value::function::WrappedFunction;
+use crate::value::instance::InstancePayload;
+use crate::value::symbol::{TempSymbol, known};
+use crate::value::{Instance, R, Value, ValueVec};
 
-pub(super) fn install(core: &Rc<Core>) {
+pub(super) fn install(core: &Rc<InterpreterState>) {
     let types = &core.types;
     raw_constructor(&types.object, |ev, args| {
         if !args.positional.is_empty() || !args.keywords.is_empty() {
             return Err(ev.type_error("object() takes no arguments"));
         }
         let class = ev.core.types.object.clone();
-        Ok(Value::Instance(Instance::new(class, Payload::None)))
+        Ok(Value::Instance(Instance::new(class, InstancePayload::None)))
     });
     raw_constructor(&types.none, |ev, args| {
         only(ev, args, "NoneType", Value::None)
@@ -38,7 +38,7 @@ pub(super) fn install(core: &Rc<Core>) {
         &[
             ("mro", "", |ev, args| {
                 let order = ev.attribute(&args[0], known::MRO)?;
-                ev.collect(&order).map(Values::into_list)
+                ev.collect(&order).map(ValueVec::into_list)
             }),
             ("__subclasses__", "", |ev, args| match &args[0] {
                 Value::Class(class) => Ok(Value::list(
@@ -112,7 +112,7 @@ pub(super) fn install(core: &Rc<Core>) {
     });
     types.type_.set(
         core.symbols.intern("__prepare__"),
-        Value::StaticMethod(Wrapped::around(prepare)),
+        Value::StaticMethod(WrappedFunction::around(prepare)),
     );
     install_natural(core);
 }
@@ -137,7 +137,7 @@ fn only(ev: &Evaluator<'_>, args: &Args<'_>, name: &str, value: Value) -> R {
 
 /// What every object has unless its class says otherwise. These are not found by lookups of special methods, only
 /// when a script names them: `super().__init__()`, `object.__setattr__(self, name, value)`.
-fn install_natural(core: &Rc<Core>) {
+fn install_natural(core: &Rc<InterpreterState>) {
     let natural = &core.types.natural;
     raw_method(core, natural, "__init__", |ev, args| {
         let excess = args.positional.len() > 1 || !args.keywords.is_empty();
@@ -165,7 +165,10 @@ fn install_natural(core: &Rc<Core>) {
         let object = ev.core.types.object.clone();
         ev.new_by(&object, args.positional, args.keywords)
     });
-    natural.set(known::NEW, Value::StaticMethod(Wrapped::around(new)));
+    natural.set(
+        known::NEW,
+        Value::StaticMethod(WrappedFunction::around(new)),
+    );
     methods(
         core,
         natural,
@@ -246,7 +249,7 @@ fn install_natural(core: &Rc<Core>) {
                 }
             }),
             ("__dir__", "", |ev, args| {
-                crate::builtins::scope::attribute_names(ev, &args[0]).map(Values::into_list)
+                crate::builtins::scope::attribute_names(ev, &args[0]).map(ValueVec::into_list)
             }),
             ("__getstate__", "", |ev, args| ev.state_of(&args[0])),
             ("__sizeof__", "", |_, _| {
@@ -292,7 +295,7 @@ fn identity(a: &Value, b: &Value, equal: bool) -> Value {
     }
 }
 
-fn name_of<'e>(ev: &'e Evaluator<'_>, name: &Value) -> R<Passing<'e>> {
+fn name_of<'e>(ev: &'e Evaluator<'_>, name: &Value) -> R<TempSymbol<'e>> {
     match name {
         Value::Str(text) => ev.ask_name(text.as_str()),
         other => {

@@ -6,12 +6,12 @@ use std::rc::Rc;
 use num_bigint::{BigInt, Sign};
 
 use super::{constructor, methods, wrong_receiver};
-use crate::eval::{Core, Evaluator};
+use crate::eval::{Evaluator, InterpreterState};
 use crate::value::int::Int;
 use crate::value::iter::{LibraryIterator, NativeIter};
 use crate::value::{Iter, LongRange, R, Range, Slice, Value};
 
-pub(super) fn install(core: &Rc<Core>) {
+pub(super) fn install(core: &Rc<InterpreterState>) {
     let types = &core.types;
     constructor(core, &types.range, "start stop? step? /", range);
     constructor(core, &types.slice, "start stop? step? /", slice);

@@ -9,14 +9,14 @@ use std::rc::Rc;
 use super::{methods, raw_method};
 use crate::builtins::{Args, BoundFn, Builtin};
 use crate::errors::ExceptionKind;
-use crate::eval::{Core, Evaluator};
-use crate::value::bytes::Data;
+use crate::eval::{Evaluator, InterpreterState};
+use crate::value::bytes::BytesRef;
 use crate::value::symbol::known;
-use crate::value::{Bytes, Class, R, Raised, Value, Values};
+use crate::value::{Bytes, Class, R, Raised, Value, ValueVec};
 
 const REDUCE: &str = "__reduce__";
 
-pub(super) fn install(core: &Rc<Core>) {
+pub(super) fn install(core: &Rc<InterpreterState>) {
     let types = &core.types;
     methods(
         core,
@@ -119,7 +119,7 @@ fn set_state(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
     Ok(Value::None)
 }
 
-fn content(ev: &Evaluator<'_>, value: &Value) -> R<Data> {
+fn content(ev: &Evaluator<'_>, value: &Value) -> R<BytesRef> {
     ev.bytes_like(value)
         .ok_or_else(|| super::wrong_receiver(ev, "bytearray", value))
 }
@@ -203,7 +203,7 @@ fn from_class(ev: &Evaluator<'_>, value: &Value) -> R {
     if !is_made_anew {
         return Err(refusal(ev, &class));
     }
-    let mut args = Values::from(vec![Value::Class(class.clone())]);
+    let mut args = ValueVec::from(vec![Value::Class(class.clone())]);
     if let Some(method) = class.lookup(ev.core.symbols.intern("__getnewargs__")) {
         let given = ev.call_method_value(&method, value, &mut [])?;
         let Value::Tuple(given) = ev.plain(&given) else {
@@ -211,7 +211,7 @@ fn from_class(ev: &Evaluator<'_>, value: &Value) -> R {
             let text = format!("__getnewargs__ should return a tuple, not '{name}'");
             return Err(ev.type_error(text));
         };
-        args = Values::from(ev.room_for(given.items().len() + 1)?);
+        args = ValueVec::from(ev.room_for(given.items().len() + 1)?);
         args.push(Value::Class(class));
         ev.copy_values(given.items(), &mut args)?;
     }

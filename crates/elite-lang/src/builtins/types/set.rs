@@ -4,10 +4,10 @@ use std::rc::Rc;
 
 use super::{constructor, methods, wrong_receiver};
 use crate::ast::CompareOp;
-use crate::eval::{Core, Evaluator};
+use crate::eval::{Evaluator, InterpreterState};
 use crate::value::{Class, R, Set, Value};
 
-pub(super) fn install(core: &Rc<Core>) {
+pub(super) fn install(core: &Rc<InterpreterState>) {
     let types = &core.types;
     constructor(core, &types.set, "iterable? /", |ev, args| {
         let set = Rc::new(Set::new());
@@ -111,7 +111,7 @@ pub(super) fn install(core: &Rc<Core>) {
     );
 }
 
-fn install_queries(core: &Rc<Core>, class: &Class) {
+fn install_queries(core: &Rc<InterpreterState>, class: &Class) {
     methods(
         core,
         class,
@@ -232,9 +232,9 @@ fn intersection(ev: &Evaluator<'_>, args: &[Value]) -> R<Set> {
     ev.copied_set(&result)
 }
 
-type Combine<'y> = fn(&Evaluator<'y>, &Set, &Set) -> R<Set>;
+type SetOpFn<'y> = fn(&Evaluator<'y>, &Set, &Set) -> R<Set>;
 
-fn combined<'y>(ev: &Evaluator<'y>, args: &[Value], combine: Combine<'y>) -> R<Set> {
+fn combined<'y>(ev: &Evaluator<'y>, args: &[Value], combine: SetOpFn<'y>) -> R<Set> {
     let mut result = ev.copied_set(&*receiver(ev, &args[0])?)?;
     for other in others(&args[1]) {
         result = combine(ev, &result, &*as_set(ev, &other)?)?;
@@ -242,6 +242,6 @@ fn combined<'y>(ev: &Evaluator<'y>, args: &[Value], combine: Combine<'y>) -> R<S
     Ok(result)
 }
 
-fn combine<'y>(ev: &Evaluator<'y>, args: &[Value], operation: Combine<'y>) -> R {
+fn combine<'y>(ev: &Evaluator<'y>, args: &[Value], operation: SetOpFn<'y>) -> R {
     Ok(like(&args[0], combined(ev, args, operation)?))
 }

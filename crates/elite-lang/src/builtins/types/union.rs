@@ -3,16 +3,16 @@
 use std::rc::Rc;
 
 use super::methods;
-use crate::eval::{Core, Evaluator};
-use crate::value::data::{Contents, Data};
-use crate::value::instance::Payload;
+use crate::eval::{Evaluator, InterpreterState};
+use crate::value::data::{Contents, NativeData};
+use crate::value::instance::InstancePayload;
 use crate::value::symbol::known;
 use crate::value::{Instance, R, Value};
 
 /// The types of a union, each once, in the order written; None stands for its type.
-pub struct Union(Vec<Value>);
+pub struct UnionType(Vec<Value>);
 
-impl Contents for Union {
+impl Contents for UnionType {
     fn visit(&self, each: &mut dyn FnMut(&Value)) {
         self.0.iter().for_each(each);
     }
@@ -24,7 +24,7 @@ impl Contents for Union {
     }
 }
 
-pub(super) fn install(core: &Rc<Core>) {
+pub(super) fn install(core: &Rc<InterpreterState>) {
     let class = &core.types.union;
     class.set(known::MODULE, Value::str("types"));
     class.in_c.set(true);
@@ -70,7 +70,7 @@ pub(super) fn install(core: &Rc<Core>) {
 /// The members of a union; None if the value is no union.
 pub fn members(value: &Value) -> Option<&[Value]> {
     match value {
-        Value::Instance(instance) => instance.object::<Union>().map(|union| &union.0[..]),
+        Value::Instance(instance) => instance.object::<UnionType>().map(|union| &union.0[..]),
         _ => None,
     }
 }
@@ -111,7 +111,10 @@ impl Evaluator<'_> {
         let types = all.iter().map(|member| self.union_type(member));
         let args = Value::tuple(types.collect());
         let class = self.core.types.union.clone();
-        let union = Instance::new(class, Payload::Object(Data::new(Union(all))));
+        let union = Instance::new(
+            class,
+            InstancePayload::Object(NativeData::new(UnionType(all))),
+        );
         let name = self.core.symbols.intern("__args__");
         union.set(name, args, &self.core.symbols);
         Ok(Some(Value::Instance(union)))

@@ -1,6 +1,6 @@
 //! `staticmethod`, `classmethod`, `super`, and what scripts derive from them.
 //!
-//! An object of a class derived from one of them extends what `__init__` has made (`Payload::Value`).
+//! An object of a class derived from one of them extends what `__init__` has made (`InstancePayload::Value`).
 
 use std::rc::Rc;
 
@@ -8,9 +8,9 @@ use super::function::{got_nothing, names_nothing};
 use super::{constructor, methods, raw_method, wrong_receiver};
 use crate::builtins::Args;
 use crate::errors::ExceptionKind;
-use crate::eval::{Core, Evaluator};
-use crate::value::function::{Super, Wrapped};
-use crate::value::instance::Payload;
+use crate::eval::{Evaluator, InterpreterState};
+use crate::value::function::{Super, WrappedFunction};
+use crate::value::instance::InstancePayload;
 use crate::value::symbol::known;
 use crate::value::{Dict, R, Symbol, Value};
 
@@ -23,13 +23,15 @@ const TAKEN_OVER: &[Symbol] = &[
     known::ANNOTATIONS,
 ];
 
-pub(super) fn install(core: &Rc<Core>) {
+pub(super) fn install(core: &Rc<InterpreterState>) {
     let types = &core.types;
     constructor(core, &types.staticmethod, "function /", |_, args| {
-        Ok(Value::StaticMethod(Wrapped::around(args[0].clone())))
+        Ok(Value::StaticMethod(WrappedFunction::around(
+            args[0].clone(),
+        )))
     });
     constructor(core, &types.classmethod, "function /", |_, args| {
-        Ok(Value::ClassMethod(Wrapped::around(args[0].clone())))
+        Ok(Value::ClassMethod(WrappedFunction::around(args[0].clone())))
     });
     raw_method(core, &types.staticmethod, "__init__", |ev, args| {
         wrap(ev, args, "staticmethod", Value::StaticMethod)
@@ -89,7 +91,7 @@ fn wrap(
     ev: &Evaluator<'_>,
     args: &mut Args<'_>,
     class: &str,
-    wrapped: fn(Rc<Wrapped>) -> Value,
+    wrapped: fn(Rc<WrappedFunction>) -> Value,
 ) -> R {
     if !args.keywords.is_empty() {
         return Err(ev.type_error(format!("{class}() takes no keyword arguments")));
@@ -101,11 +103,11 @@ fn wrap(
     let Value::Instance(instance) = receiver else {
         return Ok(Value::None);
     };
-    let Payload::Value(held) = &instance.payload else {
+    let InstancePayload::Value(held) = &instance.payload else {
         return Err(wrong_receiver(ev, class, receiver));
     };
     ev.core.note_instance(instance);
-    held.put(wrapped(Wrapped::around(function.clone())));
+    held.put(wrapped(WrappedFunction::around(function.clone())));
     for name in TAKEN_OVER {
         if let Some(value) = ev.attribute_or_none(function, *name)? {
             instance.set(*name, value, &ev.core.symbols);
@@ -116,7 +118,7 @@ fn wrap(
 
 impl Evaluator<'_> {
     /// The attributes of a static or class method, with what it has taken over.
-    pub fn wrapped_dict(&self, wrapped: &Wrapped) -> R<Rc<Dict>> {
+    pub fn wrapped_dict(&self, wrapped: &WrappedFunction) -> R<Rc<Dict>> {
         if let Some(Value::Dict(dict)) = wrapped.attrs.get() {
             return Ok(dict);
         }
@@ -136,7 +138,7 @@ impl Evaluator<'_> {
     }
 }
 
-fn install_super(core: &Rc<Core>) {
+fn install_super(core: &Rc<InterpreterState>) {
     let class = &core.types.super_;
     constructor(core, class, "type? object_or_type? /", |ev, args| {
         made(ev, args)
@@ -158,7 +160,7 @@ fn install_super(core: &Rc<Core>) {
         };
         let given = |at: usize| rest.get(at).cloned().unwrap_or_default();
         let sup = made(ev, &[given(0), given(1)])?;
-        if let Payload::Value(held) = &instance.payload {
+        if let InstancePayload::Value(held) = &instance.payload {
             ev.core.note_instance(instance);
             held.put(sup);
         }

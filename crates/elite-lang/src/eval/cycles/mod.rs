@@ -24,14 +24,14 @@ mod tests;
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
-use super::Core;
+use super::InterpreterState;
 use super::generator::Generator;
 use crate::limits::memory;
 use crate::value::module::Namespace;
 use crate::value::{CellVar, Class, Dict, Function, Instance, List, Set, Value};
 use graph::take_apart;
-use noted::Noted;
-use search::Search;
+use noted::GcCandidates;
+use search::GcRun;
 
 /// A search is not worth it for fewer new parts of cycles than this.
 const FRESH_MIN: usize = 10_000;
@@ -42,8 +42,8 @@ const AGED_MIN: usize = 25_000;
 
 /// What may be part of a cycle.
 #[derive(Default)]
-pub struct Cycles {
-    noted: Noted,
+pub struct CycleCollector {
+    noted: GcCandidates,
     /// Noted since the last search.
     fresh: Cell<usize>,
     /// The next search is due with so many.
@@ -58,13 +58,13 @@ pub struct Cycles {
     /// Slices of fuel since the last search through everything.
     slices: Cell<usize>,
     /// The search that is under way; taken out while it does a slice.
-    search: RefCell<Option<Box<Search>>>,
+    search: RefCell<Option<Box<GcRun>>>,
     searching: Cell<bool>,
     /// What a search that was given up has looked at, dropped bit by bit.
-    leftover: RefCell<Option<Box<Search>>>,
+    leftover: RefCell<Option<Box<GcRun>>>,
 }
 
-impl Core {
+impl InterpreterState {
     /// One more is noted, and so many that had died are not any more.
     fn one_more(&self, died: usize) {
         let fresh = self.cycles.fresh.get().saturating_sub(died);
@@ -228,7 +228,7 @@ impl Core {
         if !self.cycles.searching.replace(true) {
             // Its tables may take an eighth of what the task may hold.
             let most = self.limits.memory_bytes / 8 / search::BYTES_OF_NODE;
-            *self.cycles.search.borrow_mut() = Some(Box::new(Search::new(all, most)));
+            *self.cycles.search.borrow_mut() = Some(Box::new(GcRun::new(all, most)));
         }
     }
 

@@ -15,7 +15,7 @@ const TIDIED_YOUNG: usize = 2;
 
 /// Weak references of one kind. A dead object's memory is kept while it is listed; the lists are looked through little by
 /// little as others join them.
-pub(super) struct Kind<T> {
+pub(super) struct CandidateList<T> {
     young: RefCell<Vec<Weak<T>>>,
     /// The next young entry to look at.
     next_young: Cell<usize>,
@@ -40,9 +40,9 @@ fn tidy<T>(list: &mut Vec<Weak<T>>, next: &Cell<usize>, count: usize) {
     next.set(at);
 }
 
-impl<T> Default for Kind<T> {
+impl<T> Default for CandidateList<T> {
     fn default() -> Self {
-        Kind {
+        CandidateList {
             young: RefCell::default(),
             next_young: Cell::new(0),
             old: RefCell::default(),
@@ -51,7 +51,7 @@ impl<T> Default for Kind<T> {
     }
 }
 
-impl<T> Kind<T> {
+impl<T> CandidateList<T> {
     /// Notes one more. Unless a search is under way, which counts on their order, some dead ones leave; how many did.
     pub(super) fn push(&self, object: &Rc<T>, searching: bool) -> usize {
         let mut young = self.young.borrow_mut();
@@ -105,18 +105,18 @@ impl<T> Kind<T> {
 
 /// All that was noted.
 #[derive(Default)]
-pub(super) struct Noted {
-    pub(super) instances: Kind<Instance>,
-    pub(super) cells: Kind<CellVar>,
-    pub(super) lists: Kind<List>,
-    pub(super) dicts: Kind<Dict>,
-    pub(super) sets: Kind<Set>,
-    pub(super) functions: Kind<Function>,
-    pub(super) classes: Kind<Class>,
-    pub(super) generators: Kind<Generator>,
+pub(super) struct GcCandidates {
+    pub(super) instances: CandidateList<Instance>,
+    pub(super) cells: CandidateList<CellVar>,
+    pub(super) lists: CandidateList<List>,
+    pub(super) dicts: CandidateList<Dict>,
+    pub(super) sets: CandidateList<Set>,
+    pub(super) functions: CandidateList<Function>,
+    pub(super) classes: CandidateList<Class>,
+    pub(super) generators: CandidateList<Generator>,
 }
 
-impl Noted {
+impl GcCandidates {
     /// Object number `index` of kind `kind`, the old ones first: None if it is dead, an error if there is no such number.
     pub(super) fn at(&self, kind: usize, index: usize) -> Result<Option<Value>, ()> {
         Ok(match kind {
@@ -133,7 +133,7 @@ impl Noted {
 
     /// How many of a kind are old, and how many are young.
     pub(super) fn ages(&self, kind: usize) -> (usize, usize) {
-        fn of<T>(kind: &Kind<T>) -> (usize, usize) {
+        fn of<T>(kind: &CandidateList<T>) -> (usize, usize) {
             (kind.old.borrow().len(), kind.young())
         }
         match kind {

@@ -8,7 +8,7 @@
 use hashbrown::HashTable;
 
 use super::graph::{age_of, ends_by_script, is_leaf, references, take_apart, visit};
-use super::noted::{KINDS, Noted};
+use super::noted::{GcCandidates, KINDS};
 use crate::value::Value;
 
 /// What one object takes in the tables of a search, about.
@@ -20,7 +20,7 @@ const BLOCK: usize = 1024;
 const SHARDS: usize = 1024;
 
 /// One object of a search.
-struct Node {
+struct GcNode {
     value: Value,
     /// References from other objects of the search.
     within: u32,
@@ -42,7 +42,7 @@ fn shard_of(hash: u64) -> usize {
     hash as usize >> 20 & (SHARDS - 1)
 }
 
-fn address_of(blocks: &[Vec<Node>], index: u32) -> Option<usize> {
+fn address_of(blocks: &[Vec<GcNode>], index: u32) -> Option<usize> {
     let index = index as usize;
     blocks
         .get(index / BLOCK)?
@@ -52,7 +52,7 @@ fn address_of(blocks: &[Vec<Node>], index: u32) -> Option<usize> {
 }
 
 /// What a search does next.
-enum Phase {
+enum GcPhase {
     /// Enters what was noted.
     Enter {
         kind: usize,
@@ -93,25 +93,25 @@ enum Phase {
 }
 
 /// A search.
-pub(super) struct Search {
+pub(super) struct GcRun {
     /// Whether it follows what is old as well.
     all: bool,
     /// Objects it looks at; where there are more it gives up, so that its memory is bounded.
     most: usize,
     gave_up: bool,
-    blocks: Vec<Vec<Node>>,
+    blocks: Vec<Vec<GcNode>>,
     count: usize,
     alive: usize,
     places: Vec<Shard>,
     /// Young ones of each kind that it has entered.
     entered: [usize; KINDS],
-    phase: Phase,
+    phase: GcPhase,
 }
 
-impl Search {
+impl GcRun {
     /// A search of everything, or of what is not old, that looks at no more than `most` objects.
     pub(super) fn new(all: bool, most: usize) -> Self {
-        Search {
+        GcRun {
             all,
             most,
             gave_up: false,
@@ -120,7 +120,7 @@ impl Search {
             alive: 0,
             places: (0..SHARDS).map(|_| Shard::default()).collect(),
             entered: [0; KINDS],
-            phase: Phase::Enter {
+            phase: GcPhase::Enter {
                 kind: 0,
                 index: usize::MAX,
             },
@@ -142,49 +142,49 @@ impl Search {
     }
 
     /// Does a slice of the work; whether the search is over.
-    pub(super) fn slice(&mut self, noted: &Noted) -> bool {
+    pub(super) fn slice(&mut self, noted: &GcCandidates) -> bool {
         let mut left = SLICE;
         while left > 0 {
-            let phase = std::mem::replace(&mut self.phase, Phase::Over);
+            let phase = std::mem::replace(&mut self.phase, GcPhase::Over);
             self.phase = match phase {
-                Phase::Over => return true,
-                Phase::Enter { kind, index } => self.enter_noted(noted, kind, index, &mut left),
-                Phase::Walk { next, from } => self.walk(next, from, &mut left),
-                Phase::Mark { next } => self.mark(next, &mut left),
-                Phase::Spread { next, aside } => self.spread(next, aside, &mut left),
-                Phase::End { next, ended } => self.end_generators(next, ended, &mut left),
-                Phase::TakeApart { next } => self.take_apart(next, &mut left),
-                Phase::LetGo => {
+                GcPhase::Over => return true,
+                GcPhase::Enter { kind, index } => self.enter_noted(noted, kind, index, &mut left),
+                GcPhase::Walk { next, from } => self.walk(next, from, &mut left),
+                GcPhase::Mark { next } => self.mark(next, &mut left),
+                GcPhase::Spread { next, aside } => self.spread(next, aside, &mut left),
+                GcPhase::End { next, ended } => self.end_generators(next, ended, &mut left),
+                GcPhase::TakeApart { next } => self.take_apart(next, &mut left),
+                GcPhase::LetGo => {
                     left = left.saturating_sub(BLOCK);
                     match self.blocks.pop() {
                         Some(block) => {
                             self.let_go(block);
-                            Phase::LetGo
+                            GcPhase::LetGo
                         }
-                        None => Phase::Age {
+                        None => GcPhase::Age {
                             kind: 0,
                             count: self.entered[0],
                         },
                     }
                 }
-                Phase::Age { kind, count } => {
+                GcPhase::Age { kind, count } => {
                     left = left.saturating_sub(BLOCK);
                     match noted.age(kind, count, BLOCK) {
-                        0 if kind + 1 == KINDS => Phase::Over,
-                        0 => Phase::Age {
+                        0 if kind + 1 == KINDS => GcPhase::Over,
+                        0 => GcPhase::Age {
                             kind: kind + 1,
                             count: self.entered[kind + 1],
                         },
-                        count => Phase::Age { kind, count },
+                        count => GcPhase::Age { kind, count },
                     }
                 }
             };
         }
-        matches!(self.phase, Phase::Over)
+        matches!(self.phase, GcPhase::Over)
     }
 
     /// What a block's objects are from now on: old, if they are in use.
-    fn let_go(&mut self, block: Vec<Node>) {
+    fn let_go(&mut self, block: Vec<GcNode>) {
         if self.gave_up {
             return;
         }
@@ -204,7 +204,7 @@ impl Search {
         self.blocks.is_empty()
     }
 
-    fn node(&mut self, index: usize) -> Option<&mut Node> {
+    fn node(&mut self, index: usize) -> Option<&mut GcNode> {
         self.blocks.get_mut(index / BLOCK)?.get_mut(index % BLOCK)
     }
 
@@ -217,7 +217,7 @@ impl Search {
     }
 
     /// The node of a value, a new one if there is none; None for what the search does not follow.
-    fn enter(&mut self, value: &Value) -> Option<&mut Node> {
+    fn enter(&mut self, value: &Value) -> Option<&mut GcNode> {
         let (Some(_), Some(address)) = (references(value), value.address()) else {
             return None;
         };
@@ -238,7 +238,7 @@ impl Search {
                 if self.count.is_multiple_of(BLOCK) {
                     self.blocks.push(Vec::with_capacity(BLOCK));
                 }
-                self.blocks.last_mut()?.push(Node {
+                self.blocks.last_mut()?.push(GcNode {
                     value: value.clone(),
                     within: 0,
                     lives: false,
@@ -252,11 +252,11 @@ impl Search {
 
     fn enter_noted(
         &mut self,
-        noted: &Noted,
+        noted: &GcCandidates,
         mut kind: usize,
         mut index: usize,
         left: &mut usize,
-    ) -> Phase {
+    ) -> GcPhase {
         while *left > 0 {
             *left -= 1;
             if index == usize::MAX {
@@ -272,20 +272,20 @@ impl Search {
                     }
                 }
                 Err(()) if kind + 1 < KINDS => (kind, index) = (kind + 1, usize::MAX),
-                Err(()) => return Phase::Walk { next: 0, from: 0 },
+                Err(()) => return GcPhase::Walk { next: 0, from: 0 },
             }
         }
-        Phase::Enter { kind, index }
+        GcPhase::Enter { kind, index }
     }
 
-    fn walk(&mut self, mut next: usize, mut from: usize, left: &mut usize) -> Phase {
+    fn walk(&mut self, mut next: usize, mut from: usize, left: &mut usize) -> GcPhase {
         while *left > 0 {
             if self.count > self.most {
                 self.gave_up = true;
-                return Phase::LetGo;
+                return GcPhase::LetGo;
             }
             let Some(node) = self.node(next) else {
-                return Phase::Mark { next: 0 };
+                return GcPhase::Mark { next: 0 };
             };
             let value = node.value.clone();
             let mut seen = 1;
@@ -301,10 +301,10 @@ impl Search {
                 None => (next, from) = (next + 1, 0),
             }
         }
-        Phase::Walk { next, from }
+        GcPhase::Walk { next, from }
     }
 
-    fn mark(&mut self, mut next: usize, left: &mut usize) -> Phase {
+    fn mark(&mut self, mut next: usize, left: &mut usize) -> GcPhase {
         while *left > 0 {
             *left -= 1;
             let Some(node) = self.node(next) else {
@@ -316,9 +316,9 @@ impl Search {
             next += 1;
         }
         if next < self.count {
-            return Phase::Mark { next };
+            return GcPhase::Mark { next };
         }
-        Phase::Spread {
+        GcPhase::Spread {
             next: 0,
             aside: Vec::new(),
         }
@@ -326,7 +326,12 @@ impl Search {
 
     /// Marks what living nodes reach. Nodes are taken in order; those that come to life behind the one being looked at are
     /// put aside and taken first.
-    fn spread(&mut self, mut next: usize, mut aside: Vec<(u32, usize)>, left: &mut usize) -> Phase {
+    fn spread(
+        &mut self,
+        mut next: usize,
+        mut aside: Vec<(u32, usize)>,
+        left: &mut usize,
+    ) -> GcPhase {
         while *left > 0 {
             let (index, from) = match aside.pop() {
                 Some(entry) => entry,
@@ -334,7 +339,7 @@ impl Search {
                     *left -= 1;
                     match self.node(next) {
                         None => {
-                            return Phase::End {
+                            return GcPhase::End {
                                 next: 0,
                                 ended: false,
                             };
@@ -377,16 +382,16 @@ impl Search {
                 aside.push((index, entry));
             }
         }
-        Phase::Spread { next, aside }
+        GcPhase::Spread { next, aside }
     }
 
-    fn end_generators(&mut self, mut next: usize, mut ended: bool, left: &mut usize) -> Phase {
+    fn end_generators(&mut self, mut next: usize, mut ended: bool, left: &mut usize) -> GcPhase {
         while *left > 0 {
             let Some(node) = self.node(next) else {
                 // The next search finds out what their last statements have left.
                 return match ended {
-                    true => Phase::LetGo,
-                    false => Phase::TakeApart { next: 0 },
+                    true => GcPhase::LetGo,
+                    false => GcPhase::TakeApart { next: 0 },
                 };
             };
             next += 1;
@@ -398,13 +403,13 @@ impl Search {
                 *left = left.saturating_sub(64);
             }
         }
-        Phase::End { next, ended }
+        GcPhase::End { next, ended }
     }
 
-    fn take_apart(&mut self, mut next: usize, left: &mut usize) -> Phase {
+    fn take_apart(&mut self, mut next: usize, left: &mut usize) -> GcPhase {
         while *left > 0 {
             let Some(node) = self.node(next) else {
-                return Phase::LetGo;
+                return GcPhase::LetGo;
             };
             next += 1;
             *left = left.saturating_sub(if node.lives { 1 } else { 8 });
@@ -413,6 +418,6 @@ impl Search {
                 take_apart(&value);
             }
         }
-        Phase::TakeApart { next }
+        GcPhase::TakeApart { next }
     }
 }

@@ -5,11 +5,13 @@ use std::rc::Rc;
 use std::time::{Duration, Instant};
 
 use crate::limits::memory;
-use crate::{Host, Interpreter, KnownNames, Limits, Resume, SourceFile, Step, ThreadId, compile};
+use crate::{
+    Host, Interpreter, KnownNames, Limits, Resume, ResumeOutcome, SourceFile, ThreadId, compile,
+};
 
-struct Silent;
+struct DiscardingHost;
 
-impl Host for Silent {
+impl Host for DiscardingHost {
     fn print(&self, _: ThreadId, _: &str) {}
     fn unix_time(&self) -> f64 {
         0.0
@@ -32,12 +34,12 @@ fn left(text: &str) -> isize {
 fn left_by(text: &str) -> isize {
     let before = memory::held();
     let program = compile(SourceFile::new("test", text), &KnownNames::default()).unwrap();
-    let interpreter = Interpreter::new(Rc::new(Silent), Vec::new(), Limits::default());
+    let interpreter = Interpreter::new(Rc::new(DiscardingHost), Vec::new(), Limits::default());
     let mut thread = interpreter.spawn_program(&program);
     loop {
         match thread.resume(Resume::Continue, 100_000) {
-            Step::OutOfFuel => {}
-            Step::Done(_) => break,
+            ResumeOutcome::OutOfFuel => {}
+            ResumeOutcome::Done(_) => break,
             other => panic!("{other:?}"),
         }
     }
@@ -65,13 +67,13 @@ fn cycles_of_closures_are_released_with_the_task() {
 /// Most bytes a task holds while it runs `text`.
 fn peak(text: &str) -> usize {
     let program = compile(SourceFile::new("test", text), &KnownNames::default()).unwrap();
-    let interpreter = Interpreter::new(Rc::new(Silent), Vec::new(), Limits::default());
+    let interpreter = Interpreter::new(Rc::new(DiscardingHost), Vec::new(), Limits::default());
     let mut thread = interpreter.spawn_program(&program);
     let mut most = 0;
     loop {
         match thread.resume(Resume::Continue, 20_000) {
-            Step::OutOfFuel => most = most.max(interpreter.memory_used()),
-            Step::Done(_) => return most,
+            ResumeOutcome::OutOfFuel => most = most.max(interpreter.memory_used()),
+            ResumeOutcome::Done(_) => return most,
             other => panic!("{other:?}"),
         }
     }
@@ -335,14 +337,16 @@ fn peak_within(text: &str, limit: usize) -> Result<usize, String> {
         memory_bytes: limit,
         ..Limits::default()
     };
-    let interpreter = Interpreter::new(Rc::new(Silent), Vec::new(), limits);
+    let interpreter = Interpreter::new(Rc::new(DiscardingHost), Vec::new(), limits);
     let mut thread = interpreter.spawn_program(&program);
     let mut most = 0;
     loop {
         match thread.resume(Resume::Continue, 20_000) {
-            Step::OutOfFuel => most = most.max(interpreter.memory_used()),
-            Step::Done(_) => return Ok(most),
-            Step::Failed(error) => return Err(format!("{}: {}", error.exception, error.message)),
+            ResumeOutcome::OutOfFuel => most = most.max(interpreter.memory_used()),
+            ResumeOutcome::Done(_) => return Ok(most),
+            ResumeOutcome::Failed(error) => {
+                return Err(format!("{}: {}", error.exception, error.message));
+            }
             other => return Err(format!("{other:?}")),
         }
     }
@@ -356,10 +360,10 @@ fn slices_of_searches(kept: usize, made: usize) -> usize {
          for i in range({made}):\n    x = []\n    x.append(x)\n"
     );
     let program = compile(SourceFile::new("test", text), &KnownNames::default()).unwrap();
-    let interpreter = Interpreter::new(Rc::new(Silent), Vec::new(), Limits::default());
+    let interpreter = Interpreter::new(Rc::new(DiscardingHost), Vec::new(), Limits::default());
     let mut thread = interpreter.spawn_program(&program);
     let mut slices = 0;
-    while let Step::OutOfFuel = thread.resume(Resume::Continue, 20_000) {
+    while let ResumeOutcome::OutOfFuel = thread.resume(Resume::Continue, 20_000) {
         slices += usize::from(interpreter.is_searching());
     }
     slices
@@ -444,7 +448,7 @@ fn a_stop_does_not_wait_for_a_search() {
         memory_bytes: 2 << 30,
         ..Limits::default()
     };
-    let interpreter = Interpreter::new(Rc::new(Silent), Vec::new(), limits);
+    let interpreter = Interpreter::new(Rc::new(DiscardingHost), Vec::new(), limits);
     let mut thread = interpreter.spawn_program(&program);
     // On to the last searches, which see most objects.
     let (mut slices, mut slowest) = (0, Duration::ZERO);
@@ -454,7 +458,7 @@ fn a_stop_does_not_wait_for_a_search() {
         if slices > 0 {
             slowest = slowest.max(begin.elapsed());
         }
-        assert!(matches!(step, Step::OutOfFuel), "{step:?}");
+        assert!(matches!(step, ResumeOutcome::OutOfFuel), "{step:?}");
         slices = if interpreter.is_searching() {
             slices + 1
         } else {
@@ -464,7 +468,7 @@ fn a_stop_does_not_wait_for_a_search() {
     let begin = Instant::now();
     let end = thread.resume(Resume::Stop, 0);
     let stop = begin.elapsed();
-    assert!(matches!(end, Step::Stopped), "{end:?}");
+    assert!(matches!(end, ResumeOutcome::Stopped), "{end:?}");
     let ended = interpreter
         .global("ended")
         .and_then(|ended| ended.as_bool());
@@ -484,21 +488,24 @@ fn what_a_search_that_was_given_up_has_seen_is_released() {
     let before = memory::held();
     let text = big(60_000);
     let program = compile(SourceFile::new("test", text), &KnownNames::default()).unwrap();
-    let interpreter = Interpreter::new(Rc::new(Silent), Vec::new(), Limits::default());
+    let interpreter = Interpreter::new(Rc::new(DiscardingHost), Vec::new(), Limits::default());
     let mut thread = interpreter.spawn_program(&program);
     while !interpreter.is_searching() {
         assert!(matches!(
             thread.resume(Resume::Continue, 100_000),
-            Step::OutOfFuel
+            ResumeOutcome::OutOfFuel
         ));
     }
-    assert!(matches!(thread.resume(Resume::Stop, 0), Step::Stopped));
+    assert!(matches!(
+        thread.resume(Resume::Stop, 0),
+        ResumeOutcome::Stopped
+    ));
     drop(thread);
     // Another thread goes on with the same objects.
     let text = "total = sum(1 for a in kept if a.me is a)\nfor i in range(30_000):\n    x = []; x.append(x)\n";
     let second = compile(SourceFile::new("test", text), &KnownNames::default()).unwrap();
     let mut thread = interpreter.spawn_program(&second);
-    while let Step::OutOfFuel = thread.resume(Resume::Continue, 100_000) {}
+    while let ResumeOutcome::OutOfFuel = thread.resume(Resume::Continue, 100_000) {}
     assert!(interpreter.global("total").and_then(|total| total.as_i64()) > Some(1000));
     drop((thread, interpreter, program, second));
     assert_eq!(memory::held() - before, 0);

@@ -6,35 +6,35 @@ use smallvec::SmallVec;
 
 use crate::errors::ExceptionKind;
 use crate::eval::pace::VALUE;
-use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
+use crate::eval::{BoxExpr, Evaluator, ExprNode, Frame, TraceExt};
 use crate::source::Span;
-use crate::value::symbol::{Passing, known};
-use crate::value::trash::Nodes;
-use crate::value::{Dict, R, Raised, Symbol, Value, Values};
+use crate::value::symbol::{TempSymbol, known};
+use crate::value::trash::NodeList;
+use crate::value::{Dict, R, Raised, Symbol, Value, ValueVec};
 
 /// An argument of a call with stars or keywords.
 pub enum CallArg {
     /// By position.
-    Positional(Expr),
+    Positional(BoxExpr),
     /// `*iterable`
-    Star(Expr),
+    Star(BoxExpr),
     /// By name.
-    Keyword(Symbol, Expr),
+    Keyword(Symbol, BoxExpr),
     /// `**mapping`
-    DoubleStar(Expr),
+    DoubleStar(BoxExpr),
 }
 
 /// A call with stars or keywords.
-pub struct CallWith {
+pub struct CallUnpacked {
     /// What is called.
-    pub function: Expr,
+    pub function: BoxExpr,
     /// With what, in the order of the text.
-    pub args: Nodes<CallArg>,
+    pub args: NodeList<CallArg>,
     /// Where it is written.
     pub span: Span,
 }
 
-impl Expression for CallWith {
+impl ExprNode for CallUnpacked {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let callee = self.function.eval(ev, f)?;
@@ -45,8 +45,8 @@ impl Expression for CallWith {
         {
             return self.forward(&callee, before, last, ev, f);
         }
-        let mut positional = Values::from(Vec::with_capacity(self.args.len()));
-        let (mut keywords, mut names) = (Values::default(), Vec::new());
+        let mut positional = ValueVec::from(Vec::with_capacity(self.args.len()));
+        let (mut keywords, mut names) = (ValueVec::default(), Vec::new());
         let gathered = gather(
             &self.args,
             &callee,
@@ -71,20 +71,20 @@ impl Expression for CallWith {
 }
 
 /// Arguments by position that are most often few.
-type Few = SmallVec<[Value; 8]>;
+type InlineArgs = SmallVec<[Value; 8]>;
 
-impl CallWith {
+impl CallUnpacked {
     /// `callee(a, b, *last)`
     #[inline(never)]
     fn forward(
         &self,
         callee: &Value,
         before: &[CallArg],
-        last: &Expr,
+        last: &BoxExpr,
         ev: &Evaluator<'_>,
         f: &mut Frame<'_>,
     ) -> R {
-        let mut args = Few::new();
+        let mut args = InlineArgs::new();
         for arg in before {
             if let CallArg::Positional(expr) = arg {
                 args.push(expr.eval(ev, f)?);
@@ -93,7 +93,7 @@ impl CallWith {
         let iterable = last.eval(ev, f)?;
         if !extend_at_once(&iterable, |items| args.extend(items.iter().cloned())) {
             let items = collect(&iterable, before.is_empty(), callee, ev).at(ev, f, self.span)?;
-            let mut args = Values::from(args.into_vec());
+            let mut args = ValueVec::from(args.into_vec());
             ev.append_values(items, &mut args).at(ev, f, self.span)?;
             let result = ev.call_from(callee, &mut args, &[], Some(&mut *f));
             return result.at(ev, f, self.span);
@@ -121,7 +121,7 @@ fn extend_at_once(iterable: &Value, extend: impl FnOnce(&[Value])) -> bool {
 }
 
 /// The items of `*iterable`; `single` if there are no other arguments by position.
-fn collect(iterable: &Value, single: bool, callee: &Value, ev: &Evaluator<'_>) -> R<Values> {
+fn collect(iterable: &Value, single: bool, callee: &Value, ev: &Evaluator<'_>) -> R<ValueVec> {
     ev.collect(iterable).map_err(|raised| {
         let raised = ev.not_unpackable(raised, iterable);
         let is_none = !ev.has_iteration(iterable);
@@ -149,7 +149,7 @@ pub fn gather<'e>(
     span: Span,
     positional: &mut Vec<Value>,
     keywords: &mut Vec<(Symbol, Value)>,
-    names: &mut Vec<Passing<'e>>,
+    names: &mut Vec<TempSymbol<'e>>,
 ) -> R<()> {
     let single = args
         .iter()
@@ -206,7 +206,7 @@ fn gather_mapping<'e>(
     callee: &Value,
     ev: &'e Evaluator<'_>,
     keywords: &mut Vec<(Symbol, Value)>,
-    names: &mut Vec<Passing<'e>>,
+    names: &mut Vec<TempSymbol<'e>>,
 ) -> R<bool> {
     let dict = Dict::new();
     ev.merge_mapping(&dict, mapping).map_err(|raised| {
@@ -228,7 +228,7 @@ fn gather_mapping<'e>(
         }
         raised
     })?;
-    let (mut given, mut are_texts) = (Given::default(), true);
+    let (mut given, mut are_texts) = (KeywordSet::default(), true);
     for (_, key, value) in ev.entries(&dict)? {
         ev.worked(NAME)?;
         let Value::Str(text) = ev.plain(&key) else {
@@ -266,13 +266,13 @@ const LOOKED_THROUGH: usize = 16;
 
 /// Names that are given already, where they may be many.
 #[derive(Default)]
-struct Given {
+struct KeywordSet {
     names: HashSet<Symbol>,
     /// Keywords that `names` has.
     noted: usize,
 }
 
-impl Given {
+impl KeywordSet {
     /// Whether one of the keywords has this name. Few are looked through.
     fn has(&mut self, name: Symbol, keywords: &[(Symbol, Value)]) -> bool {
         if keywords.len() <= LOOKED_THROUGH {

@@ -3,40 +3,40 @@
 use std::cell::Cell;
 use std::rc::Rc;
 
-use super::names::Peek;
+use super::names::Readable;
 use super::operand::Operand;
-use crate::builtins::Quick;
-use crate::eval::words::Words;
-use crate::eval::{Evaluator, Expression, Frame, Located};
+use crate::builtins::FastPath;
+use crate::eval::words::PairOf;
+use crate::eval::{Evaluator, ExprNode, Frame, TraceExt};
 use crate::source::Span;
-use crate::value::class::Location;
+use crate::value::class::AttrLocation;
 use crate::value::symbol::known;
-use crate::value::{BoundMethod, CellVar, Class, Held, Module, R, Symbol, Value};
+use crate::value::{BoundMethod, CellVar, Class, Module, R, ScriptCell, Symbol, Value};
 
 /// What a cache knows about an attribute of instances of one class in one state.
 #[derive(Clone, Copy)]
-pub enum Hint {
+pub enum CachedLookup {
     /// In the slot of the instance.
     Slot(u32),
     /// A function of the class; no instance has an attribute of that name.
-    Method(Location),
+    Method(AttrLocation),
     /// A property of the class.
-    Property(Location),
+    Property(AttrLocation),
     /// A plain value of the class; no instance has an attribute of that name.
-    Plain(Location),
+    Plain(AttrLocation),
     /// A method of a builtin type that answers some calls at once.
-    Quick(Quick),
+    Quick(FastPath),
     /// A static method of the class; no instance has an attribute of that name.
-    Static(Location),
+    Static(AttrLocation),
     /// Something that is looked up each time.
     Other,
 }
 
 /// Where a member of a module was found last. Modules are few and last, so the way there is kept for one.
 #[derive(Default)]
-pub struct Member(Held<Option<(Rc<Module>, Rc<CellVar>)>>);
+pub struct ModuleMemberCache(ScriptCell<Option<(Rc<Module>, Rc<CellVar>)>>);
 
-impl Member {
+impl ModuleMemberCache {
     /// The variable of this name; None if the module has none.
     #[inline]
     pub fn of(&self, module: &Rc<Module>, name: Symbol) -> Option<Rc<CellVar>> {
@@ -62,23 +62,23 @@ impl Member {
 }
 
 /// A cache for two classes: methods of a base class see instances of several.
-pub struct Cache {
+pub struct InlineCache {
     /// The version of a class, which is never 0, and the slot of its instances.
     slots: [Cell<(u32, u32)>; 2],
     /// The version of a class, and what else is known about it.
-    entries: [Cell<(u32, Hint)>; 2],
+    entries: [Cell<(u32, CachedLookup)>; 2],
 }
 
-impl Default for Cache {
+impl Default for InlineCache {
     fn default() -> Self {
-        Cache {
+        InlineCache {
             slots: Default::default(),
-            entries: [const { Cell::new((0, Hint::Slot(0))) }; 2],
+            entries: [const { Cell::new((0, CachedLookup::Slot(0))) }; 2],
         }
     }
 }
 
-impl Cache {
+impl InlineCache {
     /// The slot of instances of a class in the state `version`, if that is what is known.
     #[inline(always)]
     pub fn slot(&self, version: u32) -> Option<usize> {
@@ -94,7 +94,7 @@ impl Cache {
 
     /// What is known for a class in the state `version`.
     #[inline(always)]
-    pub fn get(&self, version: u32) -> Option<Hint> {
+    pub fn get(&self, version: u32) -> Option<CachedLookup> {
         let [first, second] = &self.entries;
         if first.get().0 == version {
             return Some(first.get().1);
@@ -102,7 +102,8 @@ impl Cache {
         if second.get().0 == version {
             return Some(second.get().1);
         }
-        self.slot(version).map(|slot| Hint::Slot(slot as u32))
+        self.slot(version)
+            .map(|slot| CachedLookup::Slot(slot as u32))
     }
 
     /// The attribute of `value`, if the cache knows where it lies.
@@ -116,19 +117,21 @@ impl Cache {
             return instance.slot(slot);
         }
         match self.get(version)? {
-            Hint::Plain(location) if !instance.in_dict.get() => Some(instance.class.at(location)),
-            Hint::Slot(_)
-            | Hint::Method(_)
-            | Hint::Property(_)
-            | Hint::Quick(_)
-            | Hint::Static(_)
-            | Hint::Plain(_)
-            | Hint::Other => None,
+            CachedLookup::Plain(location) if !instance.in_dict.get() => {
+                Some(instance.class.at(location))
+            }
+            CachedLookup::Slot(_)
+            | CachedLookup::Method(_)
+            | CachedLookup::Property(_)
+            | CachedLookup::Quick(_)
+            | CachedLookup::Static(_)
+            | CachedLookup::Plain(_)
+            | CachedLookup::Other => None,
         }
     }
 
-    fn set(&self, version: u32, hint: Hint) {
-        if let Hint::Slot(slot) = hint {
+    fn set(&self, version: u32, hint: CachedLookup) {
+        if let CachedLookup::Slot(slot) = hint {
             self.slots[1].set(self.slots[0].get());
             self.slots[0].set((version, slot));
             return;
@@ -138,38 +141,40 @@ impl Cache {
     }
 
     /// Finds out what can be remembered about reading `name` of instances of `class`, and does.
-    pub fn learn(&self, class: &Class, name: Symbol) -> Option<Hint> {
-        let hint = Hint::about(class, name)?;
+    pub fn learn(&self, class: &Class, name: Symbol) -> Option<CachedLookup> {
+        let hint = CachedLookup::about(class, name)?;
         self.set(class.version(), hint);
         Some(hint)
     }
 }
 
-impl Hint {
+impl CachedLookup {
     /// What can be remembered about reading `name` of instances of `class`.
-    fn about(class: &Class, name: Symbol) -> Option<Hint> {
+    fn about(class: &Class, name: Symbol) -> Option<CachedLookup> {
         if class.lookup(known::GETATTRIBUTE).is_some() {
             return None;
         }
         let slot = class.slot(name);
         let hint = match (class.locate(name), slot) {
-            (None, Some(slot)) => Hint::Slot(slot as u32),
-            (Some((location, Value::Property(_))), _) => Hint::Property(location),
+            (None, Some(slot)) => CachedLookup::Slot(slot as u32),
+            (Some((location, Value::Property(_))), _) => CachedLookup::Property(location),
             (Some((_, Value::Instance(_) | Value::Super(_))), _) => return None,
-            (Some((_, _)), Some(slot)) => Hint::Slot(slot as u32),
-            (Some((location, Value::Function(_))), None) => Hint::Method(location),
+            (Some((_, _)), Some(slot)) => CachedLookup::Slot(slot as u32),
+            (Some((location, Value::Function(_))), None) => CachedLookup::Method(location),
             (Some((location, Value::Builtin(builtin))), None) if builtin.owner.is_some() => {
                 let is_for = |owner: &str| owner == "object" || class.is_called(owner);
                 match builtin.quick {
-                    Some(quick) if !class.is_script => Hint::Quick(quick),
+                    Some(quick) if !class.is_script => CachedLookup::Quick(quick),
                     // Of another type: it is refused when it is made a method.
-                    _ if class.is_script && !builtin.owner.is_some_and(is_for) => Hint::Other,
-                    _ => Hint::Method(location),
+                    _ if class.is_script && !builtin.owner.is_some_and(is_for) => {
+                        CachedLookup::Other
+                    }
+                    _ => CachedLookup::Method(location),
                 }
             }
-            (Some((location, Value::StaticMethod(_))), None) => Hint::Static(location),
-            (Some((_, Value::ClassMethod(_))), None) => Hint::Other,
-            (Some((location, _)), None) => Hint::Plain(location),
+            (Some((location, Value::StaticMethod(_))), None) => CachedLookup::Static(location),
+            (Some((_, Value::ClassMethod(_))), None) => CachedLookup::Other,
+            (Some((location, _)), None) => CachedLookup::Plain(location),
             (None, None) => return None,
         };
         Some(hint)
@@ -177,27 +182,27 @@ impl Hint {
 }
 
 /// What is known about attributes that are asked for by a text, whoever asks: by the class and the name.
-pub struct Hints([Cell<(u32, Symbol, Hint)>; HINTS]);
+pub struct LookupCache([Cell<(u32, Symbol, CachedLookup)>; HINTS]);
 
 const HINTS: usize = 64;
 
-impl Default for Hints {
+impl Default for LookupCache {
     fn default() -> Self {
-        Hints([const { Cell::new((0, Symbol(0), Hint::Other)) }; HINTS])
+        LookupCache([const { Cell::new((0, Symbol(0), CachedLookup::Other)) }; HINTS])
     }
 }
 
-impl Hints {
+impl LookupCache {
     /// What is known about reading `name` of instances of `class`.
     #[inline]
-    pub fn about(&self, class: &Class, name: Symbol) -> Option<Hint> {
+    pub fn about(&self, class: &Class, name: Symbol) -> Option<CachedLookup> {
         let version = class.version();
         let place = &self.0[(version.wrapping_mul(31) ^ name.0) as usize % HINTS];
         let (known, of, hint) = place.get();
         if known == version && of == name {
             return Some(hint);
         }
-        let hint = Hint::about(class, name)?;
+        let hint = CachedLookup::about(class, name)?;
         place.set((class.version(), name, hint));
         Some(hint)
     }
@@ -212,12 +217,12 @@ pub struct Attribute {
     /// Where it is written.
     pub span: Span,
     /// What is known about it.
-    pub cache: Cache,
+    pub cache: InlineCache,
     /// Where it is in a module.
-    pub member: Member,
+    pub member: ModuleMemberCache,
 }
 
-impl Expression for Attribute {
+impl ExprNode for Attribute {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         match self.at_hand(f) {
@@ -239,8 +244,8 @@ impl Expression for Attribute {
 impl Attribute {
     /// The attribute, wherever it is.
     #[inline(never)]
-    fn find(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Words<R> {
-        Words::of(self.find_anywhere(ev, f))
+    fn find(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> PairOf<R> {
+        PairOf::of(self.find_anywhere(ev, f))
     }
 
     #[inline(always)]
@@ -265,7 +270,7 @@ impl Attribute {
     /// Where the attribute of an instance in a local variable lies, if that is known.
     ///
     /// # Safety
-    /// As `Held::glimpse`.
+    /// As `ScriptCell::glimpse`.
     #[inline(always)]
     #[allow(unsafe_code)]
     pub unsafe fn reach<'v>(&'v self, f: &'v Frame<'_>) -> Option<&'v Value> {
@@ -310,14 +315,14 @@ impl Attribute {
         if let Value::Instance(instance) = value {
             let class = &instance.class;
             match self.cache.get(class.version()) {
-                Some(Hint::Property(location)) => {
+                Some(CachedLookup::Property(location)) => {
                     if let Value::Property(property) = class.at(location)
                         && !property.get.is_none()
                     {
                         return ev.call1(&property.get, value.clone()).at(ev, f, self.span);
                     }
                 }
-                Some(Hint::Method(location)) if !instance.in_dict.get() => {
+                Some(CachedLookup::Method(location)) if !instance.in_dict.get() => {
                     if let Some(function) = class.function_at(location) {
                         return Ok(Value::BoundMethod(Rc::new(BoundMethod {
                             receiver: value.clone(),

@@ -2,10 +2,10 @@
 
 use std::marker::PhantomData;
 
-use super::names::{Const, Peek};
+use super::names::{Const, Readable};
 use super::operand::{Operand, two_operands};
 use crate::ast::{BinaryOp, UnaryOp};
-use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
+use crate::eval::{BoxExpr, Evaluator, ExprNode, Frame, TraceExt};
 use crate::ops::arith::fast;
 use crate::source::Span;
 use crate::value::R;
@@ -37,7 +37,7 @@ two_operands!(
     PeekPeek<O, A, B> { left: A, right: B }
 );
 
-impl<O: Operator, A: Peek, B: Peek> Expression for PeekPeek<O, A, B> {
+impl<O: Operator, A: Readable, B: Readable> ExprNode for PeekPeek<O, A, B> {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let (a, b) = (self.left.peek(f), self.right.peek(f));
@@ -52,10 +52,10 @@ impl<O: Operator, A: Peek, B: Peek> Expression for PeekPeek<O, A, B> {
 
 two_operands!(
     /// The right operand can be looked at.
-    ExprPeek<O, B> { left: Expr, right: B }
+    ExprPeek<O, B> { left: BoxExpr, right: B }
 );
 
-impl<O: Operator, B: Peek> Expression for ExprPeek<O, B> {
+impl<O: Operator, B: Readable> ExprNode for ExprPeek<O, B> {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let a = self.left.eval(ev, f)?;
@@ -70,10 +70,10 @@ impl<O: Operator, B: Peek> Expression for ExprPeek<O, B> {
 
 two_operands!(
     /// The left operand can be looked at; its value is taken before the right one is evaluated.
-    PeekExpr<O, A> { left: A, right: Expr }
+    PeekExpr<O, A> { left: A, right: BoxExpr }
 );
 
-impl<O: Operator, A: Peek> Expression for PeekExpr<O, A> {
+impl<O: Operator, A: Readable> ExprNode for PeekExpr<O, A> {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         self.left.check(ev, f)?;
@@ -88,10 +88,10 @@ impl<O: Operator, A: Peek> Expression for PeekExpr<O, A> {
 
 two_operands!(
     /// Both operands are expressions.
-    ExprExpr<O> { left: Expr, right: Expr }
+    ExprExpr<O> { left: BoxExpr, right: BoxExpr }
 );
 
-impl<O: Operator> Expression for ExprExpr<O> {
+impl<O: Operator> ExprNode for ExprExpr<O> {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let a = self.left.eval(ev, f)?;
@@ -104,7 +104,7 @@ impl<O: Operator> Expression for ExprExpr<O> {
 }
 
 /// The node for `left op right`.
-pub fn binary(op: BinaryOp, left: Operand, right: Operand, span: Span) -> Expr {
+pub fn binary(op: BinaryOp, left: Operand, right: Operand, span: Span) -> BoxExpr {
     match op {
         BinaryOp::Add => shaped::<op::Add>(left, right, span),
         BinaryOp::Sub => shaped::<op::Sub>(left, right, span),
@@ -122,11 +122,11 @@ pub fn binary(op: BinaryOp, left: Operand, right: Operand, span: Span) -> Expr {
     }
 }
 
-fn general<O: Operator>(left: Operand, right: Operand, span: Span) -> Expr {
+fn general<O: Operator>(left: Operand, right: Operand, span: Span) -> BoxExpr {
     ExprExpr::<O>::boxed(left.into_expr(), right.into_expr(), span)
 }
 
-fn shaped<O: Operator>(left: Operand, right: Operand, span: Span) -> Expr {
+fn shaped<O: Operator>(left: Operand, right: Operand, span: Span) -> BoxExpr {
     use Operand::{Const as C, Expr as E, Local as L};
     match (left.peekable_or_expr(), right.peekable_or_expr()) {
         (L(left), L(right)) => PeekPeek::<O, _, _>::boxed(left, right, span),
@@ -145,12 +145,12 @@ pub struct Unary {
     /// Which operator.
     pub op: UnaryOp,
     /// Its operand.
-    pub operand: Expr,
+    pub operand: BoxExpr,
     /// Where it is written.
     pub span: Span,
 }
 
-impl Expression for Unary {
+impl ExprNode for Unary {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let value = self.operand.eval(ev, f)?;

@@ -1,14 +1,14 @@
 //! `and`, `or`, `not`, and the conditional expression.
 
 use super::operand::Operand;
-use crate::eval::{Evaluator, Expression, Frame};
-use crate::value::trash::Nodes;
+use crate::eval::{Evaluator, ExprNode, Frame};
+use crate::value::trash::NodeList;
 use crate::value::{R, Value};
 
 /// `a and b and c`
-pub struct And(pub Nodes<Operand>);
+pub struct And(pub NodeList<Operand>);
 
-impl Expression for And {
+impl ExprNode for And {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let Some((last, before)) = self.0.split_last() else {
@@ -35,9 +35,9 @@ impl Expression for And {
 }
 
 /// `a or b or c`
-pub struct Or(pub Nodes<Operand>);
+pub struct Or(pub NodeList<Operand>);
 
-impl Expression for Or {
+impl ExprNode for Or {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let Some((last, before)) = self.0.split_last() else {
@@ -66,7 +66,7 @@ impl Expression for Or {
 /// `not a`
 pub struct Not(pub Operand);
 
-impl Expression for Not {
+impl ExprNode for Not {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         self.truth(ev, f).map(Value::Bool)
@@ -86,7 +86,7 @@ pub struct IfElse {
     pub orelse: Operand,
 }
 
-impl Expression for IfElse {
+impl ExprNode for IfElse {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         if self.test.truth(ev, f)? {

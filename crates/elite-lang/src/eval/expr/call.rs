@@ -4,13 +4,13 @@ use std::rc::Rc;
 
 use super::enter::call_script;
 use super::operand::Operand;
-use crate::builtins::{Builtin, BuiltinBody, Quick};
-use crate::eval::run::{Slots, with_slots};
-use crate::eval::{Evaluator, Expression, Frame, Located};
+use crate::builtins::{Builtin, BuiltinBody, FastPath};
+use crate::eval::run::{StackSlots, with_slots};
+use crate::eval::{Evaluator, ExprNode, Frame, TraceExt};
 use crate::source::Span;
-use crate::value::class::Making;
-use crate::value::instance::Payload;
-use crate::value::trash::Nodes;
+use crate::value::class::ConstructPath;
+use crate::value::instance::InstancePayload;
+use crate::value::trash::NodeList;
 use crate::value::{Class, Function, Instance, R, Value};
 
 /// `function(a, b)` without stars and keywords.
@@ -18,25 +18,25 @@ pub struct Call {
     /// What is called.
     pub function: Operand,
     /// With what.
-    pub site: Site,
+    pub site: CallArgs,
 }
 
 /// The arguments of a call without stars and keywords.
-pub struct Site {
+pub struct CallArgs {
     /// By position.
-    pub args: Nodes<Operand>,
+    pub args: NodeList<Operand>,
     /// All of them can be looked at without evaluating anything, some after copying them.
     is_lent: bool,
     /// Where the call is written.
     pub span: Span,
 }
 
-impl Site {
+impl CallArgs {
     /// A call with these arguments.
-    pub fn new(args: Nodes<Operand>, span: Span) -> Self {
+    pub fn new(args: NodeList<Operand>, span: Span) -> Self {
         let is_expr = |arg: &Operand| matches!(arg, Operand::Expr(_));
         let is_bound = |arg: &Operand| matches!(arg, Operand::Local(_) | Operand::Const(_));
-        Site {
+        CallArgs {
             is_lent: !args.iter().any(is_expr) && !args.iter().all(is_bound),
             args,
             span,
@@ -47,11 +47,11 @@ impl Site {
 /// What the callee of a call turns out to be.
 enum Callee {
     Script(Rc<Function>),
-    Quick(Quick),
+    Quick(FastPath),
     Other,
 }
 
-impl Expression for Call {
+impl ExprNode for Call {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         // SAFETY: a function is copied, which counts a reference, or a builtin is asked what it answers with.
@@ -103,9 +103,9 @@ impl Call {
 /// other variables, attributes and items, of which there are copies.
 #[inline(always)]
 pub(super) fn answer(
-    quick: Quick,
+    quick: FastPath,
     receiver: Option<&Value>,
-    site: &Site,
+    site: &CallArgs,
     ev: &Evaluator<'_>,
     f: &Frame<'_>,
 ) -> Option<Value> {
@@ -124,7 +124,7 @@ pub(super) fn answer(
 
 #[inline(never)]
 fn answer_to_copies(
-    quick: Quick,
+    quick: FastPath,
     receiver: Option<&Value>,
     args: &[Operand],
     ev: &Evaluator<'_>,
@@ -144,7 +144,7 @@ fn answer_to_copies(
 pub(super) fn call_native(
     builtin: &Rc<Builtin>,
     receiver: Option<Value>,
-    site: &Site,
+    site: &CallArgs,
     ev: &Evaluator<'_>,
     f: &mut Frame<'_>,
 ) -> R {
@@ -170,11 +170,11 @@ pub(super) fn call_native(
 fn run_native<const N: usize>(
     builtin: &Rc<Builtin>,
     receiver: Option<Value>,
-    site: &Site,
+    site: &CallArgs,
     ev: &Evaluator<'_>,
     f: &mut Frame<'_>,
 ) -> R {
-    let mut slots = Slots::<N>::empty();
+    let mut slots = StackSlots::<N>::empty();
     let slots = slots.first(N);
     let first = usize::from(receiver.is_some());
     let given = site.args.len() + first;
@@ -207,7 +207,7 @@ fn run_native<const N: usize>(
 
 /// The answer to a call with arguments that have been evaluated.
 #[inline(always)]
-fn answer_to(quick: Quick, args: &[Value], ev: &Evaluator<'_>) -> Option<Value> {
+fn answer_to(quick: FastPath, args: &[Value], ev: &Evaluator<'_>) -> Option<Value> {
     match args {
         [a] => quick.ask(ev, &[a]),
         [a, b] => quick.ask(ev, &[a, b]),
@@ -233,15 +233,18 @@ pub(super) fn call_other(
 
 /// Calls a class: a plain object gets the arguments evaluated straight into the slots of its `__init__`.
 #[inline(never)]
-fn make_instance(class: &Rc<Class>, site: &Site, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+fn make_instance(class: &Rc<Class>, site: &CallArgs, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
     let (args, span) = (&*site.args, site.span);
     let version = class.version();
     let init = match class.making() {
-        Making::Bare if args.is_empty() => {
-            return Ok(Value::Instance(Instance::new(class.clone(), Payload::None)));
+        ConstructPath::Bare if args.is_empty() => {
+            return Ok(Value::Instance(Instance::new(
+                class.clone(),
+                InstancePayload::None,
+            )));
         }
-        Making::Init(location) => class.at(location),
-        Making::Native => {
+        ConstructPath::Init(location) => class.at(location),
+        ConstructPath::Native => {
             if let Value::Builtin(constructor) = class.constructor.get() {
                 return call_native(&constructor, None, site, ev, f);
             }
@@ -265,7 +268,7 @@ fn make_instance(class: &Rc<Class>, site: &Site, ev: &Evaluator<'_>, f: &mut Fra
             let result = ev.instantiate(class, &mut slots[1..given], &[], Some(&mut *f));
             return result.at(ev, f, span);
         }
-        let object = Instance::new(class.clone(), Payload::None);
+        let object = Instance::new(class.clone(), InstancePayload::None);
         slots[0].fill(Value::Instance(object.clone()));
         if given < params.positional {
             ev.fill_defaults(init, slots).at(ev, f, span)?;

@@ -2,14 +2,14 @@
 
 use std::marker::PhantomData;
 
-use super::names::{Const, Peek};
+use super::names::{Const, Readable};
 use super::operand::{Operand, two_operands};
 use crate::ast::CompareOp;
 use crate::builtins::quick::contains;
-use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
+use crate::eval::{BoxExpr, Evaluator, ExprNode, Frame, TraceExt};
 use crate::ops::compare::fast;
 use crate::source::Span;
-use crate::value::trash::Nodes;
+use crate::value::trash::NodeList;
 use crate::value::{R, Value};
 
 /// An ordering operator as a type.
@@ -36,7 +36,7 @@ two_operands!(
     PeekPeek<O, A, B> { left: A, right: B }
 );
 
-impl<O: Ordering, A: Peek, B: Peek> PeekPeek<O, A, B> {
+impl<O: Ordering, A: Readable, B: Readable> PeekPeek<O, A, B> {
     fn slow(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         self.left.check(ev, f)?;
         self.right.check(ev, f)?;
@@ -45,7 +45,7 @@ impl<O: Ordering, A: Peek, B: Peek> PeekPeek<O, A, B> {
     }
 }
 
-impl<O: Ordering, A: Peek, B: Peek> Expression for PeekPeek<O, A, B> {
+impl<O: Ordering, A: Readable, B: Readable> ExprNode for PeekPeek<O, A, B> {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         match fast(O::OP, self.left.peek(f), self.right.peek(f)) {
@@ -72,10 +72,10 @@ fn truth_of(value: Value, ev: &Evaluator<'_>, f: &Frame<'_>, span: Span) -> R<bo
 }
 
 two_operands!(
-    ExprPeek<O, B> { left: Expr, right: B }
+    ExprPeek<O, B> { left: BoxExpr, right: B }
 );
 
-impl<O: Ordering, B: Peek> ExprPeek<O, B> {
+impl<O: Ordering, B: Readable> ExprPeek<O, B> {
     fn slow(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>, a: &Value) -> R {
         self.right.check(ev, f)?;
         ev.compare(O::OP, a, self.right.peek(f))
@@ -83,7 +83,7 @@ impl<O: Ordering, B: Peek> ExprPeek<O, B> {
     }
 }
 
-impl<O: Ordering, B: Peek> Expression for ExprPeek<O, B> {
+impl<O: Ordering, B: Readable> ExprNode for ExprPeek<O, B> {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let a = self.left.eval(ev, f)?;
@@ -104,10 +104,10 @@ impl<O: Ordering, B: Peek> Expression for ExprPeek<O, B> {
 }
 
 two_operands!(
-    ExprExpr<O> { left: Expr, right: Expr }
+    ExprExpr<O> { left: BoxExpr, right: BoxExpr }
 );
 
-impl<O: Ordering> Expression for ExprExpr<O> {
+impl<O: Ordering> ExprNode for ExprExpr<O> {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let a = self.left.eval(ev, f)?;
@@ -142,7 +142,7 @@ struct Membership {
     span: Span,
 }
 
-impl Expression for Membership {
+impl ExprNode for Membership {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         self.truth(ev, f).map(Value::Bool)
@@ -193,16 +193,16 @@ impl Membership {
 }
 
 /// `a < b < c`: every operand is evaluated once, and none after a comparison that fails.
-pub struct Chain {
+pub struct ComparisonChain {
     /// The first operand.
-    pub first: Expr,
+    pub first: BoxExpr,
     /// The comparisons after it.
-    pub rest: Nodes<(CompareOp, Expr)>,
+    pub rest: NodeList<(CompareOp, BoxExpr)>,
     /// Where it is written.
     pub span: Span,
 }
 
-impl Expression for Chain {
+impl ExprNode for ComparisonChain {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let mut left = self.first.eval(ev, f)?;
@@ -231,7 +231,7 @@ fn fast_ordering(op: CompareOp, a: &Value, b: &Value) -> Option<bool> {
 }
 
 /// The node for `left op right`.
-pub fn compare(op: CompareOp, left: Operand, right: Operand, span: Span) -> Expr {
+pub fn compare(op: CompareOp, left: Operand, right: Operand, span: Span) -> BoxExpr {
     match op {
         CompareOp::Eq => shaped::<op::Eq>(left, right, span),
         CompareOp::Ne => shaped::<op::Ne>(left, right, span),
@@ -248,7 +248,7 @@ pub fn compare(op: CompareOp, left: Operand, right: Operand, span: Span) -> Expr
     }
 }
 
-fn shaped<O: Ordering>(left: Operand, right: Operand, span: Span) -> Expr {
+fn shaped<O: Ordering>(left: Operand, right: Operand, span: Span) -> BoxExpr {
     use Operand::{Const as C, Expr as E, Local as L};
     match (left.peekable_or_expr(), right.peekable_or_expr()) {
         (L(left), L(right)) => PeekPeek::<O, _, _>::boxed(left, right, span),

@@ -3,10 +3,10 @@
 use std::rc::Rc;
 
 use crate::eval::stmt::loops::LoopTarget;
-use crate::eval::walk::Walk;
-use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
+use crate::eval::walk::LoopCursor;
+use crate::eval::{BoxExpr, Evaluator, ExprNode, Frame, TraceExt};
 use crate::source::Span;
-use crate::value::trash::Nodes;
+use crate::value::trash::NodeList;
 use crate::value::{CellVar, Dict, R, Set, Value};
 
 /// One `for target in iterable if …`.
@@ -14,9 +14,9 @@ pub struct Clause {
     /// What is bound.
     pub target: LoopTarget,
     /// What is walked through.
-    pub iterable: Expr,
+    pub iterable: BoxExpr,
     /// What must hold.
-    pub conditions: Nodes<Expr>,
+    pub conditions: NodeList<BoxExpr>,
     /// Where the iterable is written.
     pub span: Span,
 }
@@ -24,7 +24,7 @@ pub struct Clause {
 /// What all comprehensions share.
 pub struct Clauses {
     /// At least one.
-    pub clauses: Nodes<Clause>,
+    pub clauses: NodeList<Clause>,
     /// Slots of its variables, cleared at its end.
     pub slots: Box<[u32]>,
     /// Slots that get a new cell each time it runs.
@@ -64,7 +64,7 @@ impl Clauses {
         body: &mut dyn FnMut(&Evaluator<'_>, &mut Frame<'_>) -> R<()>,
     ) -> R<()> {
         let clause = &self.clauses[index];
-        let mut walk = Walk::over(iterable, ev, f, clause.span)?;
+        let mut walk = LoopCursor::over(iterable, ev, f, clause.span)?;
         'items: while clause.target.bind_next(&mut walk, ev, f, clause.span)? {
             ev.safepoint()?;
             for condition in &clause.conditions {
@@ -87,12 +87,12 @@ impl Clauses {
 /// `[element for …]`
 pub struct ListComprehension {
     /// What is collected.
-    pub element: Expr,
+    pub element: BoxExpr,
     /// From where.
     pub clauses: Clauses,
 }
 
-impl Expression for ListComprehension {
+impl ExprNode for ListComprehension {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let mut items = Vec::new();
@@ -109,14 +109,14 @@ impl Expression for ListComprehension {
 /// `{element for …}`
 pub struct SetComprehension {
     /// What is collected.
-    pub element: Expr,
+    pub element: BoxExpr,
     /// From where.
     pub clauses: Clauses,
     /// Where it is written.
     pub span: Span,
 }
 
-impl Expression for SetComprehension {
+impl ExprNode for SetComprehension {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let set = Set::new();
@@ -131,16 +131,16 @@ impl Expression for SetComprehension {
 /// `{key: value for …}`
 pub struct DictComprehension {
     /// The keys.
-    pub key: Expr,
+    pub key: BoxExpr,
     /// Their values.
-    pub value: Expr,
+    pub value: BoxExpr,
     /// From where.
     pub clauses: Clauses,
     /// Where it is written.
     pub span: Span,
 }
 
-impl Expression for DictComprehension {
+impl ExprNode for DictComprehension {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let dict = Dict::new();
@@ -158,12 +158,12 @@ pub struct GeneratorExpression {
     /// The generator function, with the iterator as only parameter.
     pub function: super::function::MakeFunction,
     /// The first iterable.
-    pub iterable: Expr,
+    pub iterable: BoxExpr,
     /// Where it is written.
     pub span: Span,
 }
 
-impl Expression for GeneratorExpression {
+impl ExprNode for GeneratorExpression {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let iterable = self.iterable.eval(ev, f)?;

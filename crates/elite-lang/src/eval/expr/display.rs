@@ -4,10 +4,10 @@ use std::rc::Rc;
 
 use super::operand::Operand;
 use crate::errors::ExceptionKind;
-use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
+use crate::eval::{BoxExpr, Evaluator, ExprNode, Frame, TraceExt};
 use crate::ops::hash::quick_hash;
 use crate::source::Span;
-use crate::value::trash::Nodes;
+use crate::value::trash::NodeList;
 use crate::value::{Dict, R, Raised, Set, Value};
 
 /// An item of a display.
@@ -15,7 +15,7 @@ pub enum Element {
     /// A value.
     One(Operand),
     /// `*iterable`
-    Star(Expr, Span),
+    Star(BoxExpr, Span),
 }
 
 /// Evaluates the items of a display.
@@ -37,9 +37,9 @@ fn gather(elements: &[Element], ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<Vec<
 }
 
 /// `[a, b, *c]`
-pub struct ListDisplay(pub Nodes<Element>);
+pub struct ListDisplay(pub NodeList<Element>);
 
-impl Expression for ListDisplay {
+impl ExprNode for ListDisplay {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         gather(&self.0, ev, f).map(Value::list)
@@ -47,12 +47,12 @@ impl Expression for ListDisplay {
 }
 
 /// `(a, b, *c)`
-pub struct TupleDisplay(pub Nodes<Element>);
+pub struct TupleDisplay(pub NodeList<Element>);
 
 /// `(a, b)`
 pub struct PairDisplay(pub [Operand; 2]);
 
-impl Expression for PairDisplay {
+impl ExprNode for PairDisplay {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let first = self.0[0].eval(ev, f)?;
@@ -64,7 +64,7 @@ impl Expression for PairDisplay {
 /// `(a, b, c)`
 pub struct TripleDisplay(pub [Operand; 3]);
 
-impl Expression for TripleDisplay {
+impl ExprNode for TripleDisplay {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let first = self.0[0].eval(ev, f)?;
@@ -74,7 +74,7 @@ impl Expression for TripleDisplay {
     }
 }
 
-impl Expression for TupleDisplay {
+impl ExprNode for TupleDisplay {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         gather(&self.0, ev, f).map(Value::tuple)
@@ -84,7 +84,7 @@ impl Expression for TupleDisplay {
 /// `{a, b, *c}`
 pub struct SetDisplay {
     /// The elements.
-    pub elements: Nodes<Element>,
+    pub elements: NodeList<Element>,
     /// All elements are constants, and so many that CPython keeps a constant set and copies it, which shows in
     /// their order.
     pub copied: bool,
@@ -92,7 +92,7 @@ pub struct SetDisplay {
     pub span: Span,
 }
 
-impl Expression for SetDisplay {
+impl ExprNode for SetDisplay {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let set = Set::new();
@@ -131,15 +131,15 @@ impl Expression for SetDisplay {
 /// An item of a dict display.
 pub enum DictElement {
     /// `key: value`
-    Pair(Expr, Expr),
+    Pair(BoxExpr, BoxExpr),
     /// `**mapping`
-    Unpack(Expr),
+    Unpack(BoxExpr),
 }
 
 /// `{a: b, **c}`
-pub struct DictDisplay(pub Nodes<DictElement>, pub Span);
+pub struct DictDisplay(pub NodeList<DictElement>, pub Span);
 
-impl Expression for DictDisplay {
+impl ExprNode for DictDisplay {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let dict = Dict::with_room(self.0.len());

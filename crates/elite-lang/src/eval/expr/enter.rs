@@ -2,35 +2,36 @@
 
 use std::rc::Rc;
 
-use super::call::Site;
+use super::call::CallArgs;
 use super::keywords::call_with_keywords;
 use super::operand::Operand;
 use crate::eval::code::{CodeKind, Params};
-use crate::eval::run::{Slots, make_cells};
-use crate::eval::words::Words;
-use crate::eval::{Evaluator, Frame, Located};
+use crate::eval::run::{StackSlots, make_cells};
+use crate::eval::words::PairOf;
+use crate::eval::{Evaluator, Frame, TraceExt};
 use crate::value::held::nothing_is_open;
 use crate::value::{Function, R, Value};
 
 /// How a function is entered with values by position: `first`, if it is not `Unbound`, comes before them.
-pub type Given = fn(&Rc<Function>, Words<Value>, &mut [Value], &Evaluator<'_>) -> Words<R>;
+pub type ValueEntry = fn(&Rc<Function>, PairOf<Value>, &mut [Value], &Evaluator<'_>) -> PairOf<R>;
 
 /// How a function is entered from the place of a call: the receiver, if it is not `Unbound`, comes before the arguments.
-pub type Entry = fn(&Rc<Function>, Words<Value>, &Site, &Evaluator<'_>, &mut Frame<'_>) -> Words<R>;
+pub type CallEntry =
+    fn(&Rc<Function>, PairOf<Value>, &CallArgs, &Evaluator<'_>, &mut Frame<'_>) -> PairOf<R>;
 
 /// How functions of some code are entered.
 #[derive(Clone, Copy)]
-pub struct Entries {
+pub struct EntryPoints {
     /// From the place of a call.
-    pub call: Entry,
+    pub call: CallEntry,
     /// With values.
-    pub given: Given,
+    pub given: ValueEntry,
 }
 
-impl Entries {
+impl EntryPoints {
     /// Those of functions of that kind with so many variables.
     pub fn of(kind: CodeKind, params: &Params, slots: usize) -> Self {
-        let (call, given): (Entry, Given) = match slots {
+        let (call, given): (CallEntry, ValueEntry) = match slots {
             0..=4 if params.is_starred() && kind == CodeKind::Plain => {
                 (enter_starred::<4>, enter_with_any)
             }
@@ -46,7 +47,7 @@ impl Entries {
             9..=16 => (enter::<16>, enter_with::<16>),
             _ => (enter_generally, enter_with_any),
         };
-        Entries { call, given }
+        EntryPoints { call, given }
     }
 }
 
@@ -55,50 +56,50 @@ impl Entries {
 pub(super) fn call_script(
     function: &Rc<Function>,
     receiver: Option<Value>,
-    site: &Site,
+    site: &CallArgs,
     ev: &Evaluator<'_>,
     f: &mut Frame<'_>,
 ) -> R {
-    let receiver = Words::of(receiver.unwrap_or_default());
+    let receiver = PairOf::of(receiver.unwrap_or_default());
     (function.code.entries.call)(function, receiver, site, ev, f).whole()
 }
 
 /// Any function with any arguments.
 fn enter_generally(
     function: &Rc<Function>,
-    receiver: Words<Value>,
-    site: &Site,
+    receiver: PairOf<Value>,
+    site: &CallArgs,
     ev: &Evaluator<'_>,
     f: &mut Frame<'_>,
-) -> Words<R> {
+) -> PairOf<R> {
     let receiver = Some(receiver.whole()).filter(|value| !value.is_unbound());
     let result = call_with_keywords(function, receiver, &site.args, &[], ev, f, site.span);
-    Words::of(result)
+    PairOf::of(result)
 }
 
 /// A function of at most `N` variables, which lie on the native stack, and no more values than it has parameters.
 fn enter<const N: usize>(
     function: &Rc<Function>,
-    receiver: Words<Value>,
-    site: &Site,
+    receiver: PairOf<Value>,
+    site: &CallArgs,
     ev: &Evaluator<'_>,
     f: &mut Frame<'_>,
-) -> Words<R> {
+) -> PairOf<R> {
     let code = &*function.code;
     let receiver = receiver.whole();
     let first = usize::from(!receiver.is_unbound());
     let given = site.args.len() + first;
     if given > code.params.positional {
-        return enter_generally(function, Words::of(receiver), site, ev, f);
+        return enter_generally(function, PairOf::of(receiver), site, ev, f);
     }
-    let mut slots = Slots::<N>::empty();
+    let mut slots = StackSlots::<N>::empty();
     let places = slots.first(N);
     places[0].fill(receiver);
     if let Err(raised) = fill(&mut places[first..], &site.args, ev, f) {
-        return Words::of(Err(raised));
+        return PairOf::of(Err(raised));
     }
     let all = given == code.params.positional;
-    Words::of(run_filled(function, places, all, ev).at(ev, f, site.span))
+    PairOf::of(run_filled(function, places, all, ev).at(ev, f, site.span))
 }
 
 /// Evaluates arguments into the places of their parameters.
@@ -122,35 +123,35 @@ fn run_filled(function: &Rc<Function>, places: &mut [Value], all: bool, ev: &Eva
 /// A function of at most `N` variables with `*args` after its positional parameters and nothing else.
 fn enter_starred<const N: usize>(
     function: &Rc<Function>,
-    receiver: Words<Value>,
-    site: &Site,
+    receiver: PairOf<Value>,
+    site: &CallArgs,
     ev: &Evaluator<'_>,
     f: &mut Frame<'_>,
-) -> Words<R> {
+) -> PairOf<R> {
     let code = &*function.code;
     let positional = code.params.positional;
     let receiver = receiver.whole();
     let first = usize::from(!receiver.is_unbound());
     let (Some(star), true) = (code.params.star, first <= positional) else {
-        return enter_generally(function, Words::of(receiver), site, ev, f);
+        return enter_generally(function, PairOf::of(receiver), site, ev, f);
     };
     let (own, others) = site.args.split_at(site.args.len().min(positional - first));
-    let mut slots = Slots::<N>::empty();
+    let mut slots = StackSlots::<N>::empty();
     let places = slots.first(N);
     places[0].fill(receiver);
     if let Err(raised) = fill(&mut places[first..], own, ev, f) {
-        return Words::of(Err(raised));
+        return PairOf::of(Err(raised));
     }
     match rest_of(others, ev, f).whole() {
         Ok(rest) => places[star].put(rest),
-        Err(raised) => return Words::of(Err(raised)),
+        Err(raised) => return PairOf::of(Err(raised)),
     }
     let all = own.len() + first == positional;
-    Words::of(run_filled(function, places, all, ev).at(ev, f, site.span))
+    PairOf::of(run_filled(function, places, all, ev).at(ev, f, site.span))
 }
 
 /// What `*args` is bound to.
-fn rest_of(args: &[Operand], ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Words<R> {
+fn rest_of(args: &[Operand], ev: &Evaluator<'_>, f: &mut Frame<'_>) -> PairOf<R> {
     let mut rest = || {
         Ok(match args {
             [] => ev.core.empty_tuple.clone(),
@@ -165,18 +166,18 @@ fn rest_of(args: &[Operand], ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Words<R> 
             }
         })
     };
-    Words::of(rest())
+    PairOf::of(rest())
 }
 
 /// Any function with values by position.
 fn enter_with_any(
     function: &Rc<Function>,
-    first: Words<Value>,
+    first: PairOf<Value>,
     args: &mut [Value],
     ev: &Evaluator<'_>,
-) -> Words<R> {
+) -> PairOf<R> {
     let first = first.whole();
-    Words::of(match first.is_unbound() {
+    PairOf::of(match first.is_unbound() {
         true => ev.call_bound(function, args, &[]),
         false => ev.with_first(first, args, |all| ev.call_bound(function, all, &[])),
     })
@@ -185,25 +186,25 @@ fn enter_with_any(
 /// A function of at most `N` variables with no more values than it has parameters.
 fn enter_with<const N: usize>(
     function: &Rc<Function>,
-    first: Words<Value>,
+    first: PairOf<Value>,
     args: &mut [Value],
     ev: &Evaluator<'_>,
-) -> Words<R> {
+) -> PairOf<R> {
     let code = &*function.code;
     let first = first.whole();
     let before = usize::from(!first.is_unbound());
     let given = args.len() + before;
     if given > code.params.positional {
-        return enter_with_any(function, Words::of(first), args, ev);
+        return enter_with_any(function, PairOf::of(first), args, ev);
     }
-    let mut slots = Slots::<N>::empty();
+    let mut slots = StackSlots::<N>::empty();
     let places = slots.first(N);
     places[0].fill(first);
     for (place, arg) in places[before..].iter_mut().zip(args) {
         place.fill(std::mem::take(arg));
     }
     let all = given == code.params.positional;
-    Words::of(run_filled(function, places, all, ev))
+    PairOf::of(run_filled(function, places, all, ev))
 }
 
 /// Runs a plain function whose parameters are bound.

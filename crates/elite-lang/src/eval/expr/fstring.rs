@@ -2,37 +2,37 @@
 
 use crate::ast::Conversion;
 use crate::eval::bulk::STRIDE;
-use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
+use crate::eval::{BoxExpr, Evaluator, ExprNode, Frame, TraceExt};
 use crate::source::Span;
-use crate::value::trash::Nodes;
+use crate::value::trash::NodeList;
 use crate::value::{R, Value};
 
 /// A part of an f-string.
-pub enum Part {
+pub enum FStringSegment {
     /// Text between the fields.
     Text(Box<str>),
     /// A replacement field.
     Field {
         /// What is shown.
-        value: Expr,
+        value: BoxExpr,
         /// `!s`, `!r` or `!a`.
         conversion: Conversion,
         /// The format specification, if it is plain text.
         spec: Box<str>,
         /// The format specification, if it has fields of its own.
-        nested: Option<Nodes<Part>>,
+        nested: Option<NodeList<FStringSegment>>,
         /// Where the value is written.
         span: Span,
     },
 }
 
 /// An f-string.
-pub struct FString(pub Nodes<Part>);
+pub struct FString(pub NodeList<FStringSegment>);
 
-impl Expression for FString {
+impl ExprNode for FString {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
-        if let [Part::Field { .. }] = &*self.0 {
+        if let [FStringSegment::Field { .. }] = &*self.0 {
             return single(&self.0[0], ev, f);
         }
         let mut out = String::with_capacity(16 * self.0.len());
@@ -47,8 +47,8 @@ impl Expression for FString {
 
 /// An f-string of nothing but a field: what formats an object may give an object, too.
 #[inline(never)]
-fn single(part: &Part, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
-    if let Part::Field {
+fn single(part: &FStringSegment, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
+    if let FStringSegment::Field {
         value,
         conversion,
         spec,
@@ -71,11 +71,16 @@ fn single(part: &Part, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
     Ok(Value::str(""))
 }
 
-fn join(parts: &[Part], ev: &Evaluator<'_>, f: &mut Frame<'_>, out: &mut String) -> R<()> {
+fn join(
+    parts: &[FStringSegment],
+    ev: &Evaluator<'_>,
+    f: &mut Frame<'_>,
+    out: &mut String,
+) -> R<()> {
     for part in parts {
         match part {
-            Part::Text(text) => out.push_str(text),
-            Part::Field {
+            FStringSegment::Text(text) => out.push_str(text),
+            FStringSegment::Field {
                 value,
                 conversion,
                 spec,

@@ -3,9 +3,9 @@
 use std::rc::Rc;
 
 use crate::eval::code::Code;
-use crate::eval::{Evaluator, Expr, Expression, Frame};
-use crate::resolve::Place;
-use crate::value::trash::Nodes;
+use crate::eval::{BoxExpr, Evaluator, ExprNode, Frame};
+use crate::resolve::Storage;
+use crate::value::trash::NodeList;
 use crate::value::{CellVar, Dict, Function, R, Raised, Value};
 
 /// Makes a function with the variables of this frame.
@@ -13,18 +13,18 @@ pub struct MakeFunction {
     /// Its code.
     pub code: Rc<Code>,
     /// Defaults of the last positional parameters.
-    pub defaults: Nodes<Expr>,
+    pub defaults: NodeList<BoxExpr>,
     /// Defaults of the keyword-only parameters.
-    pub keyword_defaults: Nodes<Option<Expr>>,
+    pub keyword_defaults: NodeList<Option<BoxExpr>>,
     /// Where its closure comes from.
-    pub closure: Box<[Place]>,
+    pub closure: Box<[Storage]>,
     /// Its annotations, if it has any.
     pub annotations: Option<Box<Annotations>>,
 }
 
 /// The annotations of a function: name, expression and how it is written, parameters first and the result last. What
 /// cannot be evaluated is kept as its text, so that an annotation never stops a program.
-pub struct Annotations(pub Vec<(Value, Expr, Value)>);
+pub struct Annotations(pub Vec<(Value, BoxExpr, Value)>);
 
 impl Annotations {
     fn evaluate(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
@@ -64,11 +64,11 @@ impl MakeFunction {
         };
         Ok(Rc::new(Function {
             code: self.code.clone(),
-            defaults: crate::value::Held::new(defaults?.into()),
+            defaults: crate::value::ScriptCell::new(defaults?.into()),
             keyword_defaults: keyword_defaults?.into(),
             closure: closure(&self.closure, f),
             keyword_defaults_dict: Default::default(),
-            annotations: crate::value::Held::new(annotations),
+            annotations: crate::value::ScriptCell::new(annotations),
             attrs: Default::default(),
             noted: Default::default(),
             old: Default::default(),
@@ -77,20 +77,20 @@ impl MakeFunction {
 }
 
 /// The cells an inner frame shares with this one.
-pub fn closure(places: &[Place], f: &Frame<'_>) -> Box<[Rc<CellVar>]> {
-    let cell = |place: &Place| match place {
-        Place::Cell(slot) => match &f.slots[*slot as usize] {
+pub fn closure(places: &[Storage], f: &Frame<'_>) -> Box<[Rc<CellVar>]> {
+    let cell = |place: &Storage| match place {
+        Storage::Cell(slot) => match &f.slots[*slot as usize] {
             Value::Cell(cell) => cell.clone(),
             // Cells are made on entry, so this does not happen; a fresh cell reads as unbound.
             _ => Rc::default(),
         },
-        Place::Free(index) => f.function.closure[*index as usize].clone(),
-        Place::Local(_) | Place::Global | Place::Class(_) => Rc::default(),
+        Storage::Free(index) => f.function.closure[*index as usize].clone(),
+        Storage::Local(_) | Storage::Global | Storage::Class(_) => Rc::default(),
     };
     places.iter().map(cell).collect()
 }
 
-impl Expression for MakeFunction {
+impl ExprNode for MakeFunction {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         self.make(ev, f).map(Value::Function)

@@ -3,10 +3,10 @@
 use std::rc::Rc;
 
 use super::attribute::Attribute;
-use super::names::Peek;
+use super::names::Readable;
 use super::operand::Operand;
-use crate::eval::words::Words;
-use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
+use crate::eval::words::PairOf;
+use crate::eval::{BoxExpr, Evaluator, ExprNode, Frame, TraceExt};
 use crate::ops::item::place_of;
 use crate::source::Span;
 use crate::value::{R, Slice, Value};
@@ -21,7 +21,7 @@ pub struct Item {
     pub span: Span,
 }
 
-impl Expression for Item {
+impl ExprNode for Item {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         if let Operand::Local(local) = &self.value
@@ -107,7 +107,7 @@ impl Item {
         attribute: &Attribute,
         ev: &Evaluator<'_>,
         f: &mut Frame<'_>,
-    ) -> Words<R> {
+    ) -> PairOf<R> {
         if let Some(Value::Int(at)) = self.index.peek(f) {
             // SAFETY: the item is copied, and nothing else happens before.
             #[allow(unsafe_code)]
@@ -117,7 +117,7 @@ impl Item {
                 _ => &[],
             };
             if let Some(item) = place_of(*at, items.len()).and_then(|place| items.get(place)) {
-                return Words::of(Ok(item.clone()));
+                return PairOf::of(Ok(item.clone()));
             }
         }
         self.find(ev, f)
@@ -125,7 +125,7 @@ impl Item {
 
     /// The item, wherever container and index come from.
     #[inline(never)]
-    fn find(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Words<R> {
+    fn find(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> PairOf<R> {
         // SAFETY: what is found is copied; to find it in a dictionary or a text changes nothing and runs no script code.
         #[allow(unsafe_code)]
         let item = unsafe {
@@ -135,15 +135,15 @@ impl Item {
             }
         };
         match item {
-            Some(item) => Words::of(Ok(item)),
+            Some(item) => PairOf::of(Ok(item)),
             None => self.evaluate(ev, f),
         }
     }
 
     /// The same, container and index evaluated one after the other.
     #[inline(never)]
-    fn evaluate(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Words<R> {
-        Words::of(self.evaluated(ev, f))
+    fn evaluate(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> PairOf<R> {
+        PairOf::of(self.evaluated(ev, f))
     }
 
     #[inline(always)]
@@ -169,15 +169,15 @@ impl Item {
 /// `lower:upper:step`, as an index.
 #[allow(missing_docs)]
 pub struct SliceExpr {
-    pub lower: Option<Expr>,
-    pub upper: Option<Expr>,
-    pub step: Option<Expr>,
+    pub lower: Option<BoxExpr>,
+    pub upper: Option<BoxExpr>,
+    pub step: Option<BoxExpr>,
 }
 
-impl Expression for SliceExpr {
+impl ExprNode for SliceExpr {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
-        let mut bound = |expr: &Option<Expr>| match expr {
+        let mut bound = |expr: &Option<BoxExpr>| match expr {
             Some(expr) => expr.eval(ev, f),
             None => Ok(Value::None),
         };
@@ -187,7 +187,7 @@ impl Expression for SliceExpr {
 }
 
 /// `value[lower:upper]`
-pub struct Sliced {
+pub struct SliceAccess {
     /// What a part is taken of.
     pub value: Operand,
     /// The bounds, nothing for the beginning and the end.
@@ -199,7 +199,7 @@ pub struct Sliced {
     pub span: Span,
 }
 
-impl Expression for Sliced {
+impl ExprNode for SliceAccess {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let value = self.value.eval(ev, f)?;

@@ -8,24 +8,24 @@ use smallvec::SmallVec;
 use super::operand::Operand;
 use crate::eval::code::Params;
 use crate::eval::run::with_slots;
-use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
+use crate::eval::{BoxExpr, Evaluator, ExprNode, Frame, TraceExt};
 use crate::source::Span;
-use crate::value::trash::Nodes;
+use crate::value::trash::NodeList;
 use crate::value::{Dict, Function, R, Symbol, Value};
 
 /// `function(a, b, name=c)` without stars.
 pub struct CallKeywords {
     /// What is called.
-    pub function: Expr,
+    pub function: BoxExpr,
     /// What is given by position.
-    pub args: Nodes<Operand>,
+    pub args: NodeList<Operand>,
     /// What is given by name.
-    pub keywords: Nodes<(Symbol, Operand)>,
+    pub keywords: NodeList<(Symbol, Operand)>,
     /// Where it is written.
     pub span: Span,
 }
 
-impl Expression for CallKeywords {
+impl ExprNode for CallKeywords {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let callee = self.function.eval(ev, f)?;
@@ -95,7 +95,7 @@ pub(super) fn call_with_keywords(
             .at(ev, f, span);
     }
     with_slots(function.code.slots, |slots| {
-        let mut more = Rest::new();
+        let mut more = ExtraArgs::new();
         let mut place = |index: usize, value: Value, slots: &mut [Value]| match params.positional {
             count if index < count => slots[index].put(value),
             _ => more.push(value),
@@ -139,10 +139,10 @@ pub(super) fn call_with_keywords(
 }
 
 /// Arguments beyond the positional parameters.
-type Rest = SmallVec<[Value; 4]>;
+type ExtraArgs = SmallVec<[Value; 4]>;
 
 /// What `*args` is bound to.
-fn rest(mut more: Rest, ev: &Evaluator<'_>) -> Value {
+fn rest(mut more: ExtraArgs, ev: &Evaluator<'_>) -> Value {
     match &mut more[..] {
         [] => ev.core.empty_tuple.clone(),
         [a, b] => Value::pair(std::mem::take(a), std::mem::take(b)),

@@ -3,25 +3,25 @@
 use std::cell::Cell;
 use std::rc::{Rc, Weak};
 
-use super::attribute::{Cache, Hint, Member};
-use super::call::{Site, answer, call_native, call_other};
+use super::attribute::{CachedLookup, InlineCache, ModuleMemberCache};
+use super::call::{CallArgs, answer, call_native, call_other};
 use super::enter::call_script;
-use super::names::{Local, Peek};
+use super::names::{LocalVar, Readable};
 use super::operand::Operand;
-use crate::builtins::{Builtin, Quick};
+use crate::builtins::{Builtin, FastPath};
 use crate::errors::ExceptionKind;
-use crate::eval::words::Words;
-use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
+use crate::eval::words::PairOf;
+use crate::eval::{BoxExpr, Evaluator, ExprNode, Frame, TraceExt};
 use crate::source::Span;
 use crate::value::{Class, Function, Instance, Module, R, Symbol, Value};
 
 /// The functions that a call has found in two classes. A class in the same state has the same functions, and keeps them.
 #[derive(Default)]
-pub struct Methods {
+pub struct MethodCache {
     found: [(Cell<u32>, Cell<Weak<Function>>); 2],
 }
 
-impl Methods {
+impl MethodCache {
     /// The function for instances of a class in the state `version`, if that is known.
     #[inline(always)]
     fn of(&self, version: u32) -> Option<Rc<Function>> {
@@ -59,20 +59,20 @@ pub struct CallMethod {
     /// The method.
     pub name: Symbol,
     /// With what.
-    pub site: Site,
+    pub site: CallArgs,
     /// Where the attribute is written.
     pub attribute_span: Span,
     /// The functions of classes.
-    pub methods: Methods,
+    pub methods: MethodCache,
     /// The kind of values that were the receiver last, and what their method answers at once.
-    pub quick: Cell<Option<(u64, Quick)>>,
+    pub quick: Cell<Option<(u64, FastPath)>>,
     /// What else is known about the method.
-    pub cache: Cache,
+    pub cache: InlineCache,
     /// Where it is in a module.
-    pub member: Member,
+    pub member: ModuleMemberCache,
 }
 
-impl Expression for CallMethod {
+impl ExprNode for CallMethod {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         if let Operand::Local(local) = &self.receiver {
@@ -88,21 +88,26 @@ impl Expression for CallMethod {
 impl CallMethod {
     /// A call with an instance in a local variable.
     #[inline(never)]
-    fn call_of_instance(&self, local: &Local, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Words<R> {
+    fn call_of_instance(
+        &self,
+        local: &LocalVar,
+        ev: &Evaluator<'_>,
+        f: &mut Frame<'_>,
+    ) -> PairOf<R> {
         if let Value::Instance(instance) = local.peek(f)
             && !instance.in_dict.get()
         {
             let version = instance.class.version();
             if let Some(function) = self.methods.of(version) {
                 let receiver = Some(Value::Instance(instance.clone()));
-                return Words::of(call_script(&function, receiver, &self.site, ev, f));
+                return PairOf::of(call_script(&function, receiver, &self.site, ev, f));
             }
             if let Some((kind, quick)) = self.quick.get()
                 && kind == kind_of_class(version)
                 && let receiver = Some(local.peek(f))
                 && let Some(answer) = answer(quick, receiver, &self.site, ev, f)
             {
-                return Words::of(Ok(answer));
+                return PairOf::of(Ok(answer));
             }
         }
         self.call(ev, f)
@@ -110,21 +115,26 @@ impl CallMethod {
 
     /// A call with a value of a builtin type in a local variable.
     #[inline(never)]
-    fn call_of_builtin(&self, local: &Local, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Words<R> {
+    fn call_of_builtin(
+        &self,
+        local: &LocalVar,
+        ev: &Evaluator<'_>,
+        f: &mut Frame<'_>,
+    ) -> PairOf<R> {
         let receiver = local.peek(f);
         if let Some((kind, quick)) = self.quick.get()
             && kind == receiver.kind()
             && let Some(answer) = answer(quick, Some(receiver), &self.site, ev, f)
         {
-            return Words::of(Ok(answer));
+            return PairOf::of(Ok(answer));
         }
         self.call(ev, f)
     }
 
     /// A call of what is not a known function of the class of a local variable.
     #[inline(never)]
-    fn call(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Words<R> {
-        Words::of(self.call_any(ev, f))
+    fn call(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> PairOf<R> {
+        PairOf::of(self.call_any(ev, f))
     }
 
     #[inline(always)]
@@ -182,7 +192,7 @@ impl CallMethod {
             return Some(function);
         }
         let hint = { self.cache.get(version) }.or_else(|| self.cache.learn(class, self.name));
-        let Some(Hint::Method(location)) = hint else {
+        let Some(CachedLookup::Method(location)) = hint else {
             return None;
         };
         let function = class.function_at(location)?;
@@ -192,7 +202,7 @@ impl CallMethod {
 
     /// What a method of a builtin type answers at once. Such types never change.
     #[inline]
-    fn quick(&self, receiver: &Value, ev: &Evaluator<'_>) -> Option<Quick> {
+    fn quick(&self, receiver: &Value, ev: &Evaluator<'_>) -> Option<FastPath> {
         match (self.quick.get(), receiver) {
             (_, Value::Instance(instance)) if !instance.in_dict.get() => {
                 let quick = self.learn_quick(&instance.class)?;
@@ -211,10 +221,10 @@ impl CallMethod {
         }
     }
 
-    fn learn_quick(&self, class: &Class) -> Option<Quick> {
+    fn learn_quick(&self, class: &Class) -> Option<FastPath> {
         let known = self.cache.get(class.version());
         match known.or_else(|| self.cache.learn(class, self.name))? {
-            Hint::Quick(quick) => Some(quick),
+            CachedLookup::Quick(quick) => Some(quick),
             _ => None,
         }
     }
@@ -261,8 +271,10 @@ impl CallMethod {
                 .get(class.version())
                 .or_else(|| self.cache.learn(class, self.name));
             let method = match hint {
-                Some(Hint::Method(location) | Hint::Static(location)) => class.at(location),
-                Some(Hint::Quick(_)) => class.lookup(self.name).unwrap_or_default(),
+                Some(CachedLookup::Method(location) | CachedLookup::Static(location)) => {
+                    class.at(location)
+                }
+                Some(CachedLookup::Quick(_)) => class.lookup(self.name).unwrap_or_default(),
                 _ => Value::Unbound,
             };
             match &method {
@@ -313,16 +325,16 @@ impl CallMethod {
 /// `super()` without arguments: the class the method is written in, and the method's first argument.
 pub struct SuperCall {
     /// The name `super`; if it is not the builtin, it is called without arguments.
-    pub function: Expr,
+    pub function: BoxExpr,
     /// The implicit variable `__class__`.
-    pub class: Expr,
+    pub class: BoxExpr,
     /// The first parameter of the method.
-    pub receiver: Option<Expr>,
+    pub receiver: Option<BoxExpr>,
     /// Where it is written.
     pub span: Span,
 }
 
-impl Expression for SuperCall {
+impl ExprNode for SuperCall {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let callee = self.function.eval(ev, f)?;

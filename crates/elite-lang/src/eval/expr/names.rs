@@ -3,12 +3,12 @@
 use std::rc::Rc;
 
 use crate::errors::ExceptionKind;
-use crate::eval::{Evaluator, Expression, Frame, Located};
+use crate::eval::{Evaluator, ExprNode, Frame, TraceExt};
 use crate::source::Span;
 use crate::value::{CellVar, R, Raised, Symbol, Value};
 
 /// An operand whose value can be looked at without evaluating anything.
-pub trait Peek {
+pub trait Readable {
     /// The value; `Unbound` if the variable is not bound.
     fn peek<'v>(&'v self, f: &'v Frame<'_>) -> &'v Value;
 
@@ -19,7 +19,7 @@ pub trait Peek {
 /// A constant.
 pub struct Const(pub Value);
 
-impl Peek for Const {
+impl Readable for Const {
     #[inline(always)]
     fn peek<'v>(&'v self, _: &'v Frame<'_>) -> &'v Value {
         &self.0
@@ -31,7 +31,7 @@ impl Peek for Const {
     }
 }
 
-impl Expression for Const {
+impl ExprNode for Const {
     #[inline(always)]
     fn eval(&self, _: &Evaluator<'_>, _: &mut Frame<'_>) -> R {
         Ok(self.0.clone())
@@ -47,14 +47,14 @@ impl Expression for Const {
 
 /// A local variable.
 #[derive(Clone, Copy)]
-pub struct Local {
+pub struct LocalVar {
     /// Its slot.
     pub slot: u32,
     /// Where it is read.
     pub span: Span,
 }
 
-impl Peek for Local {
+impl Readable for LocalVar {
     #[inline(always)]
     fn peek<'v>(&'v self, f: &'v Frame<'_>) -> &'v Value {
         &f.slots[self.slot as usize]
@@ -69,7 +69,7 @@ impl Peek for Local {
     }
 }
 
-impl Expression for Local {
+impl ExprNode for LocalVar {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         match &f.slots[self.slot as usize] {
@@ -122,7 +122,7 @@ pub struct LocalCell {
     pub span: Span,
 }
 
-impl Expression for LocalCell {
+impl ExprNode for LocalCell {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         if let Value::Cell(cell) = &f.slots[self.slot as usize]
@@ -136,14 +136,14 @@ impl Expression for LocalCell {
 }
 
 /// A variable of an outer function.
-pub struct Free {
+pub struct FreeVar {
     /// Index in the closure.
     pub index: u32,
     /// Where it is read.
     pub span: Span,
 }
 
-impl Free {
+impl FreeVar {
     /// Where its value lies, if it is bound.
     ///
     /// # Safety
@@ -157,7 +157,7 @@ impl Free {
     }
 }
 
-impl Expression for Free {
+impl ExprNode for FreeVar {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         match self.at_hand(f) {
@@ -190,7 +190,7 @@ fn unbound_free(ev: &Evaluator<'_>, f: &Frame<'_>, index: u32, span: Span) -> Ra
 }
 
 /// A global variable, or the builtin of that name while it is unbound.
-pub struct Global {
+pub struct GlobalVar {
     /// The global variable.
     pub cell: Rc<CellVar>,
     /// The builtin.
@@ -201,7 +201,7 @@ pub struct Global {
     pub span: Span,
 }
 
-impl Global {
+impl GlobalVar {
     /// Its value.
     #[inline]
     pub fn value(&self, ev: &Evaluator<'_>, f: &Frame<'_>) -> R {
@@ -247,7 +247,7 @@ fn undefined(ev: &Evaluator<'_>, f: &Frame<'_>, name: Symbol, span: Span) -> R {
     ))
 }
 
-impl Expression for Global {
+impl ExprNode for GlobalVar {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         self.value(ev, f)
@@ -264,14 +264,14 @@ impl Expression for Global {
 }
 
 /// A name bound in a class body: its slot, or the global while that is unbound.
-pub struct ClassName {
+pub struct ClassBodyName {
     /// Slot of the class body.
     pub slot: u32,
     /// The global of that name.
-    pub global: Global,
+    pub global: GlobalVar,
 }
 
-impl Expression for ClassName {
+impl ExprNode for ClassBodyName {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         match &f.slots[self.slot as usize] {
@@ -282,16 +282,16 @@ impl Expression for ClassName {
 }
 
 /// A name at the top level of a text that runs in a mapping of a script: what the mapping has, or the global.
-pub struct MappedName {
+pub struct MappingName {
     /// The slot with the mapping.
     pub slot: u32,
     /// The name.
     pub key: Value,
     /// The global of that name.
-    pub global: Global,
+    pub global: GlobalVar,
 }
 
-impl Expression for MappedName {
+impl ExprNode for MappingName {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let mapping = f.slots[self.slot as usize].clone();
@@ -318,14 +318,14 @@ impl Evaluator<'_> {
 }
 
 /// `name := value`
-pub struct Named {
+pub struct NamedExpr {
     /// What is bound.
     pub target: Box<dyn crate::eval::stmt::target::Target>,
     /// To what.
-    pub value: crate::eval::Expr,
+    pub value: crate::eval::BoxExpr,
 }
 
-impl Expression for Named {
+impl ExprNode for NamedExpr {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let value = self.value.eval(ev, f)?;

@@ -2,31 +2,31 @@
 
 use super::attribute::Attribute;
 use super::item::Item;
-use super::names::{Const, Free, Global, Local, Peek};
-use crate::eval::{Evaluates, Evaluator, Expr, Expression, Frame};
+use super::names::{Const, FreeVar, GlobalVar, LocalVar, Readable};
+use crate::eval::{BoxExpr, DynExpr, Evaluator, ExprNode, Frame};
 use crate::value::{CellVar, R, Value};
 
 /// A part of a node, as `lower` found it.
 pub enum Operand {
     /// A local variable.
-    Local(Local),
+    Local(LocalVar),
     /// A constant.
     Const(Value),
     /// A variable of an outer function.
-    Free(Free),
+    Free(FreeVar),
     /// A global variable.
-    Global(Global),
+    Global(GlobalVar),
     /// An attribute.
     Attribute(Box<Attribute>),
     /// An item of a container.
     Item(Box<Item>),
     /// Anything else.
-    Expr(Expr),
+    Expr(BoxExpr),
 }
 
 impl Operand {
     /// As an expression.
-    pub fn into_expr(self) -> Expr {
+    pub fn into_expr(self) -> BoxExpr {
         match self {
             Operand::Local(local) => Box::new(local),
             Operand::Const(value) => Box::new(Const(value)),
@@ -179,7 +179,7 @@ impl Operand {
 }
 
 /// Whatever kind it is of.
-impl Expression for Operand {
+impl ExprNode for Operand {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         Operand::eval(self, ev, f)

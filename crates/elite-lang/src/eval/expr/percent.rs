@@ -4,9 +4,9 @@ use std::rc::Rc;
 
 use super::operand::Operand;
 use crate::eval::run::with_slots;
-use crate::eval::{Evaluator, Expression, Frame, Located};
+use crate::eval::{Evaluator, ExprNode, Frame, TraceExt};
 use crate::source::Span;
-use crate::value::trash::Nodes;
+use crate::value::trash::NodeList;
 use crate::value::{R, Str};
 
 /// `format % (a, b)`
@@ -14,12 +14,12 @@ pub struct PercentFormat {
     /// The format.
     pub format: Rc<Str>,
     /// The items of the tuple.
-    pub items: Nodes<Operand>,
+    pub items: NodeList<Operand>,
     /// Where it is written.
     pub span: Span,
 }
 
-impl Expression for PercentFormat {
+impl ExprNode for PercentFormat {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         with_slots(self.items.len(), |slots| {

@@ -1,13 +1,13 @@
 //! A big part of a big expression.
 
-use crate::eval::{Evaluator, Expr, Expression, Frame};
-use crate::value::trash::Nodes;
+use crate::eval::{BoxExpr, Evaluator, ExprNode, Frame};
+use crate::value::trash::NodeList;
 use crate::value::{R, Value};
 
 /// An expression of very many nodes, as a list of one: so it is dropped apart from what it stands in.
-pub struct Whole(pub Nodes<Expr>);
+pub struct IsolatedExpr(pub NodeList<BoxExpr>);
 
-impl Expression for Whole {
+impl ExprNode for IsolatedExpr {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         match self.0.first() {

@@ -1,8 +1,8 @@
 //! `yield` and `yield from`.
 
 use crate::errors::ExceptionKind;
-use crate::eval::generator::{Stepped, ToGenerator};
-use crate::eval::{Evaluator, Expr, Expression, Frame, Located};
+use crate::eval::generator::{GeneratorInput, StepResult};
+use crate::eval::{BoxExpr, Evaluator, ExprNode, Frame, TraceExt};
 use crate::source::Span;
 use crate::value::symbol::known;
 use crate::value::{R, Raised, Value};
@@ -10,12 +10,12 @@ use crate::value::{R, Raised, Value};
 /// `yield value`
 pub struct Yield {
     /// What is handed out.
-    pub value: Option<Expr>,
+    pub value: Option<BoxExpr>,
     /// Where it is written.
     pub span: Span,
 }
 
-impl Expression for Yield {
+impl ExprNode for Yield {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let value = match &self.value {
@@ -32,12 +32,12 @@ impl Expression for Yield {
 /// `yield from iterable`
 pub struct YieldFrom {
     /// What values come from.
-    pub value: Expr,
+    pub value: BoxExpr,
     /// Where it is written.
     pub span: Span,
 }
 
-impl Expression for YieldFrom {
+impl ExprNode for YieldFrom {
     #[inline(always)]
     fn eval(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R {
         let iterable = self.value.eval(ev, f)?;
@@ -50,12 +50,12 @@ fn delegate(iterable: &Value, ev: &Evaluator<'_>, f: &Frame<'_>) -> R {
     let mut step = ev.step_with(&iterator, Value::None)?;
     loop {
         let value = match step {
-            Stepped::Yielded(value) => value,
-            Stepped::Returned(value) => return Ok(value),
+            StepResult::Yielded(value) => value,
+            StepResult::Returned(value) => return Ok(value),
         };
         let input = match ev.yield_value(f.slots, value, Some(&iterator)) {
-            Ok(sent) => ToGenerator::Send(sent),
-            Err(raised) => ToGenerator::Throw(raised),
+            Ok(sent) => GeneratorInput::Send(sent),
+            Err(raised) => GeneratorInput::Throw(raised),
         };
         step = ev.pass_on(&iterator, input)?;
     }
@@ -63,17 +63,17 @@ fn delegate(iterable: &Value, ev: &Evaluator<'_>, f: &Frame<'_>) -> R {
 
 impl Evaluator<'_> {
     /// The next step of any iterator, sending it a value if it takes one.
-    pub fn step_with(&self, iterator: &Value, sent: Value) -> R<Stepped> {
+    pub fn step_with(&self, iterator: &Value, sent: Value) -> R<StepResult> {
         if let Value::Generator(generator) = iterator {
-            let step = self.step_generator(generator, ToGenerator::Send(sent));
+            let step = self.step_generator(generator, GeneratorInput::Send(sent));
             return step.map_err(|raised| self.generator_error(raised));
         }
         if sent.is_none() {
             if let Value::Iter(_) = iterator {
                 return match self.next_with_end(iterator) {
-                    Ok(Some(value)) => Ok(Stepped::Yielded(value)),
-                    Ok(None) => Ok(Stepped::Returned(Value::None)),
-                    Err(raised) => self.returned(raised).map(Stepped::Returned),
+                    Ok(Some(value)) => Ok(StepResult::Yielded(value)),
+                    Ok(None) => Ok(StepResult::Returned(Value::None)),
+                    Err(raised) => self.returned(raised).map(StepResult::Returned),
                 };
             }
             let next = self.attribute(iterator, known::NEXT)?;
@@ -84,10 +84,10 @@ impl Evaluator<'_> {
     }
 
     /// A `StopIteration` as the end of an iterator with its value.
-    fn stepped(&self, result: R) -> R<Stepped> {
+    fn stepped(&self, result: R) -> R<StepResult> {
         match result {
-            Ok(value) => Ok(Stepped::Yielded(value)),
-            Err(raised) => self.returned(raised).map(Stepped::Returned),
+            Ok(value) => Ok(StepResult::Yielded(value)),
+            Err(raised) => self.returned(raised).map(StepResult::Returned),
         }
     }
 
@@ -102,9 +102,9 @@ impl Evaluator<'_> {
     }
 
     /// Raises an exception where an iterator stands.
-    pub fn throw_into(&self, iterator: &Value, raised: Raised) -> R<Stepped> {
+    pub fn throw_into(&self, iterator: &Value, raised: Raised) -> R<StepResult> {
         if let Value::Generator(generator) = iterator {
-            let step = self.step_generator(generator, ToGenerator::Throw(raised));
+            let step = self.step_generator(generator, GeneratorInput::Throw(raised));
             return step.map_err(|raised| self.generator_error(raised));
         }
         match (self.attribute_or_none(iterator, known::THROW)?, &raised) {
@@ -135,9 +135,9 @@ impl Evaluator<'_> {
             return Ok(());
         }
         let exit = self.raise(ExceptionKind::GeneratorExit, "");
-        match self.step_generator(generator, ToGenerator::Throw(exit)) {
-            Ok(Stepped::Returned(_)) => Ok(()),
-            Ok(Stepped::Yielded(_)) => Err(self.raise(
+        match self.step_generator(generator, GeneratorInput::Throw(exit)) {
+            Ok(StepResult::Returned(_)) => Ok(()),
+            Ok(StepResult::Yielded(_)) => Err(self.raise(
                 ExceptionKind::RuntimeError,
                 "generator ignored GeneratorExit",
             )),

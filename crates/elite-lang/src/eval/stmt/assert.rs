@@ -2,7 +2,7 @@
 
 use crate::ast::CompareOp;
 use crate::errors::ExceptionKind;
-use crate::eval::{Evaluator, Expr, Flow, Frame, Located, Statement, attempt};
+use crate::eval::{BoxExpr, Evaluator, Flow, Frame, StmtNode, TraceExt, attempt};
 use crate::source::Span;
 use crate::value::{R, Raised, Value};
 
@@ -13,14 +13,14 @@ const ITEMS_MAX: usize = 100;
 /// `assert test, message`
 pub struct Assert {
     /// What must hold.
-    pub test: Expr,
+    pub test: BoxExpr,
     /// What the error says.
-    pub message: Option<Expr>,
+    pub message: Option<BoxExpr>,
     /// Where the test is written.
     pub span: Span,
 }
 
-impl Statement for Assert {
+impl StmtNode for Assert {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         if attempt!(self.test.truth(ev, f)) {
@@ -33,18 +33,18 @@ impl Statement for Assert {
 /// `assert left op right, message`
 pub struct AssertComparison {
     /// The one side.
-    pub left: Expr,
+    pub left: BoxExpr,
     /// How they must compare.
     pub op: CompareOp,
     /// The other side.
-    pub right: Expr,
+    pub right: BoxExpr,
     /// What the error says.
-    pub message: Option<Expr>,
+    pub message: Option<BoxExpr>,
     /// Where the test is written.
     pub span: Span,
 }
 
-impl Statement for AssertComparison {
+impl StmtNode for AssertComparison {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let left = attempt!(self.left.eval(ev, f));
@@ -61,7 +61,7 @@ impl Statement for AssertComparison {
 fn fail(
     ev: &Evaluator<'_>,
     f: &mut Frame<'_>,
-    message: Option<&Expr>,
+    message: Option<&BoxExpr>,
     span: Span,
     sides: Option<(Value, Value)>,
 ) -> Flow {

@@ -3,19 +3,19 @@
 use std::marker::PhantomData;
 use std::rc::Rc;
 
-use super::target::{AttributeTarget, Destination, ItemTarget, Target, Unpack};
+use super::target::{AttributeTarget, ItemTarget, LocalOrTarget, Target, Unpack};
 use crate::ast::BinaryOp;
 use crate::eval::expr::binary::{Operator, op};
-use crate::eval::expr::names::{Const, Local, Peek};
+use crate::eval::expr::names::{Const, LocalVar, Readable};
 use crate::eval::expr::operand::{Operand, by_operand};
 use crate::eval::run::with_slots;
-use crate::eval::words::{Words, next_without};
+use crate::eval::words::{PairOf, next_without};
 use crate::eval::{
-    Evaluator, Executes, Expr, Expression, Flow, Frame, Located, Statement, attempt,
+    BoxExpr, DynStmt, Evaluator, ExprNode, Flow, Frame, StmtNode, TraceExt, attempt,
 };
 use crate::ops::arith::fast;
 use crate::source::Span;
-use crate::value::trash::Nodes;
+use crate::value::trash::NodeList;
 use crate::value::{List, R, Value};
 
 /// `name = value` for a local name, by what the value is.
@@ -24,7 +24,7 @@ pub struct AssignLocal<V> {
     value: V,
 }
 
-impl<V: Expression> Statement for AssignLocal<V> {
+impl<V: ExprNode> StmtNode for AssignLocal<V> {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         if !V::IS_AT_HAND {
@@ -37,10 +37,10 @@ impl<V: Expression> Statement for AssignLocal<V> {
     }
 }
 
-impl<V: Expression> AssignLocal<V> {
+impl<V: ExprNode> AssignLocal<V> {
     #[inline(never)]
-    fn evaluate(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Words<Flow> {
-        Words::of(self.evaluated(ev, f))
+    fn evaluate(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> PairOf<Flow> {
+        PairOf::of(self.evaluated(ev, f))
     }
 
     #[inline(always)]
@@ -51,19 +51,19 @@ impl<V: Expression> AssignLocal<V> {
 }
 
 /// The statement `name = value` for a local name.
-pub fn assign_local(slot: u32, value: Operand) -> Box<dyn Executes> {
+pub fn assign_local(slot: u32, value: Operand) -> Box<dyn DynStmt> {
     by_operand!(value, value => Box::new(AssignLocal { slot, value }))
 }
 
 /// `a = b = value`
 pub struct Assign {
     /// The targets, left to right.
-    pub targets: Nodes<Box<dyn Target>>,
+    pub targets: NodeList<Box<dyn Target>>,
     /// The value.
     pub value: Operand,
 }
 
-impl Statement for Assign {
+impl StmtNode for Assign {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let value = attempt!(self.value.eval(ev, f));
@@ -78,13 +78,13 @@ impl Statement for Assign {
 }
 
 /// Two targets that are assigned to at once.
-trait Two {
+trait PairTarget {
     /// Puts the values there.
     fn assign(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>, values: (Value, Value)) -> Flow;
 }
 
 /// Any targets, in turn.
-impl Two for [Destination; 2] {
+impl PairTarget for [LocalOrTarget; 2] {
     #[inline(always)]
     fn assign(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>, values: (Value, Value)) -> Flow {
         attempt!(self[0].assign(ev, f, values.0));
@@ -93,9 +93,9 @@ impl Two for [Destination; 2] {
 }
 
 /// Two local names: the last one first, as CPython does.
-struct LastFirst([u32; 2]);
+struct ReversedSlots([u32; 2]);
 
-impl Two for LastFirst {
+impl PairTarget for ReversedSlots {
     #[inline(always)]
     fn assign(&self, _: &Evaluator<'_>, f: &mut Frame<'_>, values: (Value, Value)) -> Flow {
         let [first, second] = self.0.map(|slot| slot as usize);
@@ -111,7 +111,7 @@ struct AssignPair<T, V, W> {
     values: (V, W),
 }
 
-impl<T: Two, V: Expression, W: Expression> Statement for AssignPair<T, V, W> {
+impl<T: PairTarget, V: ExprNode, W: ExprNode> StmtNode for AssignPair<T, V, W> {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let first = attempt!(self.values.0.eval(ev, f));
@@ -121,13 +121,13 @@ impl<T: Two, V: Expression, W: Expression> Statement for AssignPair<T, V, W> {
 }
 
 /// `a, b = b, a` for two local names.
-struct Exchange {
+struct SwapLocals {
     slots: [u32; 2],
     /// The same, for names that are not bound.
-    pair: AssignPair<LastFirst, Local, Local>,
+    pair: AssignPair<ReversedSlots, LocalVar, LocalVar>,
 }
 
-impl Statement for Exchange {
+impl StmtNode for SwapLocals {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let [a, b] = self.slots.map(|slot| slot as usize);
@@ -140,27 +140,29 @@ impl Statement for Exchange {
 }
 
 /// The statement `a, b = x, y`.
-pub fn assign_pair(targets: [Destination; 2], values: (Operand, Operand)) -> Box<dyn Executes> {
+pub fn assign_pair(targets: [LocalOrTarget; 2], values: (Operand, Operand)) -> Box<dyn DynStmt> {
     by_values(targets, values)
 }
 
 /// The same for the local names in two slots, of which the last one is assigned to first.
-pub fn assign_last_first(slots: [u32; 2], values: (Operand, Operand)) -> Box<dyn Executes> {
-    let targets = LastFirst(slots);
+pub fn assign_last_first(slots: [u32; 2], values: (Operand, Operand)) -> Box<dyn DynStmt> {
+    let targets = ReversedSlots(slots);
     match values {
-        (Operand::Local(a), Operand::Local(b)) if slots == [b.slot, a.slot] => Box::new(Exchange {
-            slots,
-            pair: AssignPair {
-                targets,
-                values: (a, b),
-            },
-        }),
+        (Operand::Local(a), Operand::Local(b)) if slots == [b.slot, a.slot] => {
+            Box::new(SwapLocals {
+                slots,
+                pair: AssignPair {
+                    targets,
+                    values: (a, b),
+                },
+            })
+        }
         values => by_values(targets, values),
     }
 }
 
 /// A node of its own for the commonest kinds of values.
-fn by_values(targets: impl Two + 'static, values: (Operand, Operand)) -> Box<dyn Executes> {
+fn by_values(targets: impl PairTarget + 'static, values: (Operand, Operand)) -> Box<dyn DynStmt> {
     use Operand::{Expr, Local};
     match values {
         (Local(a), Local(b)) => Box::new(AssignPair {
@@ -189,7 +191,7 @@ pub struct AssignItems<const N: usize> {
     pub targets: Unpack,
 }
 
-impl<const N: usize> Statement for AssignItems<N> {
+impl<const N: usize> StmtNode for AssignItems<N> {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         if let Operand::Local(local) = &self.value
@@ -204,7 +206,7 @@ impl<const N: usize> Statement for AssignItems<N> {
 impl<const N: usize> AssignItems<N> {
     /// Unpacks a tuple of as many items in a local variable; whether it is one, and another variable than those it goes to.
     #[inline(always)]
-    fn take_apart(&self, local: &Local, f: &mut Frame<'_>) -> bool {
+    fn take_apart(&self, local: &LocalVar, f: &mut Frame<'_>) -> bool {
         let Value::Tuple(tuple) = local.peek(f) else {
             return false;
         };
@@ -222,8 +224,8 @@ impl<const N: usize> AssignItems<N> {
 
     /// Unpacks something else.
     #[inline(never)]
-    fn evaluate(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Words<Flow> {
-        Words::of(self.evaluated(ev, f))
+    fn evaluate(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> PairOf<Flow> {
+        PairOf::of(self.evaluated(ev, f))
     }
 
     #[inline(always)]
@@ -258,23 +260,23 @@ fn items_of<const N: usize>(list: &List) -> Option<[Value; N]> {
 }
 
 /// The same as `AssignPair` for more targets.
-pub struct AssignEach {
+pub struct AssignTargets {
     /// The targets.
-    pub targets: Box<[Destination]>,
+    pub targets: Box<[LocalOrTarget]>,
     /// Their values, as many.
     pub values: Box<[Operand]>,
     /// The last target is assigned to first.
     pub last_first: bool,
 }
 
-impl Statement for AssignEach {
+impl StmtNode for AssignTargets {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let done = with_slots(self.values.len(), |places| {
             for (place, value) in places.iter_mut().zip(&self.values) {
                 place.fill(value.eval(ev, f)?);
             }
-            let mut assign = |(target, value): (&Destination, &mut Value)| {
+            let mut assign = |(target, value): (&LocalOrTarget, &mut Value)| {
                 target.assign(ev, f, std::mem::take(value))
             };
             let mut pairs = self.targets.iter().zip(places);
@@ -293,7 +295,7 @@ struct AssignAttribute<V> {
     value: V,
 }
 
-impl<V: Expression> Statement for AssignAttribute<V> {
+impl<V: ExprNode> StmtNode for AssignAttribute<V> {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         if !V::IS_AT_HAND {
@@ -305,17 +307,17 @@ impl<V: Expression> Statement for AssignAttribute<V> {
         {
             return match self.target.replace_at_once(instance, value) {
                 Ok(old) => next_without(old),
-                Err(value) => self.assign(Words::of(value), ev, f).whole(),
+                Err(value) => self.assign(PairOf::of(value), ev, f).whole(),
             };
         }
         self.evaluate(ev, f).whole()
     }
 }
 
-impl<V: Expression> AssignAttribute<V> {
+impl<V: ExprNode> AssignAttribute<V> {
     #[inline(never)]
-    fn evaluate(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Words<Flow> {
-        Words::of(self.evaluated(ev, f))
+    fn evaluate(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> PairOf<Flow> {
+        PairOf::of(self.evaluated(ev, f))
     }
 
     #[inline(always)]
@@ -326,20 +328,20 @@ impl<V: Expression> AssignAttribute<V> {
         {
             return match self.target.replace_at_once(instance, value) {
                 Ok(old) => next_without(old),
-                Err(value) => self.assign(Words::of(value), ev, f).whole(),
+                Err(value) => self.assign(PairOf::of(value), ev, f).whole(),
             };
         }
-        self.assign(Words::of(value), ev, f).whole()
+        self.assign(PairOf::of(value), ev, f).whole()
     }
 
     #[inline(never)]
-    fn assign(&self, value: Words<Value>, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Words<Flow> {
-        Words::of(self.target.assign(ev, f, value.whole()).into())
+    fn assign(&self, value: PairOf<Value>, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> PairOf<Flow> {
+        PairOf::of(self.target.assign(ev, f, value.whole()).into())
     }
 }
 
 /// The statement `object.name = value`.
-pub fn assign_attribute(target: AttributeTarget, value: Operand) -> Box<dyn Executes> {
+pub fn assign_attribute(target: AttributeTarget, value: Operand) -> Box<dyn DynStmt> {
     by_operand!(value, value => Box::new(AssignAttribute { target, value }))
 }
 
@@ -349,7 +351,7 @@ struct AssignItem<V> {
     value: V,
 }
 
-impl<V: Expression> Statement for AssignItem<V> {
+impl<V: ExprNode> StmtNode for AssignItem<V> {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let value = attempt!(self.value.eval(ev, f));
@@ -363,15 +365,15 @@ impl<V: Expression> Statement for AssignItem<V> {
                     old.discard();
                     Flow::Next
                 }
-                Err(value) => self.target.assign_words(ev, f, Words::of(value)).into(),
+                Err(value) => self.target.assign_words(ev, f, PairOf::of(value)).into(),
             };
         }
-        self.target.assign_words(ev, f, Words::of(value)).into()
+        self.target.assign_words(ev, f, PairOf::of(value)).into()
     }
 }
 
 /// The statement `container[index] = value`.
-pub fn assign_item(target: ItemTarget, value: Operand) -> Box<dyn Executes> {
+pub fn assign_item(target: ItemTarget, value: Operand) -> Box<dyn DynStmt> {
     by_operand!(value, value => Box::new(AssignItem { target, value }))
 }
 
@@ -380,11 +382,11 @@ struct AugLocalPeek<O, B> {
     slot: u32,
     value: B,
     span: Span,
-    local: crate::eval::expr::names::Local,
+    local: crate::eval::expr::names::LocalVar,
     op: PhantomData<O>,
 }
 
-impl<O: Operator, B: Peek> Statement for AugLocalPeek<O, B> {
+impl<O: Operator, B: Readable> StmtNode for AugLocalPeek<O, B> {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let slot = self.slot as usize;
@@ -402,13 +404,13 @@ impl<O: Operator, B: Peek> Statement for AugLocalPeek<O, B> {
 /// `name op= value` for a local name.
 struct AugLocal<O> {
     slot: u32,
-    value: Expr,
+    value: BoxExpr,
     span: Span,
-    local: crate::eval::expr::names::Local,
+    local: crate::eval::expr::names::LocalVar,
     op: PhantomData<O>,
 }
 
-impl<O: Operator> Statement for AugLocal<O> {
+impl<O: Operator> StmtNode for AugLocal<O> {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let slot = self.slot as usize;
@@ -451,7 +453,7 @@ pub fn augmented_local(
     value: Operand,
     target: Span,
     span: Span,
-) -> Box<dyn Executes> {
+) -> Box<dyn DynStmt> {
     macro_rules! pick {
         ($($name:ident),*) => {
             match binary {
@@ -464,8 +466,8 @@ pub fn augmented_local(
     )
 }
 
-fn shaped<O: Operator>(slot: u32, value: Operand, target: Span, span: Span) -> Box<dyn Executes> {
-    let local = crate::eval::expr::names::Local { slot, span: target };
+fn shaped<O: Operator>(slot: u32, value: Operand, target: Span, span: Span) -> Box<dyn DynStmt> {
+    let local = crate::eval::expr::names::LocalVar { slot, span: target };
     let op = PhantomData::<O>;
     match value {
         Operand::Local(value) => Box::new(AugLocalPeek {
@@ -506,7 +508,7 @@ pub struct AugName {
     pub span: Span,
 }
 
-impl Statement for AugName {
+impl StmtNode for AugName {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let old = attempt!(self.read.eval(ev, f));
@@ -521,7 +523,7 @@ pub struct AugAttribute {
     /// The attribute.
     pub target: AttributeTarget,
     /// What is known about reading it.
-    pub cache: crate::eval::expr::attribute::Cache,
+    pub cache: crate::eval::expr::attribute::InlineCache,
     /// The operator.
     pub op: BinaryOp,
     /// The other operand.
@@ -532,7 +534,7 @@ pub struct AugAttribute {
     pub span: Span,
 }
 
-impl Statement for AugAttribute {
+impl StmtNode for AugAttribute {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         if let (Operand::Local(local), true) = (&self.target.value, self.keeps) {
@@ -600,7 +602,7 @@ pub struct AugItem {
     pub span: Span,
 }
 
-impl Statement for AugItem {
+impl StmtNode for AugItem {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         if let (Operand::Local(local), true) = (&self.container, self.keeps) {

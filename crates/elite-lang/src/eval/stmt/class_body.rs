@@ -8,7 +8,7 @@ use std::rc::Rc;
 
 use super::target::Target;
 use crate::errors::ExceptionKind;
-use crate::eval::{Evaluator, Executes, Expr, Flow, Frame, Located, Statement, attempt};
+use crate::eval::{BoxExpr, DynStmt, Evaluator, Flow, Frame, StmtNode, TraceExt, attempt};
 use crate::source::Span;
 use crate::value::{Dict, R, Raised, Value};
 
@@ -50,20 +50,20 @@ impl Target for ClassSlot {
 
 /// `name: annotation` in a class body. What cannot be evaluated is kept as its text, so that an annotation never stops a
 /// program.
-pub struct Annotate {
+pub struct AnnotatedAssign {
     /// The assignment it comes with.
-    pub assign: Option<Box<dyn Executes>>,
+    pub assign: Option<Box<dyn DynStmt>>,
     /// Where `__annotations__` of the body is.
     pub annotations: u32,
     /// The annotated name.
     pub name: Value,
     /// The annotation.
-    pub annotation: Expr,
+    pub annotation: BoxExpr,
     /// The annotation as it is written.
     pub text: Value,
 }
 
-impl Statement for Annotate {
+impl StmtNode for AnnotatedAssign {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         if let Some(assign) = &self.assign {

@@ -2,19 +2,19 @@
 
 use crate::eval::code::Block;
 use crate::eval::expr::operand::{Operand, by_operand};
-use crate::eval::{Evaluator, Executes, Expr, Expression, Flow, Frame, Statement, attempt};
+use crate::eval::{BoxExpr, DynStmt, Evaluator, ExprNode, Flow, Frame, StmtNode, attempt};
 use crate::value::Value;
-use crate::value::trash::Nodes;
+use crate::value::trash::NodeList;
 
 /// `if test: … elif test: … else: …`
 pub struct If {
     /// Each condition with its line and its block.
-    pub branches: Nodes<(u32, Expr, Block)>,
+    pub branches: NodeList<(u32, BoxExpr, Block)>,
     /// What runs if none holds.
     pub orelse: Block,
 }
 
-impl Statement for If {
+impl StmtNode for If {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         for (line, test, block) in &self.branches {
@@ -30,7 +30,7 @@ impl Statement for If {
 /// `return value`, by what the value is.
 struct Return<V>(V);
 
-impl<V: Expression> Statement for Return<V> {
+impl<V: ExprNode> StmtNode for Return<V> {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         match self.0.eval(ev, f) {
@@ -41,14 +41,14 @@ impl<V: Expression> Statement for Return<V> {
 }
 
 /// The statement `return value`.
-pub fn return_value(value: Operand) -> Box<dyn Executes> {
+pub fn return_value(value: Operand) -> Box<dyn DynStmt> {
     by_operand!(value, value => Box::new(Return(value)))
 }
 
 /// `return`
-pub struct ReturnNone;
+pub struct BareReturn;
 
-impl Statement for ReturnNone {
+impl StmtNode for BareReturn {
     #[inline(always)]
     fn exec(&self, _: &Evaluator<'_>, _: &mut Frame<'_>) -> Flow {
         Flow::Return(Value::None)
@@ -58,7 +58,7 @@ impl Statement for ReturnNone {
 /// `break`
 pub struct Break;
 
-impl Statement for Break {
+impl StmtNode for Break {
     #[inline(always)]
     fn exec(&self, _: &Evaluator<'_>, _: &mut Frame<'_>) -> Flow {
         Flow::Break
@@ -68,7 +68,7 @@ impl Statement for Break {
 /// `continue`
 pub struct Continue;
 
-impl Statement for Continue {
+impl StmtNode for Continue {
     #[inline(always)]
     fn exec(&self, _: &Evaluator<'_>, _: &mut Frame<'_>) -> Flow {
         Flow::Continue
@@ -78,7 +78,7 @@ impl Statement for Continue {
 /// `pass`, and declarations that need no action.
 pub struct Pass;
 
-impl Statement for Pass {
+impl StmtNode for Pass {
     #[inline(always)]
     fn exec(&self, _: &Evaluator<'_>, _: &mut Frame<'_>) -> Flow {
         Flow::Next

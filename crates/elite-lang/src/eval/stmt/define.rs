@@ -9,26 +9,26 @@ use crate::eval::code::Code;
 use crate::eval::expr::arguments::{CallArg, gather};
 use crate::eval::expr::function::{MakeFunction, closure};
 use crate::eval::run::with_slots;
-use crate::eval::{Evaluator, Expr, Flow, Frame, Located, Statement, attempt};
-use crate::resolve::Place;
+use crate::eval::{BoxExpr, Evaluator, Flow, Frame, StmtNode, TraceExt, attempt};
+use crate::resolve::Storage;
 use crate::source::Span;
-use crate::value::class::Base;
-use crate::value::function::Wrapped;
+use crate::value::class::BuiltinBase;
+use crate::value::function::WrappedFunction;
 use crate::value::symbol::known;
-use crate::value::trash::Nodes;
-use crate::value::{Class, Function, R, Raised, Symbol, Value, Values};
+use crate::value::trash::NodeList;
+use crate::value::{Class, Function, R, Raised, Symbol, Value, ValueVec};
 
 /// `def`
 pub struct DefineFunction {
     /// The function.
     pub function: MakeFunction,
     /// Its decorators, outermost first, with their places.
-    pub decorators: Nodes<(Expr, Span)>,
+    pub decorators: NodeList<(BoxExpr, Span)>,
     /// The name it is bound to.
     pub target: Box<dyn Target>,
 }
 
-impl Statement for DefineFunction {
+impl StmtNode for DefineFunction {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let decorators = attempt!(evaluate(&self.decorators, ev, f));
@@ -41,7 +41,7 @@ impl Statement for DefineFunction {
 }
 
 fn evaluate(
-    decorators: &[(Expr, Span)],
+    decorators: &[(BoxExpr, Span)],
     ev: &Evaluator<'_>,
     f: &mut Frame<'_>,
 ) -> R<Vec<(Value, Span)>> {
@@ -56,22 +56,22 @@ pub struct DefineClass {
     /// The body, run once.
     pub code: Rc<Code>,
     /// Where its closure comes from.
-    pub closure: Box<[Place]>,
+    pub closure: Box<[Storage]>,
     /// Base classes and keywords.
-    pub args: Nodes<CallArg>,
+    pub args: NodeList<CallArg>,
     /// How many of the leading slots of the body are attributes.
     pub names: usize,
     /// The slot with the cell of `__class__`.
     pub class_cell: Option<u32>,
     /// Its decorators, outermost first, with their places.
-    pub decorators: Nodes<(Expr, Span)>,
+    pub decorators: NodeList<(BoxExpr, Span)>,
     /// The name it is bound to.
     pub target: Box<dyn Target>,
     /// Where the header is written.
     pub span: Span,
 }
 
-impl Statement for DefineClass {
+impl StmtNode for DefineClass {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let decorators = attempt!(evaluate(&self.decorators, ev, f));
@@ -290,9 +290,11 @@ impl Evaluator<'_> {
             let value = match (&value, name) {
                 // These take the class without a decorator.
                 (Value::Function(_), known::INIT_SUBCLASS | known::CLASS_GETITEM) => {
-                    Value::ClassMethod(Wrapped::around(value))
+                    Value::ClassMethod(WrappedFunction::around(value))
                 }
-                (Value::Function(_), known::NEW) => Value::StaticMethod(Wrapped::around(value)),
+                (Value::Function(_), known::NEW) => {
+                    Value::StaticMethod(WrappedFunction::around(value))
+                }
                 _ => value,
             };
             class.set(name, value);
@@ -317,7 +319,7 @@ impl Evaluator<'_> {
             let told = attrs.iter().filter(|(_, value)| is_told(value));
             told.map(|(name, value)| (name, value.clone())).collect()
         };
-        let attrs = Values::from(told(class));
+        let attrs = ValueVec::from(told(class));
         for (name, value) in attrs {
             self.worked(ATTRIBUTE)?;
             if let Value::Property(property) = &value {
@@ -462,7 +464,7 @@ pub fn linearise(parents: &[Rc<Class>]) -> Result<Vec<Rc<Class>>, Vec<Rc<str>>> 
 
 /// Whether nothing can be derived from a builtin type.
 pub fn is_final(class: &Class) -> bool {
-    let is_iterator = class.base == Base::Iterator;
+    let is_iterator = class.base == BuiltinBase::Iterator;
     let name = class.name();
     if class.is_script {
         return class.in_c.get() && *class.type_name() == *"datetime.timezone";

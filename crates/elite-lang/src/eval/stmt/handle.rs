@@ -6,17 +6,17 @@ use std::rc::Rc;
 use super::target::Target;
 use crate::errors::ExceptionKind;
 use crate::eval::code::Block;
-use crate::eval::coroutine::Stopping;
+use crate::eval::coroutine::StopState;
 use crate::eval::pace::VALUE;
-use crate::eval::{Evaluator, Expr, Flow, Frame, Located, Statement};
+use crate::eval::{BoxExpr, Evaluator, Flow, Frame, StmtNode, TraceExt};
 use crate::source::Span;
-use crate::value::trash::Nodes;
+use crate::value::trash::NodeList;
 use crate::value::{Instance, R, Raised, Value};
 
 /// An `except` clause.
-pub struct Handler {
+pub struct ExceptClause {
     /// The type or types it takes; none for all.
-    pub exception: Option<Expr>,
+    pub exception: Option<BoxExpr>,
     /// The name the exception is bound to, and unbound from at the end.
     pub name: Option<Box<dyn Target>>,
     /// What runs.
@@ -26,16 +26,16 @@ pub struct Handler {
 }
 
 /// Statements of a block that `except` clauses protect.
-pub struct Guard {
+pub struct ProtectedRange {
     /// Which ones.
     pub body: Range<usize>,
     /// The statement that follows a clause: the first one behind the `else` clause.
     pub after: usize,
     /// The clauses in order.
-    pub handlers: Nodes<Handler>,
+    pub handlers: NodeList<ExceptClause>,
 }
 
-impl Guard {
+impl ProtectedRange {
     /// Runs the clause that takes an exception; without one it goes on.
     pub fn handle(&self, exception: Rc<Instance>, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let outer = ev.set_handled_exception(Some(exception.clone()));
@@ -74,7 +74,7 @@ impl Guard {
     }
 }
 
-impl Handler {
+impl ExceptClause {
     /// Runs the clause for an exception it takes.
     pub fn run(&self, exception: &Rc<Instance>, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let Some(name) = &self.name else {
@@ -95,7 +95,7 @@ impl Evaluator<'_> {
     /// Whether an `except` clause with these types takes an exception.
     pub fn exception_matches(&self, exception: &Rc<Instance>, types: &Value) -> R<bool> {
         match types {
-            Value::Class(class) if class.base == crate::value::class::Base::Exception => {
+            Value::Class(class) if class.base == crate::value::class::BuiltinBase::Exception => {
                 Ok(exception.class.is_subclass_of(class))
             }
             Value::Tuple(tuple) => self.recurse(|| {
@@ -123,13 +123,13 @@ pub struct Finally {
     pub finally: Block,
 }
 
-impl Statement for Finally {
+impl StmtNode for Finally {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let flow = self.body.exec(ev, f);
         let raised = match &flow {
             Flow::Raise(Raised::Exception(exception)) => Some(exception.clone()),
-            Flow::Raise(Raised::Stop) if ev.core.stopping.get() == Stopping::Abandoned => {
+            Flow::Raise(Raised::Stop) if ev.core.stopping.get() == StopState::Abandoned => {
                 return flow;
             }
             _ => None,

@@ -2,12 +2,12 @@
 
 use std::rc::Rc;
 
-use super::handle::Handler;
-use crate::builtins::types::group::{Matcher, Parts, is_group};
+use super::handle::ExceptClause;
+use crate::builtins::types::group::{GroupSplit, Matcher, is_group};
 use crate::eval::code::Block;
-use crate::eval::{Evaluator, Flow, Frame, Located, Statement};
+use crate::eval::{Evaluator, Flow, Frame, StmtNode, TraceExt};
 use crate::value::exception::ExceptionState;
-use crate::value::trash::Nodes;
+use crate::value::trash::NodeList;
 use crate::value::{Instance, R, Raised, Value};
 
 /// `try: … except* …: … else: …`
@@ -15,12 +15,12 @@ pub struct TryStar {
     /// What may raise.
     pub body: Block,
     /// The clauses in order; all have types.
-    pub handlers: Nodes<Handler>,
+    pub handlers: NodeList<ExceptClause>,
     /// What runs if nothing was raised.
     pub orelse: Block,
 }
 
-impl Statement for TryStar {
+impl StmtNode for TryStar {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         match self.body.exec(ev, f) {
@@ -85,7 +85,7 @@ impl TryStar {
 }
 
 /// What a clause with these types takes of what is left, and what it leaves.
-fn parts(left: &Option<Rc<Instance>>, types: &Value, ev: &Evaluator<'_>) -> R<Parts> {
+fn parts(left: &Option<Rc<Instance>>, types: &Value, ev: &Evaluator<'_>) -> R<GroupSplit> {
     let listed = match types {
         Value::Tuple(tuple) => tuple.items(),
         single => std::slice::from_ref(single),
@@ -97,7 +97,7 @@ fn parts(left: &Option<Rc<Instance>>, types: &Value, ev: &Evaluator<'_>) -> R<Pa
             let text = "catching ExceptionGroup with except* is not allowed. Use except instead.";
             return Err(ev.type_error(text));
         }
-        if !matches!(class, Value::Class(class) if class.base == crate::value::class::Base::Exception)
+        if !matches!(class, Value::Class(class) if class.base == crate::value::class::BuiltinBase::Exception)
         {
             let text = "catching classes that do not inherit from BaseException is not allowed";
             return Err(ev.type_error(text));

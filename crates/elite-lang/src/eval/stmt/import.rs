@@ -4,14 +4,14 @@ use std::rc::Rc;
 
 use super::target::Target;
 use crate::errors::ExceptionKind;
-use crate::eval::{Evaluator, Flow, Frame, Located, Statement, attempt};
+use crate::eval::{Evaluator, Flow, Frame, StmtNode, TraceExt, attempt};
 use crate::ops::dict::NAME;
 use crate::source::Span;
 use crate::value::by_symbol::SymbolSet;
 use crate::value::module::Namespace;
 use crate::value::symbol::known;
-use crate::value::trash::Nodes;
-use crate::value::{CellVar, R, Raised, Symbol, Value, Values};
+use crate::value::trash::NodeList;
+use crate::value::{CellVar, R, Raised, Symbol, Value, ValueVec};
 
 /// `import name as target`
 pub struct Import {
@@ -25,7 +25,7 @@ pub struct Import {
     pub span: Span,
 }
 
-impl Statement for Import {
+impl StmtNode for Import {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let module = attempt!(ev.import(&self.module).at(ev, f, self.span));
@@ -45,12 +45,12 @@ pub struct ImportFrom {
     /// The module.
     pub module: Box<str>,
     /// The names with their targets.
-    pub names: Nodes<ImportedName>,
+    pub names: NodeList<ImportedName>,
     /// Where it is written.
     pub span: Span,
 }
 
-impl Statement for ImportFrom {
+impl StmtNode for ImportFrom {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let module = attempt!(ev.import(&self.module).at(ev, f, self.span));
@@ -104,7 +104,7 @@ pub struct ImportStar {
     pub span: Span,
 }
 
-impl Statement for ImportStar {
+impl StmtNode for ImportStar {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let module = attempt!(ev.import(&self.module).at(ev, f, self.span));
@@ -164,7 +164,7 @@ fn star_names(ev: &Evaluator<'_>, module: &Value) -> R<Vec<Symbol>> {
         Some(names) => (ev.collect(&names)?, true),
         None => match ev.attribute_or_none(module, known::DICT)? {
             Some(names) => (ev.collect(&names)?, false),
-            None => (Values::default(), false),
+            None => (ValueVec::default(), false),
         },
     };
     let names = names.iter().filter_map(Value::as_str);

@@ -6,17 +6,25 @@ use std::rc::Rc;
 
 use super::define::ATTRIBUTE;
 use crate::eval::Evaluator;
-use crate::value::class::Base;
+use crate::value::class::BuiltinBase;
 use crate::value::symbol::known;
 use crate::value::{Class, R, Symbol, Value};
 
 /// Whether `__slots__` says which attributes the instances have.
-pub(super) fn takes_slots(base: Base) -> bool {
-    let is_container = matches!(base, Base::List | Base::Dict | Base::Set | Base::FrozenSet);
-    let is_of_library = matches!(base, Base::Native | Base::Iterator);
+pub(super) fn takes_slots(base: BuiltinBase) -> bool {
+    let is_container = matches!(
+        base,
+        BuiltinBase::List | BuiltinBase::Dict | BuiltinBase::Set | BuiltinBase::FrozenSet
+    );
+    let is_of_library = matches!(base, BuiltinBase::Native | BuiltinBase::Iterator);
     let is_other = matches!(
         base,
-        Base::Object | Base::Exception | Base::Str | Base::Float | Base::Complex | Base::ByteArray
+        BuiltinBase::Object
+            | BuiltinBase::Exception
+            | BuiltinBase::Str
+            | BuiltinBase::Float
+            | BuiltinBase::Complex
+            | BuiltinBase::ByteArray
     );
     is_container || is_other || is_of_library || !has_room(base)
 }
@@ -28,7 +36,7 @@ fn widening(class: &Rc<Class>) -> Option<Rc<Class>> {
     let mut line = std::iter::once(class).chain(&*ancestors);
     let widest = line.find(|class| match class.is_script {
         true => class.has_own_slots(),
-        false => class.base != Base::Object,
+        false => class.base != BuiltinBase::Object,
     });
     widest.cloned()
 }
@@ -64,10 +72,12 @@ fn layout_line(class: &Rc<Class>) -> impl Iterator<Item = Rc<Class>> {
 pub fn has_dict(class: &Rc<Class>) -> bool {
     layout_line(class).any(|class| match class.base {
         _ if class.is_script => class.is_open() && !is_closed_in_c(&class),
-        Base::Native => *class.type_name() == *"functools.partial",
-        Base::Exception | Base::Type | Base::Module | Base::StaticMethod | Base::ClassMethod => {
-            true
-        }
+        BuiltinBase::Native => *class.type_name() == *"functools.partial",
+        BuiltinBase::Exception
+        | BuiltinBase::Type
+        | BuiltinBase::Module
+        | BuiltinBase::StaticMethod
+        | BuiltinBase::ClassMethod => true,
         _ => false,
     })
 }
@@ -81,18 +91,21 @@ fn is_closed_in_c(class: &Class) -> bool {
 pub fn is_weakly_referable(class: &Rc<Class>) -> bool {
     layout_line(class).any(|class| match class.base {
         _ if class.is_script => class.is_referable() && has_room(class.base),
-        Base::Native => matches!(
+        BuiltinBase::Native => matches!(
             &*class.type_name(),
             "functools.partial" | "collections.deque" | "re.Pattern"
         ),
-        Base::Set | Base::FrozenSet | Base::Type | Base::Module => true,
+        BuiltinBase::Set | BuiltinBase::FrozenSet | BuiltinBase::Type | BuiltinBase::Module => true,
         _ => false,
     })
 }
 
 /// Whether CPython's layout of this builtin type has room for slots behind its items.
-fn has_room(base: Base) -> bool {
-    !matches!(base, Base::Int | Base::Tuple | Base::Bytes)
+fn has_room(base: BuiltinBase) -> bool {
+    !matches!(
+        base,
+        BuiltinBase::Int | BuiltinBase::Tuple | BuiltinBase::Bytes
+    )
 }
 
 impl Evaluator<'_> {
@@ -100,7 +113,7 @@ impl Evaluator<'_> {
     pub(super) fn slot_names(
         &self,
         listed: &Value,
-        base: Base,
+        base: BuiltinBase,
         parents: &[Rc<Class>],
         attrs: &[(Symbol, Value)],
     ) -> R<Vec<Symbol>> {
@@ -157,13 +170,13 @@ impl Evaluator<'_> {
     }
 
     /// The builtin layout that instances of a class with these bases have.
-    pub fn layout_base(&self, parents: &[Rc<Class>]) -> R<Base> {
+    pub fn layout_base(&self, parents: &[Rc<Class>]) -> R<BuiltinBase> {
         let conflict = || self.type_error("multiple bases have instance lay-out conflict");
         best_base(parents).ok_or_else(conflict)?;
-        let mut base = Base::Object;
+        let mut base = BuiltinBase::Object;
         for parent in parents {
-            if parent.base != Base::Object && parent.base != base {
-                if base != Base::Object {
+            if parent.base != BuiltinBase::Object && parent.base != base {
+                if base != BuiltinBase::Object {
                     return Err(conflict());
                 }
                 base = parent.base;

@@ -3,14 +3,14 @@
 
 use super::target::{Target, Unpack};
 use crate::eval::code::Block;
-use crate::eval::walk::{Pair, Walk};
-use crate::eval::words::Words;
-use crate::eval::{Evaluator, Expr, Flow, Frame, Statement, attempt};
+use crate::eval::walk::{LoopCursor, LoopItem};
+use crate::eval::words::PairOf;
+use crate::eval::{BoxExpr, Evaluator, Flow, Frame, StmtNode, attempt};
 use crate::source::Span;
 use crate::value::{R, Value};
 
 /// What all loops have: what is done each turn, and at the end.
-pub struct Turns {
+pub struct LoopBody {
     /// The line of the loop.
     pub line: u32,
     /// What is repeated.
@@ -19,7 +19,7 @@ pub struct Turns {
     pub orelse: Block,
 }
 
-impl Turns {
+impl LoopBody {
     /// Runs the loop; `next` prepares the next turn and says whether there is one.
     #[inline(always)]
     fn run(
@@ -44,12 +44,12 @@ impl Turns {
 /// `while test: … else: …`
 pub struct While {
     /// The condition.
-    pub test: Expr,
+    pub test: BoxExpr,
     /// The rest.
-    pub turns: Turns,
+    pub turns: LoopBody,
 }
 
-impl Statement for While {
+impl StmtNode for While {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         self.turns.run(ev, f, |f| self.test.truth(ev, f))
@@ -71,7 +71,7 @@ impl LoopTarget {
     #[inline(always)]
     pub fn bind_next(
         &self,
-        walk: &mut Walk,
+        walk: &mut LoopCursor,
         ev: &Evaluator<'_>,
         f: &mut Frame<'_>,
         span: Span,
@@ -89,21 +89,21 @@ impl LoopTarget {
     fn bind_next_pair(
         &self,
         unpack: &Unpack,
-        walk: &mut Walk,
+        walk: &mut LoopCursor,
         ev: &Evaluator<'_>,
         f: &mut Frame<'_>,
         span: Span,
     ) -> R<bool> {
         match (walk.next_pair(ev, f, span)?, &*unpack.targets) {
             (None, _) => return Ok(false),
-            (Some(Pair::Two(first, second)), [a, b]) => {
+            (Some(LoopItem::Two(first, second)), [a, b]) => {
                 a.assign(ev, f, first)?;
                 b.assign(ev, f, second)?;
             }
-            (Some(Pair::Two(first, second)), _) => {
+            (Some(LoopItem::Two(first, second)), _) => {
                 unpack.assign(ev, f, Value::pair(first, second))?;
             }
-            (Some(Pair::One(item)), _) => unpack.assign(ev, f, item)?,
+            (Some(LoopItem::One(item)), _) => unpack.assign(ev, f, item)?,
         }
         Ok(true)
     }
@@ -114,11 +114,11 @@ impl LoopTarget {
             f.slots[*slot as usize].put(item);
             return Ok(());
         }
-        self.assign_other(ev, f, Words::of(item))
+        self.assign_other(ev, f, PairOf::of(item))
     }
 
     #[inline(never)]
-    fn assign_other(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>, item: Words<Value>) -> R<()> {
+    fn assign_other(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>, item: PairOf<Value>) -> R<()> {
         let item = item.whole();
         match self {
             LoopTarget::Pair(unpack) => unpack.assign(ev, f, item),
@@ -136,18 +136,18 @@ pub struct For {
     /// What is bound each turn.
     pub target: LoopTarget,
     /// What is walked through.
-    pub iterable: Expr,
+    pub iterable: BoxExpr,
     /// Where that is written.
     pub span: Span,
     /// The rest.
-    pub turns: Turns,
+    pub turns: LoopBody,
 }
 
-impl Statement for For {
+impl StmtNode for For {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let iterable = attempt!(self.iterable.eval(ev, f));
-        let mut walk = attempt!(Walk::over(iterable, ev, f, self.span));
+        let mut walk = attempt!(LoopCursor::over(iterable, ev, f, self.span));
         let next = |f: &mut Frame<'_>| self.target.bind_next(&mut walk, ev, f, self.span);
         self.turns.run(ev, f, next)
     }

@@ -4,7 +4,7 @@ use std::rc::Rc;
 
 use super::define::ATTRIBUTE;
 use crate::eval::{Evaluator, Frame};
-use crate::value::class::Base;
+use crate::value::class::BuiltinBase;
 use crate::value::symbol::known;
 use crate::value::{Class, Dict, R, Symbol, Value};
 
@@ -16,7 +16,7 @@ impl Evaluator<'_> {
     pub fn metaclass_of(&self, bases: &[Value], keywords: &[(Symbol, Value)]) -> R<Option<Value>> {
         let given = keywords.iter().find(|(name, _)| *name == known::METACLASS);
         let given = match given.map(|(_, value)| value) {
-            Some(Value::Class(class)) if class.base == Base::Type => class.clone(),
+            Some(Value::Class(class)) if class.base == BuiltinBase::Type => class.clone(),
             // Anything that can be called may stand there.
             Some(other) => return Ok(Some(other.clone())),
             None => match bases.first() {

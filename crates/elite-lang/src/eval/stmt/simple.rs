@@ -4,17 +4,17 @@ use std::rc::Rc;
 
 use super::target::Target;
 use crate::errors::ExceptionKind;
-use crate::eval::{Evaluator, Expr, Flow, Frame, Located, Statement, attempt};
+use crate::eval::{BoxExpr, Evaluator, Flow, Frame, StmtNode, TraceExt, attempt};
 use crate::limits::memory;
 use crate::source::Span;
 use crate::value::surrogate::may_have_surrogates;
-use crate::value::trash::Nodes;
+use crate::value::trash::NodeList;
 use crate::value::{Instance, R, Raised, Value};
 
 /// An expression whose value is not used.
-pub struct ExprStatement(pub Expr);
+pub struct ExprStatement(pub BoxExpr);
 
-impl Statement for ExprStatement {
+impl StmtNode for ExprStatement {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         match self.0.eval(ev, f) {
@@ -30,14 +30,14 @@ impl Statement for ExprStatement {
 /// `print x, y`
 pub struct Print {
     /// What is printed.
-    pub values: Nodes<Expr>,
+    pub values: NodeList<BoxExpr>,
     /// After the last value: a line end, or a blank if the statement ends with a comma.
     pub end: &'static str,
     /// Where it is written.
     pub span: Span,
 }
 
-impl Statement for Print {
+impl StmtNode for Print {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let mut text = String::new();
@@ -53,9 +53,9 @@ impl Statement for Print {
 }
 
 /// `del a, b[0]`
-pub struct Delete(pub Nodes<Box<dyn Target>>);
+pub struct Delete(pub NodeList<Box<dyn Target>>);
 
-impl Statement for Delete {
+impl StmtNode for Delete {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         for target in &self.0 {
@@ -68,14 +68,14 @@ impl Statement for Delete {
 /// `raise exception from cause`
 pub struct Raise {
     /// What is raised; nothing for the exception being handled.
-    pub exception: Option<Expr>,
+    pub exception: Option<BoxExpr>,
     /// What it came from.
-    pub cause: Option<Expr>,
+    pub cause: Option<BoxExpr>,
     /// Where it is written.
     pub span: Span,
 }
 
-impl Statement for Raise {
+impl StmtNode for Raise {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let Some(exception) = &self.exception else {
@@ -131,7 +131,7 @@ impl Evaluator<'_> {
     pub fn to_exception(&self, value: &Value) -> R<Rc<Instance>> {
         match value {
             Value::Instance(instance) if instance.exception().is_some() => Ok(instance.clone()),
-            Value::Class(class) if class.base == crate::value::class::Base::Exception => {
+            Value::Class(class) if class.base == crate::value::class::BuiltinBase::Exception => {
                 match self.call(value, &mut [], &[])? {
                     Value::Instance(instance) if instance.exception().is_some() => Ok(instance),
                     other => {

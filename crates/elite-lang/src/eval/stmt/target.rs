@@ -4,13 +4,13 @@ use std::cell::Cell;
 use std::rc::Rc;
 
 use crate::errors::ExceptionKind;
-use crate::eval::expr::names::Peek;
+use crate::eval::expr::names::Readable;
 use crate::eval::expr::operand::Operand;
 use crate::eval::run::with_slots;
-use crate::eval::words::Words;
-use crate::eval::{Evaluator, Frame, Located};
+use crate::eval::words::PairOf;
+use crate::eval::{Evaluator, Frame, TraceExt};
 use crate::source::Span;
-use crate::value::trash::Nodes;
+use crate::value::trash::NodeList;
 use crate::value::{CellVar, Instance, R, Raised, Symbol, Value};
 
 /// A place a value can be put.
@@ -20,7 +20,7 @@ pub trait Target {
 
     /// `assign`, with the value in registers.
     #[inline(never)]
-    fn assign_words(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>, value: Words<Value>) -> R<()> {
+    fn assign_words(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>, value: PairOf<Value>) -> R<()> {
         self.assign(ev, f, value.whole())
     }
 
@@ -29,14 +29,14 @@ pub trait Target {
 }
 
 /// A local variable or a name of a class body.
-pub struct Slot {
+pub struct SlotTarget {
     /// Its slot.
     pub slot: u32,
     /// Where it is written.
     pub span: Span,
 }
 
-impl Target for Slot {
+impl Target for SlotTarget {
     #[inline]
     fn assign(&self, _: &Evaluator<'_>, f: &mut Frame<'_>, value: Value) -> R<()> {
         f.slots[self.slot as usize].put(value);
@@ -60,7 +60,7 @@ impl Target for Slot {
 }
 
 /// A name at the top level of a text that runs in a mapping of a script.
-pub struct MappedTarget {
+pub struct MappingTarget {
     /// The slot with the mapping.
     pub slot: u32,
     /// The name.
@@ -69,7 +69,7 @@ pub struct MappedTarget {
     pub span: Span,
 }
 
-impl Target for MappedTarget {
+impl Target for MappingTarget {
     fn assign(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>, value: Value) -> R<()> {
         let mapping = f.slots[self.slot as usize].clone();
         ev.set_item(&mapping, &self.key, value).at(ev, f, self.span)
@@ -94,7 +94,7 @@ impl Target for MappedTarget {
 }
 
 /// A variable in a cell: of this frame, of an outer one, or a global.
-pub enum Shared {
+pub enum CellRef {
     /// The slot that holds the cell.
     Cell(u32),
     /// Index in the closure.
@@ -106,7 +106,7 @@ pub enum Shared {
 /// A shared variable as a target.
 pub struct SharedTarget {
     /// Which one.
-    pub place: Shared,
+    pub place: CellRef,
     /// Where it is written.
     pub span: Span,
 }
@@ -115,12 +115,12 @@ impl SharedTarget {
     #[inline]
     fn cell<'c>(&'c self, f: &'c Frame<'_>) -> Option<&'c Rc<CellVar>> {
         match &self.place {
-            Shared::Cell(slot) => match &f.slots[*slot as usize] {
+            CellRef::Cell(slot) => match &f.slots[*slot as usize] {
                 Value::Cell(cell) => Some(cell),
                 _ => None,
             },
-            Shared::Free(index) => Some(&f.function.closure[*index as usize]),
-            Shared::Global(cell, _) => Some(cell),
+            CellRef::Free(index) => Some(&f.function.closure[*index as usize]),
+            CellRef::Global(cell, _) => Some(cell),
         }
     }
 }
@@ -129,7 +129,7 @@ impl Target for SharedTarget {
     fn assign(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>, value: Value) -> R<()> {
         if let Some(cell) = self.cell(f) {
             // Globals are taken apart anyway.
-            let is_global = matches!(self.place, Shared::Global(..));
+            let is_global = matches!(self.place, CellRef::Global(..));
             if !is_global && !cell.noted.get() && value.holds_values() {
                 ev.core.note_cell(cell);
             }
@@ -146,9 +146,9 @@ impl Target for SharedTarget {
         }
         let code = &f.function.code;
         let name = match &self.place {
-            Shared::Cell(slot) => code.slot_names[*slot as usize],
-            Shared::Free(index) => code.free_names[*index as usize],
-            Shared::Global(_, name) => *name,
+            CellRef::Cell(slot) => code.slot_names[*slot as usize],
+            CellRef::Free(index) => code.free_names[*index as usize],
+            CellRef::Global(_, name) => *name,
         };
         let name = ev.core.symbols.name(name);
         Err(ev.raise(
@@ -358,30 +358,30 @@ impl Target for ItemTarget {
 }
 
 /// A target that is most often a local variable, which is assigned to without a further node.
-pub enum Destination {
+pub enum LocalOrTarget {
     /// A local variable.
-    Local(Slot),
+    Local(SlotTarget),
     /// Anything else.
     Other(Box<dyn Target>),
 }
 
-impl Destination {
+impl LocalOrTarget {
     /// Puts a value there.
     #[inline(always)]
     pub fn assign(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>, value: Value) -> R<()> {
         match self {
-            Destination::Local(local) => {
+            LocalOrTarget::Local(local) => {
                 f.slots[local.slot as usize].put(value);
                 Ok(())
             }
-            Destination::Other(target) => target.assign(ev, f, value),
+            LocalOrTarget::Other(target) => target.assign(ev, f, value),
         }
     }
 
     fn delete(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> R<()> {
         match self {
-            Destination::Local(local) => local.delete(ev, f),
-            Destination::Other(target) => target.delete(ev, f),
+            LocalOrTarget::Local(local) => local.delete(ev, f),
+            LocalOrTarget::Other(target) => target.delete(ev, f),
         }
     }
 }
@@ -389,7 +389,7 @@ impl Destination {
 /// `a, *b, c`
 pub struct Unpack {
     /// The targets.
-    pub targets: Nodes<Destination>,
+    pub targets: NodeList<LocalOrTarget>,
     /// Which of them takes the rest.
     pub star: Option<usize>,
     /// Where it is written.

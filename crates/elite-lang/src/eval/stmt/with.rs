@@ -3,8 +3,8 @@
 use super::target::Target;
 use crate::errors::ExceptionKind;
 use crate::eval::code::Block;
-use crate::eval::coroutine::Stopping;
-use crate::eval::{Evaluator, Expr, Flow, Frame, Located, Statement, attempt};
+use crate::eval::coroutine::StopState;
+use crate::eval::{BoxExpr, Evaluator, Flow, Frame, StmtNode, TraceExt, attempt};
 use crate::source::Span;
 use crate::value::symbol::known;
 use crate::value::{R, Raised, Symbol, Value};
@@ -12,7 +12,7 @@ use crate::value::{R, Raised, Symbol, Value};
 /// `with context as target: …` with one item; more are nested.
 pub struct With {
     /// The context manager.
-    pub context: Expr,
+    pub context: BoxExpr,
     /// What its `__enter__` result is bound to.
     pub target: Option<Box<dyn Target>>,
     /// What runs.
@@ -21,7 +21,7 @@ pub struct With {
     pub span: Span,
 }
 
-impl Statement for With {
+impl StmtNode for With {
     #[inline(always)]
     fn exec(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> Flow {
         let manager = attempt!(self.context.eval(ev, f));
@@ -54,7 +54,7 @@ impl With {
         let mut none = [Value::None, Value::None, Value::None];
         match &flow {
             Flow::Raise(Raised::Stop) => {
-                if ev.core.stopping.get() != Stopping::Abandoned {
+                if ev.core.stopping.get() != StopState::Abandoned {
                     // The stop goes on whatever the exit says.
                     let ignored = ev.call_method_value(exit, manager, &mut none);
                     drop(ignored);

@@ -95,10 +95,10 @@ impl Evaluator<'_> {
 }
 
 /// The orders that classes had before.
-type Orders = Vec<(Rc<Class>, Rc<[Rc<Class>]>)>;
+type SavedMros = Vec<(Rc<Class>, Rc<[Rc<Class>]>)>;
 
 /// Finds the orders of a class and of those below it anew, and notes the ones before.
-fn reorder(class: &Rc<Class>, before: &mut Orders) -> Result<(), Vec<Rc<str>>> {
+fn reorder(class: &Rc<Class>, before: &mut SavedMros) -> Result<(), Vec<Rc<str>>> {
     let mut left = vec![class.clone()];
     while let Some(class) = left.pop() {
         let order = linearise(&class.bases())?;

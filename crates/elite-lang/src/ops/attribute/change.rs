@@ -4,15 +4,18 @@ use std::rc::Rc;
 
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::value::class::Base;
+use crate::value::class::BuiltinBase;
 use crate::value::symbol::known;
 use crate::value::{Class, Dict, Instance, R, Raised, Symbol, Value};
 
 /// Whether what extends this builtin type has parts of it that are for reading only.
-fn has_parts(base: Base) -> bool {
+fn has_parts(base: BuiltinBase) -> bool {
     matches!(
         base,
-        Base::StaticMethod | Base::ClassMethod | Base::Super | Base::Property
+        BuiltinBase::StaticMethod
+            | BuiltinBase::ClassMethod
+            | BuiltinBase::Super
+            | BuiltinBase::Property
     )
 }
 
@@ -248,7 +251,7 @@ impl Evaluator<'_> {
         {
             return Err(refused);
         }
-        if name == known::DICT && class.base == Base::Module {
+        if name == known::DICT && class.base == BuiltinBase::Module {
             return Err(self.raise(ExceptionKind::AttributeError, "readonly attribute"));
         }
         if name == known::DICT && class.has_dict() {
@@ -344,7 +347,7 @@ impl Evaluator<'_> {
             }
             Value::Class(_) | Value::Function(_) => self.attribute_error(value, name),
             Value::Module(_) => self.no_attribute(value, name),
-            Value::Instance(instance) if instance.class.base == Base::Module => {
+            Value::Instance(instance) if instance.class.base == BuiltinBase::Module => {
                 self.no_attribute(value, name)
             }
             Value::Instance(instance) if instance.exception().is_some() => {

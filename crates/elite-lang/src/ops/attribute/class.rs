@@ -8,7 +8,7 @@ use crate::eval::pace::VALUE;
 use crate::eval::stmt::layout::best_base;
 use crate::value::dict::SOME;
 use crate::value::symbol::known;
-use crate::value::{Class, Dict, R, Raised, Symbol, Value, Values};
+use crate::value::{Class, Dict, R, Raised, Symbol, Value, ValueVec};
 
 impl Evaluator<'_> {
     /// A part of a class that hides whatever its attributes have under that name.
@@ -41,7 +41,7 @@ impl Evaluator<'_> {
         let dict = Dict::new();
         let (mut from, mut more) = (0, true);
         while more || !added.is_empty() {
-            let mut entries = Values::default();
+            let mut entries = ValueVec::default();
             let count = match class.own_width() {
                 own if from < own => SOME.min(own - from),
                 _ => SOME,
@@ -105,7 +105,7 @@ impl Evaluator<'_> {
     #[cold]
     pub fn abstract_error(&self, class: &Class) -> Raised {
         let names = class.own_attrs().get(known::ABSTRACT_METHODS).cloned();
-        let names = match names.map_or(Ok(Values::default()), |names| self.collect(&names)) {
+        let names = match names.map_or(Ok(ValueVec::default()), |names| self.collect(&names)) {
             Ok(names) => names,
             Err(raised) => return raised,
         };

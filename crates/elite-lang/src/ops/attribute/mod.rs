@@ -9,7 +9,7 @@ use std::rc::Rc;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::stmt::layout;
-use crate::value::class::Base;
+use crate::value::class::BuiltinBase;
 use crate::value::function::Super;
 use crate::value::symbol::known;
 use crate::value::{BoundMethod, Class, Instance, Module, R, Raised, Symbol, Value};
@@ -433,7 +433,7 @@ impl Evaluator<'_> {
                 Some(module) => format!("module '{module}' has no attribute '{name}'"),
                 None => format!("module has no attribute '{name}'"),
             },
-            Value::Instance(instance) if instance.class.base == Base::Module => {
+            Value::Instance(instance) if instance.class.base == BuiltinBase::Module => {
                 match instance.get(known::NAME, &self.core.symbols) {
                     Some(Value::Str(module)) => {
                         format!("module '{}' has no attribute '{name}'", module.as_str())

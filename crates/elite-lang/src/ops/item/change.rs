@@ -1,6 +1,6 @@
 //! Assigning to items and slices, deleting them.
 
-use super::slice::{Bounds, Indices};
+use super::slice::{SliceArgs, SliceBounds};
 use crate::builtins::types::bytes;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
@@ -219,7 +219,7 @@ impl Evaluator<'_> {
     }
 
     #[cold]
-    fn wrong_size<T>(&self, refused: &Refused<T>, what: &str) -> Raised {
+    fn wrong_size<T>(&self, refused: &SizeMismatch<T>, what: &str) -> Raised {
         let (given, length) = (refused.new.len(), refused.length);
         self.value_error(format!(
             "attempt to assign {what} of size {given} to extended slice of size {length}"
@@ -283,7 +283,7 @@ impl Evaluator<'_> {
     }
 
     /// Takes the bytes of a slice out.
-    fn delete_bytes(&self, bytes: &ByteArray, indices: Indices) -> R<()> {
+    fn delete_bytes(&self, bytes: &ByteArray, indices: SliceArgs) -> R<()> {
         if let Some(range) = plain(indices, bytes.len())
             && range.start == 0
         {
@@ -303,20 +303,24 @@ impl Evaluator<'_> {
 }
 
 /// The places of a slice without a step.
-fn plain(indices: Indices, length: usize) -> Option<std::ops::Range<usize>> {
+fn plain(indices: SliceArgs, length: usize) -> Option<std::ops::Range<usize>> {
     let bounds = indices.within(length);
     let end = bounds.stop.max(bounds.start) as usize;
     (bounds.step == 1).then_some(bounds.start as usize..end)
 }
 
 /// Items that do not fit an extended slice of so many places.
-struct Refused<T> {
+struct SizeMismatch<T> {
     new: Vec<T>,
     length: usize,
 }
 
 /// Puts items in the place of a slice; gives back those that were there.
-fn replace_slice<T>(items: &mut Vec<T>, bounds: Bounds, new: Vec<T>) -> Result<Vec<T>, Refused<T>> {
+fn replace_slice<T>(
+    items: &mut Vec<T>,
+    bounds: SliceBounds,
+    new: Vec<T>,
+) -> Result<Vec<T>, SizeMismatch<T>> {
     if bounds.step == 1 {
         let start = bounds.start as usize;
         let end = (bounds.stop.max(bounds.start)) as usize;
@@ -324,7 +328,7 @@ fn replace_slice<T>(items: &mut Vec<T>, bounds: Bounds, new: Vec<T>) -> Result<V
     }
     let length = bounds.len();
     if new.len() != length {
-        return Err(Refused { new, length });
+        return Err(SizeMismatch { new, length });
     }
     let pairs = bounds.indices().zip(new);
     Ok(pairs
@@ -332,7 +336,7 @@ fn replace_slice<T>(items: &mut Vec<T>, bounds: Bounds, new: Vec<T>) -> Result<V
         .collect())
 }
 
-fn remove_slice<T>(items: &mut Vec<T>, bounds: Bounds) -> Vec<T> {
+fn remove_slice<T>(items: &mut Vec<T>, bounds: SliceBounds) -> Vec<T> {
     if bounds.step == 1 {
         let end = bounds.stop.max(bounds.start) as usize;
         return items.drain(bounds.start as usize..end).collect();

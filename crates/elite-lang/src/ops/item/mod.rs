@@ -5,7 +5,7 @@ pub mod slice;
 
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::eval::words::Words;
+use crate::eval::words::PairOf;
 use crate::value::int::Int;
 use crate::value::symbol::known;
 use crate::value::{R, Raised, Str, Value};
@@ -42,8 +42,8 @@ impl Evaluator<'_> {
 
     /// `value[index]` where that runs no script code and is no error; None otherwise.
     #[inline(never)]
-    pub fn item_at_once(&self, value: &Value, index: &Value) -> Words<Option<Value>> {
-        Words::of(self.found_at_once(value, index))
+    pub fn item_at_once(&self, value: &Value, index: &Value) -> PairOf<Option<Value>> {
+        PairOf::of(self.found_at_once(value, index))
     }
 
     #[inline(always)]

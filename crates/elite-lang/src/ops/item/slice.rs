@@ -10,7 +10,7 @@ use crate::value::{ByteArray, Bytes, LongRange, R, Range, Slice, Str, Value};
 
 /// A slice with the length of its sequence worked in (Python's `slice.indices`).
 #[derive(Clone, Copy, Debug)]
-pub struct Bounds {
+pub struct SliceBounds {
     /// First index.
     pub start: i64,
     /// End, exclusive in the direction of `step`.
@@ -19,7 +19,7 @@ pub struct Bounds {
     pub step: i64,
 }
 
-impl Bounds {
+impl SliceBounds {
     /// Number of indices.
     pub fn len(&self) -> usize {
         Range {
@@ -31,9 +31,9 @@ impl Bounds {
     }
 
     /// The same places as far as there are still `length` of them, for a step of 1.
-    pub fn clamped(self, length: usize) -> Bounds {
+    pub fn clamped(self, length: usize) -> SliceBounds {
         let start = self.start.min(length as i64);
-        Bounds {
+        SliceBounds {
             start,
             stop: self.stop.clamp(start, length as i64),
             step: 1,
@@ -57,11 +57,11 @@ impl Bounds {
     }
 
     /// The same places in order, some at a time: few enough, and near enough to each other, for one safepoint after each.
-    fn parts(self, size: usize) -> impl Iterator<Item = Bounds> {
+    fn parts(self, size: usize) -> impl Iterator<Item = SliceBounds> {
         let step = usize::try_from(self.step.unsigned_abs()).unwrap_or(usize::MAX);
         let size = (size / step).max(1);
         let length = self.len();
-        (0..length).step_by(size).map(move |first| Bounds {
+        (0..length).step_by(size).map(move |first| SliceBounds {
             start: self.place(first as i64),
             stop: if first + size < length {
                 self.place((first + size) as i64)
@@ -80,7 +80,7 @@ impl Bounds {
 
 /// A slice whose parts are integers: what its objects answered before the length of any sequence was looked at.
 #[derive(Clone, Copy, Debug)]
-pub struct Indices {
+pub struct SliceArgs {
     start: Option<i64>,
     stop: Option<i64>,
     /// Never 0.
@@ -90,9 +90,9 @@ pub struct Indices {
 /// Longest part that is taken at once.
 const PART_MAX: usize = 64;
 
-impl Indices {
+impl SliceArgs {
     /// The bounds within a sequence of `length` items.
-    pub fn within(self, length: usize) -> Bounds {
+    pub fn within(self, length: usize) -> SliceBounds {
         let length = length as i64;
         let step = self.step;
         let (lowest, highest) = if step > 0 {
@@ -110,7 +110,7 @@ impl Indices {
         } else {
             (highest, lowest)
         };
-        Bounds {
+        SliceBounds {
             start: bound(self.start, first),
             stop: bound(self.stop, last),
             step,
@@ -120,12 +120,12 @@ impl Indices {
 
 impl Evaluator<'_> {
     /// The bounds of a slice of a sequence of `length` items, which is read when the slice's objects have answered.
-    pub fn bounds(&self, slice: &Slice, length: impl FnOnce() -> usize) -> R<Bounds> {
+    pub fn bounds(&self, slice: &Slice, length: impl FnOnce() -> usize) -> R<SliceBounds> {
         Ok(self.slice_indices(slice)?.within(length()))
     }
 
     /// What the parts of a slice are as integers. May run script code, so it comes before any length is read.
-    pub fn slice_indices(&self, slice: &Slice) -> R<Indices> {
+    pub fn slice_indices(&self, slice: &Slice) -> R<SliceArgs> {
         let step = if slice.step.is_none() {
             1
         } else {
@@ -138,7 +138,7 @@ impl Evaluator<'_> {
             Value::None => Ok(None),
             value => self.slice_index(value).map(Some),
         };
-        Ok(Indices {
+        Ok(SliceArgs {
             step: step.max(-i64::MAX),
             start: bound(&slice.start)?,
             stop: bound(&slice.stop)?,
@@ -164,7 +164,7 @@ impl Evaluator<'_> {
             Value::Int(bound) => Some(Some(*bound)),
             _ => None,
         };
-        let indices = Indices {
+        let indices = SliceArgs {
             start: bound(start)?,
             stop: bound(stop)?,
             step: 1,
@@ -282,7 +282,7 @@ impl Evaluator<'_> {
         })
     }
 
-    fn slice_text(&self, text: &Rc<Str>, bounds: Bounds) -> R {
+    fn slice_text(&self, text: &Rc<Str>, bounds: SliceBounds) -> R {
         let length = bounds.len();
         if length == 0 {
             return Ok(self.core.empty_str.clone());
@@ -325,7 +325,7 @@ impl Evaluator<'_> {
     /// What is at the places of a slice, which `take` appends for some of them at a time.
     fn pick<T>(
         &self,
-        bounds: Bounds,
+        bounds: SliceBounds,
         mut take: impl FnMut(Box<dyn Iterator<Item = usize>>, &mut Vec<T>),
     ) -> R<Vec<T>> {
         let mut out = self.room_for(bounds.len())?;

@@ -3,7 +3,7 @@
 
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::value::{Held, Iter, R, Value};
+use crate::value::{Iter, R, ScriptCell, Value};
 
 impl Evaluator<'_> {
     #[inline]
@@ -13,7 +13,11 @@ impl Evaluator<'_> {
     }
 
     /// An item with its number, which may be of any size.
-    pub(super) fn number_far(&self, count: &Held<Value>, item: Value) -> R<Option<(Value, Value)>> {
+    pub(super) fn number_far(
+        &self,
+        count: &ScriptCell<Value>,
+        item: Value,
+    ) -> R<Option<(Value, Value)>> {
         let number = count.get();
         let following = match number {
             Value::Int(number) if number < i64::MAX => Value::Int(number + 1),

@@ -8,20 +8,20 @@ use std::rc::Rc;
 use crate::builtins::types::range::long_range_iterator;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::eval::generator::{Stepped, ToGenerator};
+use crate::eval::generator::{GeneratorInput, StepResult};
 use crate::eval::pace::VALUE;
 use crate::ops::dict::PASSED;
-use crate::value::dict::{SOME, Sought, ViewKind};
+use crate::value::dict::{SOME, ScanResult, ViewKind};
 use crate::value::int::Int;
 use crate::value::symbol::known;
-use crate::value::{Held, Iter, R, Raised, Value, Values};
+use crate::value::{Iter, R, Raised, ScriptCell, Value, ValueVec};
 
 impl Evaluator<'_> {
     /// Python's `iter(value)`.
     pub fn iter(&self, value: &Value) -> R {
         let iter = match value {
             Value::List(list) => Iter::List {
-                list: Held::new(Some(list.clone())),
+                list: ScriptCell::new(Some(list.clone())),
                 index: Cell::new(0),
             },
             Value::Tuple(tuple) => Iter::Tuple {
@@ -146,9 +146,9 @@ impl Evaluator<'_> {
         match iterator {
             Value::Iter(iter) => self.next_of(iter).or_else(|raised| self.at_end(raised)),
             Value::Generator(generator) => {
-                match self.step_generator(generator, ToGenerator::Send(Value::None)) {
-                    Ok(Stepped::Yielded(value)) => Ok(Some(value)),
-                    Ok(Stepped::Returned(_)) => Ok(None),
+                match self.step_generator(generator, GeneratorInput::Send(Value::None)) {
+                    Ok(StepResult::Yielded(value)) => Ok(Some(value)),
+                    Ok(StepResult::Returned(_)) => Ok(None),
                     Err(raised) => Err(self.generator_error(raised)),
                 }
             }
@@ -162,10 +162,10 @@ impl Evaluator<'_> {
         match iterator {
             Value::Iter(iter) => self.next_of(iter),
             Value::Generator(generator) => {
-                match self.step_generator(generator, ToGenerator::Send(Value::None)) {
-                    Ok(Stepped::Yielded(value)) => Ok(Some(value)),
-                    Ok(Stepped::Returned(Value::None)) => Ok(None),
-                    Ok(Stepped::Returned(value)) => self.stop_iteration(value).map(Some),
+                match self.step_generator(generator, GeneratorInput::Send(Value::None)) {
+                    Ok(StepResult::Yielded(value)) => Ok(Some(value)),
+                    Ok(StepResult::Returned(Value::None)) => Ok(None),
+                    Ok(StepResult::Returned(value)) => self.stop_iteration(value).map(Some),
                     Err(raised) => Err(self.generator_error(raised)),
                 }
             }
@@ -280,7 +280,7 @@ impl Evaluator<'_> {
                     false => dict.next_entry(position.get()),
                 };
                 match sought {
-                    Sought::Found((at, key, value)) => {
+                    ScanResult::Found((at, key, value)) => {
                         position.set(at);
                         break Some(match kind {
                             ViewKind::Keys => key,
@@ -288,8 +288,8 @@ impl Evaluator<'_> {
                             ViewKind::Items => Value::pair(key, value),
                         });
                     }
-                    Sought::Further(at) => position.set(at),
-                    Sought::Nowhere => break None,
+                    ScanResult::Further(at) => position.set(at),
+                    ScanResult::Nowhere => break None,
                 }
                 self.worked(SOME * PASSED)?;
             },
@@ -306,12 +306,12 @@ impl Evaluator<'_> {
                     ));
                 }
                 match set.next_element(position.get()) {
-                    Sought::Found((at, _, key)) => {
+                    ScanResult::Found((at, _, key)) => {
                         position.set(at);
                         break Some(key);
                     }
-                    Sought::Further(at) => position.set(at),
-                    Sought::Nowhere => break None,
+                    ScanResult::Further(at) => position.set(at),
+                    ScanResult::Nowhere => break None,
                 }
                 self.worked(SOME * PASSED)?;
             },
@@ -359,12 +359,12 @@ impl Evaluator<'_> {
                 length,
                 reversed: false,
             } if dict.len() == length.get() => Ok(match dict.next_entry(position.get()) {
-                Sought::Found((at, key, value)) => {
+                ScanResult::Found((at, key, value)) => {
                     position.set(at);
                     Some(Some((key, value)))
                 }
-                Sought::Further(_) => None,
-                Sought::Nowhere => Some(None),
+                ScanResult::Further(_) => None,
+                ScanResult::Nowhere => Some(None),
             }),
             Iter::Enumerate { .. } => self.pair_or_end(iter).map(Some),
             Iter::Zip {
@@ -376,20 +376,20 @@ impl Evaluator<'_> {
     }
 
     /// All items of an iterable.
-    pub fn collect(&self, iterable: &Value) -> R<Values> {
+    pub fn collect(&self, iterable: &Value) -> R<ValueVec> {
         match iterable {
             Value::List(list) => {
-                let mut items = Values::from(self.room_for(list.len())?);
+                let mut items = ValueVec::from(self.room_for(list.len())?);
                 self.copy_list(list, &mut items)?;
                 return Ok(items);
             }
             Value::Tuple(tuple) => {
-                let mut items = Values::from(self.room_for(tuple.items().len())?);
+                let mut items = ValueVec::from(self.room_for(tuple.items().len())?);
                 self.copy_values(tuple.items(), &mut items)?;
                 return Ok(items);
             }
             Value::Dict(dict) => {
-                let mut keys = Values::from(self.room_for(dict.len())?);
+                let mut keys = ValueVec::from(self.room_for(dict.len())?);
                 let (mut from, mut some) = (Some(0), Vec::new());
                 while let Some(place) = from {
                     from = dict.entries_from(place, SOME, &mut some);
@@ -400,7 +400,7 @@ impl Evaluator<'_> {
             }
             Value::Range(range) => {
                 let length = range.len();
-                let mut items: Values = self
+                let mut items: ValueVec = self
                     .room_for(usize::try_from(length).unwrap_or(usize::MAX))?
                     .into();
                 for index in 0..length {
@@ -430,7 +430,7 @@ impl Evaluator<'_> {
     }
 
     /// What an iterator has left, as natives of CPython make a list of it: that is asked for its length, not what it is from.
-    pub fn listed(&self, iterator: &Value) -> R<Values> {
+    pub fn listed(&self, iterator: &Value) -> R<ValueVec> {
         self.ask_length(iterator)?;
         self.drain(iterator)
     }
@@ -464,7 +464,7 @@ impl Evaluator<'_> {
     }
 
     /// All items of an iterable; a type error on the way to an iterator says `message` instead.
-    pub fn collect_or(&self, iterable: &Value, message: impl FnOnce() -> String) -> R<Values> {
+    pub fn collect_or(&self, iterable: &Value, message: impl FnOnce() -> String) -> R<ValueVec> {
         match iterable {
             Value::List(_) | Value::Tuple(_) | Value::Dict(_) | Value::Range(_) => {
                 self.collect(iterable)
@@ -478,8 +478,8 @@ impl Evaluator<'_> {
     }
 
     /// All remaining values of an iterator.
-    pub fn drain(&self, iterator: &Value) -> R<Values> {
-        let mut items = Values::default();
+    pub fn drain(&self, iterator: &Value) -> R<ValueVec> {
+        let mut items = ValueVec::default();
         while let Some(value) = self.step(iterator)? {
             if items.len() == items.capacity() {
                 self.grow(&mut *items, 1)?;

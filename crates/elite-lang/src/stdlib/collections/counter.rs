@@ -2,17 +2,17 @@
 
 use std::rc::Rc;
 
-use super::{Own, around, is_a, is_builtin, made};
+use super::{DictReceiver, around, is_a, is_builtin, made};
 use crate::ast::{BinaryOp, CompareOp};
 use crate::builtins::{Args, Builtin, RawFn};
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::pace::VALUE;
-use crate::stdlib::define::{Builder, Entry, native_class};
+use crate::stdlib::define::{MethodDef, ModuleBuilder, native_class};
 use crate::value::symbol::known;
-use crate::value::{Class, Dict, R, Value, Values};
+use crate::value::{Class, Dict, R, Value, ValueVec};
 
-pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
+pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
     let dict = &module.core().types.dict.clone();
     let class = module.derived("Counter", dict, METHODS)?;
     let raw: [(&'static str, RawFn); 3] = [
@@ -62,7 +62,7 @@ fn arguments(ev: &Evaluator<'_>, function: &str, args: &mut Args<'_>) -> R<(Valu
 /// `update` and `subtract`: counts of a mapping, or one for each item; then those given by name.
 fn change(ev: &Evaluator<'_>, function: &'static str, op: BinaryOp, args: &mut Args<'_>) -> R {
     let (receiver, source) = arguments(ev, function, args)?;
-    let own = Own::of(ev, &receiver)?;
+    let own = DictReceiver::of(ev, &receiver)?;
     let direct = own.plain && is_builtin(&own.class, ev.core.symbols.intern("get"));
     let add = |key: Value, count: &Value| {
         if direct {
@@ -113,7 +113,13 @@ fn changed(ev: &Evaluator<'_>, op: BinaryOp, before: &Value, by: &Value) -> R {
     }
 }
 
-fn add_direct(ev: &Evaluator<'_>, own: &Own<'_>, op: BinaryOp, key: Value, count: &Value) -> R<()> {
+fn add_direct(
+    ev: &Evaluator<'_>,
+    own: &DictReceiver<'_>,
+    op: BinaryOp,
+    key: Value,
+    count: &Value,
+) -> R<()> {
     let hash = ev.hash(&key)?;
     let before = match ev.dict_find_hashed(&own.dict, hash, &key)? {
         Some(at) => own.dict.value_at(at),
@@ -149,7 +155,7 @@ fn counter(ev: &Evaluator<'_>) -> R<Rc<Class>> {
 }
 
 /// How often `key` was counted.
-fn count_of(ev: &Evaluator<'_>, own: &Own<'_>, hash: u64, key: &Value) -> R {
+fn count_of(ev: &Evaluator<'_>, own: &DictReceiver<'_>, hash: u64, key: &Value) -> R {
     match ev.dict_find_hashed(&own.dict, hash, key)? {
         Some(at) => Ok(own.dict.value_at(at)),
         None if is_builtin(&own.class, known::MISSING) => Ok(Value::Int(0)),
@@ -162,7 +168,10 @@ fn all_counts(ev: &Evaluator<'_>, args: &[Value], op: CompareOp) -> R<Option<boo
     if !is_a(&args[1], &*counter(ev)?) {
         return Ok(None);
     }
-    let (one, two) = (Own::of(ev, &args[0])?, Own::of(ev, &args[1])?);
+    let (one, two) = (
+        DictReceiver::of(ev, &args[0])?,
+        DictReceiver::of(ev, &args[1])?,
+    );
     for side in [&one, &two] {
         for (hash, key, _) in ev.entries(&side.dict)? {
             ev.worked(2 * VALUE)?;
@@ -193,20 +202,20 @@ fn strictly(ev: &Evaluator<'_>, args: &[Value], op: CompareOp) -> R {
 
 /// How two counts become one.
 #[derive(Clone, Copy, PartialEq)]
-enum Meeting {
+enum CountMerge {
     Sum,
     Difference,
     Most,
     Least,
 }
 
-impl Meeting {
+impl CountMerge {
     fn of(self, ev: &Evaluator<'_>, a: &Value, b: &Value) -> R {
         match self {
-            Meeting::Sum => ev.binary(BinaryOp::Add, a, b),
-            Meeting::Difference => ev.binary(BinaryOp::Sub, a, b),
-            Meeting::Most => Ok(if ev.less(a, b)? { b } else { a }.clone()),
-            Meeting::Least => Ok(if ev.less(a, b)? { a } else { b }.clone()),
+            CountMerge::Sum => ev.binary(BinaryOp::Add, a, b),
+            CountMerge::Difference => ev.binary(BinaryOp::Sub, a, b),
+            CountMerge::Most => Ok(if ev.less(a, b)? { b } else { a }.clone()),
+            CountMerge::Least => Ok(if ev.less(a, b)? { a } else { b }.clone()),
         }
     }
 }
@@ -216,12 +225,15 @@ fn is_positive(ev: &Evaluator<'_>, count: &Value) -> R<bool> {
 }
 
 /// A new counter of the positive counts.
-fn met(ev: &Evaluator<'_>, args: &[Value], how: Meeting) -> R {
+fn met(ev: &Evaluator<'_>, args: &[Value], how: CountMerge) -> R {
     let class = counter(ev)?;
     if !is_a(&args[1], &class) {
         return Ok(Value::NotImplemented);
     }
-    let (one, two) = (Own::of(ev, &args[0])?, Own::of(ev, &args[1])?);
+    let (one, two) = (
+        DictReceiver::of(ev, &args[0])?,
+        DictReceiver::of(ev, &args[1])?,
+    );
     let result = Dict::new();
     for (hash, key, count) in ev.entries(&one.dict)? {
         ev.worked(2 * VALUE)?;
@@ -230,14 +242,14 @@ fn met(ev: &Evaluator<'_>, args: &[Value], how: Meeting) -> R {
             ev.dict_set_hashed(&result, hash, key, count)?;
         }
     }
-    if how != Meeting::Least {
+    if how != CountMerge::Least {
         for (hash, key, count) in ev.entries(&two.dict)? {
             ev.worked(2 * VALUE)?;
             if ev.dict_find_hashed(&one.dict, hash, &key)?.is_some() {
                 continue;
             }
             let count = match how {
-                Meeting::Difference => ev.binary(BinaryOp::Sub, &Value::Int(0), &count)?,
+                CountMerge::Difference => ev.binary(BinaryOp::Sub, &Value::Int(0), &count)?,
                 _ => count,
             };
             if is_positive(ev, &count)? {
@@ -254,15 +266,15 @@ fn noted(ev: &Evaluator<'_>, made: Value) -> Value {
 }
 
 /// The same into the receiver. What has counts is walked through as it stands: `c -= c` empties it.
-fn meet(ev: &Evaluator<'_>, args: &[Value], how: Meeting) -> R {
-    let own = Own::of(ev, &args[0])?;
+fn meet(ev: &Evaluator<'_>, args: &[Value], how: CountMerge) -> R {
+    let own = DictReceiver::of(ev, &args[0])?;
     let set = |hash: u64, key: Value, theirs: &Value| {
         let mine = count_of(ev, &own, hash, &key)?;
         let count = how.of(ev, &mine, theirs)?;
         own.set(ev, key, count)
     };
     match ev.plain(&args[1]) {
-        _ if how == Meeting::Least => {
+        _ if how == CountMerge::Least => {
             for (hash, key, _) in ev.entries(&own.dict)? {
                 ev.worked(2 * VALUE)?;
                 let theirs = ev.item(&args[1], &key)?;
@@ -305,8 +317,8 @@ fn meet(ev: &Evaluator<'_>, args: &[Value], how: Meeting) -> R {
 
 /// Keys with their counts, the highest first; equal ones as they came.
 /// All that was counted, what came most often first.
-fn by_count(ev: &Evaluator<'_>, own: &Own<'_>) -> R<Values> {
-    let mut pairs = Values::from(ev.room_for(own.dict.len())?);
+fn by_count(ev: &Evaluator<'_>, own: &DictReceiver<'_>) -> R<ValueVec> {
+    let mut pairs = ValueVec::from(ev.room_for(own.dict.len())?);
     for (_, key, count) in ev.entries(&own.dict)? {
         pairs.push(Value::pair(key, count));
         ev.worked(4 * VALUE)?;
@@ -326,7 +338,7 @@ fn second() -> Value {
 /// `most_common`: some of them as `heapq.nlargest` has them.
 fn most_common(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let Some(n) = args[1].given().filter(|n| !n.is_none()) else {
-        return Ok(by_count(ev, &Own::of(ev, &args[0])?)?.into_list());
+        return Ok(by_count(ev, &DictReceiver::of(ev, &args[0])?)?.into_list());
     };
     let name = |name| ev.core.symbols.intern(name);
     let nlargest = ev.attribute(&ev.import("heapq")?, name("nlargest"))?;
@@ -336,7 +348,7 @@ fn most_common(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     ev.call(&nlargest, &mut [n.clone(), items], &key)
 }
 
-const METHODS: &[Entry] = &[
+const METHODS: &[MethodDef] = &[
     ("__missing__", "key /", |_, _| Ok(Value::Int(0))),
     ("most_common", "n?", most_common),
     ("elements", "", |ev, args| {
@@ -349,7 +361,7 @@ const METHODS: &[Entry] = &[
         ev.call1(&chained, rows)
     }),
     ("total", "", |ev, args| {
-        let own = Own::of(ev, &args[0])?;
+        let own = DictReceiver::of(ev, &args[0])?;
         let mut sum = Value::Int(0);
         for (_, _, count) in ev.entries(&own.dict)? {
             ev.worked(VALUE)?;
@@ -360,11 +372,11 @@ const METHODS: &[Entry] = &[
     ("copy", "", copy),
     ("__copy__", "", copy),
     ("__delitem__", "elem", |ev, args| {
-        let own = Own::of(ev, &args[0])?;
+        let own = DictReceiver::of(ev, &args[0])?;
         ev.dict_remove(&own.dict, &args[1]).map(|_| Value::None)
     }),
     ("__repr__", "", |ev, args| {
-        let own = Own::of(ev, &args[0])?;
+        let own = DictReceiver::of(ev, &args[0])?;
         let name = own.name();
         if own.dict.is_empty() {
             return Ok(Value::str(format!("{name}()")));
@@ -402,26 +414,36 @@ const METHODS: &[Entry] = &[
     ("__gt__", "other", |ev, args| {
         strictly(ev, args, CompareOp::Ge)
     }),
-    ("__add__", "other", |ev, args| met(ev, args, Meeting::Sum)),
+    ("__add__", "other", |ev, args| {
+        met(ev, args, CountMerge::Sum)
+    }),
     ("__sub__", "other", |ev, args| {
-        met(ev, args, Meeting::Difference)
+        met(ev, args, CountMerge::Difference)
     }),
-    ("__or__", "other", |ev, args| met(ev, args, Meeting::Most)),
-    ("__and__", "other", |ev, args| met(ev, args, Meeting::Least)),
-    ("__iadd__", "other", |ev, args| meet(ev, args, Meeting::Sum)),
+    ("__or__", "other", |ev, args| {
+        met(ev, args, CountMerge::Most)
+    }),
+    ("__and__", "other", |ev, args| {
+        met(ev, args, CountMerge::Least)
+    }),
+    ("__iadd__", "other", |ev, args| {
+        meet(ev, args, CountMerge::Sum)
+    }),
     ("__isub__", "other", |ev, args| {
-        meet(ev, args, Meeting::Difference)
+        meet(ev, args, CountMerge::Difference)
     }),
-    ("__ior__", "other", |ev, args| meet(ev, args, Meeting::Most)),
+    ("__ior__", "other", |ev, args| {
+        meet(ev, args, CountMerge::Most)
+    }),
     ("__iand__", "other", |ev, args| {
-        meet(ev, args, Meeting::Least)
+        meet(ev, args, CountMerge::Least)
     }),
     ("__pos__", "", |ev, args| signed(ev, args, false)),
     ("__neg__", "", |ev, args| signed(ev, args, true)),
 ];
 
 fn copy(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let class = Own::of(ev, &args[0])?.class;
+    let class = DictReceiver::of(ev, &args[0])?.class;
     made(ev, &class, &mut [args[0].clone()])
 }
 
@@ -429,7 +451,7 @@ fn copy(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 fn signed(ev: &Evaluator<'_>, args: &[Value], turned: bool) -> R {
     let nothing = around(&counter(ev)?, Dict::new());
     match turned {
-        false => met(ev, &[args[0].clone(), nothing], Meeting::Sum),
-        true => met(ev, &[nothing, args[0].clone()], Meeting::Difference),
+        false => met(ev, &[args[0].clone(), nothing], CountMerge::Sum),
+        true => met(ev, &[nothing, args[0].clone()], CountMerge::Difference),
     }
 }

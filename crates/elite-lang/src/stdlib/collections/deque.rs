@@ -9,16 +9,16 @@ use crate::builtins::types::insertion_place;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::pace::VALUE;
-use crate::stdlib::define::{Builder, Entry, instance, native_class, with_data};
+use crate::stdlib::define::{MethodDef, ModuleBuilder, instance, native_class, with_data};
 use crate::value::data::Contents;
 use crate::value::int::Int;
 use crate::value::iter::{LibraryIterator, NativeIter};
-use crate::value::{Held, Iter, R, Raised, Value, Values, trash};
+use crate::value::{Iter, R, Raised, ScriptCell, Value, ValueVec, trash};
 
 /// Items that are copied between two safepoints.
 const SOME: usize = 4096;
 
-pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
+pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
     let class = module.class(
         "deque",
         Some(("iterable? maxlen?", |ev, args| {
@@ -46,7 +46,7 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
 /// The data of a deque.
 #[derive(Default)]
 struct Deque {
-    items: Held<VecDeque<Value>>,
+    items: ScriptCell<VecDeque<Value>>,
     maxlen: Cell<Option<usize>>,
     /// Counts changes of length, so that iterators notice.
     generation: Cell<u64>,
@@ -256,16 +256,16 @@ fn mutated(ev: &Evaluator<'_>) -> Raised {
 }
 
 /// An iterator over a deque, from either end.
-struct Walk {
+struct DequeIter {
     /// The deque as scripts know it; `Unbound` once it has been given away.
-    object: Held<Value>,
+    object: ScriptCell<Value>,
     deque: Rc<Deque>,
     reversed: bool,
     next: Cell<usize>,
     generation: u64,
 }
 
-impl LibraryIterator for Walk {
+impl LibraryIterator for DequeIter {
     fn next(&self, ev: &Evaluator<'_>) -> R<Option<Value>> {
         if self.deque.generation.get() != self.generation {
             return Err(mutated(ev));
@@ -299,12 +299,12 @@ impl LibraryIterator for Walk {
         let Some(deque) = shared(&object).cloned() else {
             return Ok(None);
         };
-        Ok(Some(Box::new(Walk {
+        Ok(Some(Box::new(DequeIter {
             generation: deque.generation.get(),
             deque,
             reversed: self.reversed,
             next: self.next.clone(),
-            object: Held::new(object),
+            object: ScriptCell::new(object),
         })))
     }
 }
@@ -319,8 +319,8 @@ fn iterator(ev: &Evaluator<'_>, object: &Value, reversed: bool) -> R {
         },
     )?;
     let deque = data(ev, object)?;
-    let walk = Walk {
-        object: Held::new(object.clone()),
+    let walk = DequeIter {
+        object: ScriptCell::new(object.clone()),
         reversed,
         next: Cell::new(0),
         generation: deque.generation.get(),
@@ -357,7 +357,7 @@ fn compare(ev: &Evaluator<'_>, args: &[Value], op: CompareOp) -> R {
     ev.recurse(|| ev.compare(op, &own, &other))
 }
 
-const METHODS: &[Entry] = &[
+const METHODS: &[MethodDef] = &[
     ("__init__", "iterable? maxlen?", |ev, args| {
         init(ev, &args[0], &args[1], &args[2]).map(|()| Value::None)
     }),
@@ -604,7 +604,7 @@ const METHODS: &[Entry] = &[
 ];
 
 /// The items of a deque so many times over.
-fn repeated(ev: &Evaluator<'_>, args: &[Value]) -> R<Values> {
+fn repeated(ev: &Evaluator<'_>, args: &[Value]) -> R<ValueVec> {
     let times = ev.sized_index(&args[1], ExceptionKind::OverflowError)?;
     let times = usize::try_from(times).unwrap_or(0);
     let items = data(ev, &args[0])?.to_vec(ev)?;
@@ -613,7 +613,7 @@ fn repeated(ev: &Evaluator<'_>, args: &[Value]) -> R<Values> {
     ev.repeated(items.into(), times)
 }
 
-fn repeat_into(ev: &Evaluator<'_>, receiver: Value, items: Values) -> R {
+fn repeat_into(ev: &Evaluator<'_>, receiver: Value, items: ValueVec) -> R {
     let deque = data(ev, &receiver)?;
     for item in items {
         ev.worked(VALUE)?;

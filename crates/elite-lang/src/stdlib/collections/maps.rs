@@ -2,16 +2,16 @@
 
 use std::rc::Rc;
 
-use super::{Own, around, is_a, made};
+use super::{DictReceiver, around, is_a, made};
 use crate::ast::CompareOp;
 use crate::builtins::Args;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
 use crate::eval::pace::VALUE;
-use crate::stdlib::define::{Builder, Entry, native_class};
-use crate::value::{Class, R, Value, Values};
+use crate::stdlib::define::{MethodDef, ModuleBuilder, native_class};
+use crate::value::{Class, R, Value, ValueVec};
 
-pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
+pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
     let dict = &module.core().types.dict.clone();
     let ordered = module.derived("OrderedDict", dict, ORDERED)?;
     for (name, body) in [
@@ -37,9 +37,9 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
 
 // The ordered dictionary.
 
-const ORDERED: &[Entry] = &[
+const ORDERED: &[MethodDef] = &[
     ("popitem", "last?", |ev, args| {
-        let own = Own::of(ev, &args[0])?;
+        let own = DictReceiver::of(ev, &args[0])?;
         let last = args[1].given().map_or(Ok(true), |last| ev.truth(last))?;
         let found = match last {
             true => ev.previous_entry(&own.dict, usize::MAX)?.map(|(at, ..)| at),
@@ -54,7 +54,7 @@ const ORDERED: &[Entry] = &[
         Ok(Value::pair(key, value))
     }),
     ("move_to_end", "key last?", |ev, args| {
-        let own = Own::of(ev, &args[0])?;
+        let own = DictReceiver::of(ev, &args[0])?;
         let last = args[2].given().map_or(Ok(true), |last| ev.truth(last))?;
         let hash = ev.hash(&args[1])?;
         let Some(at) = ev.dict_find_hashed(&own.dict, hash, &args[1])? else {
@@ -86,16 +86,16 @@ const ORDERED: &[Entry] = &[
         joined(ev, class, first, second)
     }),
     ("__ior__", "other /", |ev, args| {
-        Own::of(ev, &args[0])?.update(ev, &args[1])?;
+        DictReceiver::of(ev, &args[0])?.update(ev, &args[1])?;
         Ok(args[0].clone())
     }),
     ("__repr__", "", |ev, args| {
-        let own = Own::of(ev, &args[0])?;
+        let own = DictReceiver::of(ev, &args[0])?;
         let name = own.name();
         if own.dict.is_empty() {
             return Ok(Value::str(format!("{name}()")));
         }
-        let mut items = Values::from(ev.room_for(own.dict.len())?);
+        let mut items = ValueVec::from(ev.room_for(own.dict.len())?);
         for (_, key, value) in ev.entries(&own.dict)? {
             items.push(Value::pair(key, value));
             ev.worked(4 * VALUE)?;
@@ -121,7 +121,7 @@ fn take_in(ev: &Evaluator<'_>, args: &mut Args<'_>, refusal: fn(usize) -> String
     let Some((receiver, rest)) = args.positional.split_first() else {
         return Err(ev.type_error("a method of 'OrderedDict' needs an argument"));
     };
-    let own = Own::of(ev, receiver)?;
+    let own = DictReceiver::of(ev, receiver)?;
     if rest.len() > 1 {
         return Err(ev.type_error(refusal(rest.len())));
     }
@@ -144,9 +144,9 @@ fn from_keys(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 
 /// A new one of the same class, made without arguments and filled entry by entry.
 fn copy_ordered(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let own = Own::of(ev, &args[0])?;
+    let own = DictReceiver::of(ev, &args[0])?;
     let copy = made(ev, &own.class, &mut [])?;
-    if let Ok(copied) = Own::of(ev, &copy) {
+    if let Ok(copied) = DictReceiver::of(ev, &copy) {
         copied.update(ev, &Value::Dict(own.dict))?;
         return Ok(copy);
     }
@@ -159,7 +159,7 @@ fn copy_ordered(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 
 /// Whether two dictionaries are equal, between two ordered ones also in their order; None if one is no dictionary.
 fn same(ev: &Evaluator<'_>, receiver: &Value, other: &Value) -> R<Option<bool>> {
-    let own = Own::of(ev, receiver)?;
+    let own = DictReceiver::of(ev, receiver)?;
     let Value::Dict(others) = ev.plain(other) else {
         return Ok(None);
     };
@@ -196,15 +196,15 @@ fn joined(ev: &Evaluator<'_>, class: Option<Rc<Class>>, first: Value, second: Va
         return Ok(Value::NotImplemented);
     };
     let joined = made(ev, &class, &mut [first])?;
-    Own::of(ev, &joined)?.update(ev, &second)?;
+    DictReceiver::of(ev, &joined)?.update(ev, &second)?;
     Ok(joined)
 }
 
 // The dictionary that makes what is missing.
 
-const DEFAULTING: &[Entry] = &[
+const DEFAULTING: &[MethodDef] = &[
     ("__missing__", "key /", |ev, args| {
-        let own = Own::of(ev, &args[0])?;
+        let own = DictReceiver::of(ev, &args[0])?;
         let factory = factory(ev, &args[0]);
         if factory.is_none() {
             return Err(ev.key_error(&args[1]));
@@ -221,11 +221,11 @@ const DEFAULTING: &[Entry] = &[
         };
         let other = args[1].clone();
         let copy = copy_defaulting(ev, args)?;
-        Own::of(ev, &copy)?.update(ev, &other)?;
+        DictReceiver::of(ev, &copy)?.update(ev, &other)?;
         Ok(copy)
     }),
     ("__ror__", "other /", |ev, args| {
-        let own = Own::of(ev, &args[0])?;
+        let own = DictReceiver::of(ev, &args[0])?;
         let Value::Dict(other) = ev.plain(&args[1]) else {
             return Ok(Value::NotImplemented);
         };
@@ -238,7 +238,7 @@ const DEFAULTING: &[Entry] = &[
         )
     }),
     ("__repr__", "", |ev, args| {
-        let own = Own::of(ev, &args[0])?;
+        let own = DictReceiver::of(ev, &args[0])?;
         let factory = ev.repr(&factory(ev, &args[0]))?;
         let items = ev.repr(&Value::Dict(own.dict.clone()))?;
         Ok(Value::str(format!("{}({factory}, {items})", own.name())))
@@ -259,7 +259,7 @@ fn default_init(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
     let [receiver, rest @ ..] = &*args.positional else {
         return Err(ev.type_error("a method of 'defaultdict' needs an argument"));
     };
-    let own = Own::of(ev, receiver)?;
+    let own = DictReceiver::of(ev, receiver)?;
     let (factory, rest) = match rest {
         [] => (Value::None, rest),
         [factory, rest @ ..] => (factory.clone(), rest),
@@ -288,7 +288,7 @@ fn default_init(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
 }
 
 fn copy_defaulting(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
-    let own = Own::of(ev, &args[0])?;
+    let own = DictReceiver::of(ev, &args[0])?;
     let factory = factory(ev, &args[0]);
     let class = native_class(ev, "_collections.defaultdict")?;
     if Rc::ptr_eq(&class, &own.class) {

@@ -12,15 +12,15 @@ pub(super) use named::missing_arguments;
 
 use std::rc::Rc;
 
-use super::define::Builder;
+use super::define::ModuleBuilder;
 use crate::builtins::{Builtin, BuiltinBody};
 use crate::eval::Evaluator;
 use crate::eval::pace::VALUE;
-use crate::value::instance::Payload;
+use crate::value::instance::InstancePayload;
 use crate::value::symbol::known;
-use crate::value::{Class, Dict, Held, Instance, R, Symbol, Value};
+use crate::value::{Class, Dict, Instance, R, ScriptCell, Symbol, Value};
 
-pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
+pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
     deque::fill(module)?;
     maps::fill(module)?;
     counter::fill(module)?;
@@ -28,7 +28,7 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
 }
 
 /// A dictionary of one of these classes, as its methods see it.
-struct Own<'v> {
+struct DictReceiver<'v> {
     receiver: &'v Value,
     class: Rc<Class>,
     dict: Rc<Dict>,
@@ -36,7 +36,7 @@ struct Own<'v> {
     plain: bool,
 }
 
-impl<'v> Own<'v> {
+impl<'v> DictReceiver<'v> {
     fn of(ev: &Evaluator<'_>, receiver: &'v Value) -> R<Self> {
         let (Value::Instance(instance), Value::Dict(dict)) = (receiver, ev.plain(receiver)) else {
             let name = ev.core.types.name_of(receiver);
@@ -44,7 +44,7 @@ impl<'v> Own<'v> {
                 "descriptor requires a 'dict' subclass but received a '{name}'"
             )));
         };
-        Ok(Own {
+        Ok(DictReceiver {
             receiver,
             class: instance.class.clone(),
             dict,
@@ -99,7 +99,7 @@ fn is_builtin(class: &Class, name: Symbol) -> bool {
 
 /// An instance of `class` around a dictionary.
 fn around(class: &Rc<Class>, dict: Dict) -> Value {
-    let payload = Payload::Value(Held::new(Value::Dict(Rc::new(dict))));
+    let payload = InstancePayload::Value(ScriptCell::new(Value::Dict(Rc::new(dict))));
     Value::Instance(Instance::new(class.clone(), payload))
 }
 

@@ -13,19 +13,19 @@ use crate::eval::Evaluator;
 use crate::eval::pace::VALUE;
 use crate::lexer::TokenKind;
 use crate::lexer::names::is_name;
-use crate::stdlib::define::Builder;
+use crate::stdlib::define::ModuleBuilder;
 use crate::value::function::Property;
-use crate::value::function::Wrapped;
-use crate::value::instance::Payload;
+use crate::value::function::WrappedFunction;
+use crate::value::instance::InstancePayload;
 use crate::value::symbol::known;
-use crate::value::{Class, Dict, Held, Instance, R, Symbol, Value, Values};
+use crate::value::{Class, Dict, Instance, R, ScriptCell, Symbol, Value, ValueVec};
 
-pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
+pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
     module.functions(&[(
         "namedtuple",
         "typename field_names * rename? defaults? module?",
         |ev, args| {
-            let (shape, defaults) = Shape::read(ev, args)?;
+            let (shape, defaults) = NamedTupleSpec::read(ev, args)?;
             let module = args[4].given().filter(|module| !module.is_none());
             Arc::new(shape).class(ev, defaults, module)
         },
@@ -39,7 +39,7 @@ const FIELDS_MAX: usize = 1 << 16;
 const FIELD: usize = 512;
 
 /// What the instances of one class have in common. It holds no values: defaults are held by the methods.
-struct Shape {
+struct NamedTupleSpec {
     name: String,
     fields: Vec<String>,
     symbols: Vec<Symbol>,
@@ -49,9 +49,9 @@ struct Shape {
     required: usize,
 }
 
-impl Shape {
+impl NamedTupleSpec {
     /// The shape that is asked for, and the defaults of its last fields.
-    fn read(ev: &Evaluator<'_>, args: &[Value]) -> R<(Self, Values)> {
+    fn read(ev: &Evaluator<'_>, args: &[Value]) -> R<(Self, ValueVec)> {
         let mut fields = Self::names(ev, &args[1])?;
         let name = ev.str(&args[0])?;
         let renames = args[2].given().map_or(Ok(false), |flag| ev.truth(flag))?;
@@ -103,12 +103,12 @@ impl Shape {
         }
         let defaults = match args[3].given().filter(|given| !given.is_none()) {
             Some(given) => ev.collect(given)?,
-            None => Values::default(),
+            None => ValueVec::default(),
         };
         let Some(required) = fields.len().checked_sub(defaults.len()) else {
             return Err(ev.type_error("Got more default values than field names"));
         };
-        let shape = Shape {
+        let shape = NamedTupleSpec {
             places,
             symbols,
             name,
@@ -149,7 +149,7 @@ impl Shape {
     }
 
     /// The class.
-    fn class(self: Arc<Self>, ev: &Evaluator<'_>, last: Values, module: Option<&Value>) -> R {
+    fn class(self: Arc<Self>, ev: &Evaluator<'_>, last: ValueVec, module: Option<&Value>) -> R {
         let symbols = &ev.core.symbols;
         let texts: Vec<Value> = self.fields.iter().map(|name| Value::str(&**name)).collect();
         let fields = Value::tuple(texts.clone());
@@ -169,11 +169,11 @@ impl Shape {
             (symbols.intern("__match_args__"), fields),
             (
                 known::NEW,
-                Value::StaticMethod(Wrapped::around(self.making(last.into()))),
+                Value::StaticMethod(WrappedFunction::around(self.making(last.into()))),
             ),
             (
                 symbols.intern("_make"),
-                Value::ClassMethod(Wrapped::around(self.making_of_items())),
+                Value::ClassMethod(WrappedFunction::around(self.making_of_items())),
             ),
             (symbols.intern("_replace"), self.replacing()),
             (symbols.intern("_asdict"), self.as_dict()),
@@ -216,7 +216,7 @@ impl Shape {
             defaults,
             move |ev, defaults, args| {
                 let (class, given) = class_and_rest(ev, args)?;
-                let mut values = Values::from(ev.room_for(shape.fields.len())?);
+                let mut values = ValueVec::from(ev.room_for(shape.fields.len())?);
                 ev.copy_values(given, &mut values)?;
                 if !args.keywords.is_empty() || values.len() != shape.fields.len() {
                     shape.complete(ev, &mut values, args.keywords, defaults)?;
@@ -365,7 +365,7 @@ impl Shape {
 
 /// A tuple of the class.
 fn instance(class: &Rc<Class>, values: Vec<Value>) -> Value {
-    let payload = Payload::Value(Held::new(Value::tuple(values)));
+    let payload = InstancePayload::Value(ScriptCell::new(Value::tuple(values)));
     Value::Instance(Instance::new(class.clone(), payload))
 }
 

@@ -1,7 +1,7 @@
 //! `itertools`: iterators made from iterators.
 //!
 //! Owns the lazy ones that pass values on; those that choose from pools are in `pools`, the ones with shared buffers in
-//! `shared`. Each iterator is a `Steps`: the values it holds, which the search for cycles can see, and its own state.
+//! `shared`. Each iterator is a `IterState`: the values it holds, which the search for cycles can see, and its own state.
 
 mod pools;
 mod shared;
@@ -9,7 +9,7 @@ mod shared;
 use std::cell::Cell;
 use std::rc::Rc;
 
-use super::define::{Builder, Entry, native_class};
+use super::define::{MethodDef, ModuleBuilder, native_class};
 use crate::ast::BinaryOp;
 use crate::builtins::BoundFn;
 use crate::eval::Evaluator;
@@ -17,20 +17,20 @@ use crate::eval::pace::VALUE;
 use crate::value::int::Int;
 use crate::value::iter::{LibraryIterator, NativeIter};
 use crate::value::symbol::known;
-use crate::value::{Held, Iter, List, R, Value, Values};
+use crate::value::{Iter, List, R, ScriptCell, Value, ValueVec};
 
 /// What `repr` says of an iterator.
-type Show<S> = fn(&Evaluator<'_>, &Steps<S>) -> R<String>;
+type ReprFn<S> = fn(&Evaluator<'_>, &IterState<S>) -> R<String>;
 
 /// An iterator of this module: values it holds, by number, and its own state, which holds none.
-struct Steps<S> {
-    held: Held<Vec<Value>>,
+struct IterState<S> {
+    held: ScriptCell<Vec<Value>>,
     state: S,
-    next: fn(&Evaluator<'_>, &Steps<S>) -> R<Option<Value>>,
-    repr: Option<Show<S>>,
+    next: fn(&Evaluator<'_>, &IterState<S>) -> R<Option<Value>>,
+    repr: Option<ReprFn<S>>,
 }
 
-impl<S> Steps<S> {
+impl<S> IterState<S> {
     /// Held value number `index`; `Unbound` if it has been given away.
     fn get(&self, index: usize) -> Value {
         self.held.borrow().get(index).cloned().unwrap_or_default()
@@ -53,7 +53,7 @@ impl<S> Steps<S> {
     }
 }
 
-impl<S: Clone + 'static> LibraryIterator for Steps<S> {
+impl<S: Clone + 'static> LibraryIterator for IterState<S> {
     fn next(&self, ev: &Evaluator<'_>) -> R<Option<Value>> {
         // Many of these never end by themselves, and builtins run them to their end.
         ev.safepoint()?;
@@ -66,7 +66,7 @@ impl<S: Clone + 'static> LibraryIterator for Steps<S> {
         each: &dyn Fn(&Value) -> R,
     ) -> R<Option<Box<dyn LibraryIterator>>> {
         let count = self.held.borrow().len();
-        let mut held = Values::from(ev.room_for(count)?);
+        let mut held = ValueVec::from(ev.room_for(count)?);
         // `each` may be a script's function, and others have their turn: what is held is looked at anew each time.
         for index in 0..count {
             held.push(match self.get(index) {
@@ -75,8 +75,8 @@ impl<S: Clone + 'static> LibraryIterator for Steps<S> {
             });
             ev.worked(VALUE)?;
         }
-        Ok(Some(Box::new(Steps {
-            held: Held::new(held.into()),
+        Ok(Some(Box::new(IterState {
+            held: ScriptCell::new(held.into()),
             state: self.state.clone(),
             next: self.next,
             repr: self.repr,
@@ -109,7 +109,7 @@ fn lazy<S: Clone + 'static>(
     name: &str,
     held: Vec<Value>,
     state: S,
-    next: fn(&Evaluator<'_>, &Steps<S>) -> R<Option<Value>>,
+    next: fn(&Evaluator<'_>, &IterState<S>) -> R<Option<Value>>,
 ) -> R {
     shown(ev, name, held, state, next, None)
 }
@@ -120,11 +120,11 @@ fn shown<S: Clone + 'static>(
     name: &str,
     held: Vec<Value>,
     state: S,
-    next: fn(&Evaluator<'_>, &Steps<S>) -> R<Option<Value>>,
-    repr: Option<Show<S>>,
+    next: fn(&Evaluator<'_>, &IterState<S>) -> R<Option<Value>>,
+    repr: Option<ReprFn<S>>,
 ) -> R {
-    let steps = Steps {
-        held: Held::new(held),
+    let steps = IterState {
+        held: ScriptCell::new(held),
         state,
         next,
         repr,
@@ -142,7 +142,7 @@ fn note(ev: &Evaluator<'_>, list: &Rc<List>) {
     }
 }
 
-const CLASSES: &[Entry] = &[
+const CLASSES: &[MethodDef] = &[
     ("accumulate", "iterable func? * initial?", accumulate),
     ("chain", "*iterables", |ev, args| {
         let iterables = ev.iter(&args[0])?;
@@ -241,7 +241,7 @@ const CLASSES: &[Entry] = &[
     }),
 ];
 
-pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
+pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
     for list in [CLASSES, pools::CLASSES, shared::CLASSES] {
         for (name, signature, constructor) in list {
             module.iterator_class(name, Some((signature, *constructor)));
@@ -351,7 +351,7 @@ fn count(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             return Err(ev.type_error("a number is required"));
         }
     }
-    let next = |ev: &Evaluator<'_>, own: &Steps<()>| {
+    let next = |ev: &Evaluator<'_>, own: &IterState<()>| {
         let (now, step) = (own.get(0), own.get(1));
         if now.is_unbound() {
             return Ok(None);
@@ -367,7 +367,7 @@ fn count(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         own.set(0, following);
         Ok(Some(now))
     };
-    let repr = |ev: &Evaluator<'_>, own: &Steps<()>| {
+    let repr = |ev: &Evaluator<'_>, own: &IterState<()>| {
         let (now, step) = (ev.repr(&own.get(0))?, own.get(1));
         Ok(match step {
             Value::Int(1) => format!("count({now})"),
@@ -388,7 +388,7 @@ fn rank_of_number(value: &Value) -> bool {
     Int::of(value).is_some() || matches!(value, Value::Float(_) | Value::Complex(_))
 }
 
-fn cycle_next(ev: &Evaluator<'_>, own: &Steps<Cell<usize>>) -> R<Option<Value>> {
+fn cycle_next(ev: &Evaluator<'_>, own: &IterState<Cell<usize>>) -> R<Option<Value>> {
     let Value::List(saved) = own.get(1) else {
         return Ok(None);
     };
@@ -428,7 +428,7 @@ fn repeat(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         None => -1,
     };
     let held = vec![args[0].clone(), Value::Int(left)];
-    let next = |_: &Evaluator<'_>, own: &Steps<()>| {
+    let next = |_: &Evaluator<'_>, own: &IterState<()>| {
         let Value::Int(left) = own.get(1) else {
             return Ok(None);
         };
@@ -440,7 +440,7 @@ fn repeat(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         }
         Ok(Some(own.get(0)))
     };
-    let repr = |ev: &Evaluator<'_>, own: &Steps<()>| {
+    let repr = |ev: &Evaluator<'_>, own: &IterState<()>| {
         let object = ev.repr(&own.get(0))?;
         Ok(match own.get(1) {
             Value::Int(left) if left >= 0 => format!("repeat({object}, {left})"),
@@ -452,7 +452,7 @@ fn repeat(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 
 /// What an `islice` has taken and takes next.
 #[derive(Clone)]
-struct Window {
+struct SliceCursor {
     taken: Cell<i64>,
     next: Cell<i64>,
     /// `i64::MAX` for no end.
@@ -487,7 +487,7 @@ fn islice(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         return Err(ev.value_error(INDICES));
     }
     let step = bound(&args[3], 1, 1, STEP)?;
-    let window = Window {
+    let window = SliceCursor {
         taken: Cell::new(0),
         next: Cell::new(start),
         stop,

@@ -4,14 +4,14 @@ use std::cell::{Cell, RefCell};
 use std::ops::Range;
 use std::rc::Rc;
 
-use super::{Steps, lazy};
+use super::{IterState, lazy};
 use crate::builtins::Args;
 use crate::eval::Evaluator;
 use crate::eval::pace::VALUE;
-use crate::stdlib::define::Entry;
-use crate::value::{R, Value, Values};
+use crate::stdlib::define::MethodDef;
+use crate::value::{R, Value, ValueVec};
 
-pub(super) const CLASSES: &[Entry] = &[
+pub(super) const CLASSES: &[MethodDef] = &[
     ("combinations", "iterable r", |ev, args| {
         let (pool, r) = pool(ev, args)?;
         let start = match r <= pool.len() {
@@ -72,14 +72,14 @@ pub(super) const CLASSES: &[Entry] = &[
             )?),
             false => None,
         };
-        let state = (r, Stand::new(start));
+        let state = (r, PoolCursor::new(start));
         let held = vec![pool.into_tuple()];
         lazy(ev, "itertools.permutations", held, state, permute)
     }),
 ];
 
 /// The pool and the number of values to choose.
-fn pool(ev: &Evaluator<'_>, args: &[Value]) -> R<(Values, usize)> {
+fn pool(ev: &Evaluator<'_>, args: &[Value]) -> R<(ValueVec, usize)> {
     let r = ev.index(&args[1])?;
     let pool = ev.collect(&args[0])?;
     match usize::try_from(r) {
@@ -134,10 +134,10 @@ fn change(
 
 /// Where an iterator over choices stands.
 #[derive(Clone)]
-struct Stand(RefCell<State>);
+struct PoolCursor(RefCell<PoolState>);
 
 #[derive(Clone)]
-enum State {
+enum PoolState {
     /// The places in the pools that come next; a copy of the iterator shares them until one of the two goes on.
     At(Rc<Vec<usize>>),
     /// They are taken out while it goes on: others may have their turn meanwhile.
@@ -145,10 +145,10 @@ enum State {
     Over,
 }
 
-impl Stand {
-    fn new(start: Option<Vec<usize>>) -> Stand {
-        Stand(RefCell::new(
-            start.map_or(State::Over, |places| State::At(Rc::new(places))),
+impl PoolCursor {
+    fn new(start: Option<Vec<usize>>) -> PoolCursor {
+        PoolCursor(RefCell::new(
+            start.map_or(PoolState::Over, |places| PoolState::At(Rc::new(places))),
         ))
     }
 
@@ -158,11 +158,11 @@ impl Stand {
         ev: &Evaluator<'_>,
         next: impl FnOnce(&mut Vec<usize>) -> R<(Option<Value>, bool)>,
     ) -> R<Option<Value>> {
-        let places = match self.0.replace(State::Working) {
-            State::At(places) => places,
-            State::Working => return Err(ev.value_error("iterator already executing")),
-            State::Over => {
-                self.0.replace(State::Over);
+        let places = match self.0.replace(PoolState::Working) {
+            PoolState::At(places) => places,
+            PoolState::Working => return Err(ev.value_error("iterator already executing")),
+            PoolState::Over => {
+                self.0.replace(PoolState::Over);
                 return Ok(None);
             }
         };
@@ -171,9 +171,9 @@ impl Stand {
             Ok((choice, more.then(|| Rc::new(places))))
         });
         let (choice, state) = match gone_on {
-            Ok((choice, Some(places))) => (Ok(choice), State::At(places)),
-            Ok((choice, None)) => (Ok(choice), State::Over),
-            Err(raised) => (Err(raised), State::Over),
+            Ok((choice, Some(places))) => (Ok(choice), PoolState::At(places)),
+            Ok((choice, None)) => (Ok(choice), PoolState::Over),
+            Err(raised) => (Err(raised), PoolState::Over),
         };
         self.0.replace(state);
         choice
@@ -186,7 +186,7 @@ fn unshared(ev: &Evaluator<'_>, places: Rc<Vec<usize>>) -> R<Vec<usize>> {
 
 /// The values of a pool at some places.
 fn chosen(ev: &Evaluator<'_>, pool: &[Value], places: &[usize]) -> R {
-    let mut values = Values::from(ev.room_for(places.len())?);
+    let mut values = ValueVec::from(ev.room_for(places.len())?);
     for some in places.chunks(AT_ONCE) {
         values.extend(some.iter().map(|place| pool[*place].clone()));
         ev.worked(some.len() * VALUE)?;
@@ -195,16 +195,16 @@ fn chosen(ev: &Evaluator<'_>, pool: &[Value], places: &[usize]) -> R {
 }
 
 /// How to get from some places to those after them, in a pool of so many values; whether there are any.
-type Advance = fn(&Evaluator<'_>, &mut [usize], usize) -> R<bool>;
+type AdvanceFn = fn(&Evaluator<'_>, &mut [usize], usize) -> R<bool>;
 
 fn choose(
     ev: &Evaluator<'_>,
     name: &str,
-    pool: Values,
+    pool: ValueVec,
     start: Option<Vec<usize>>,
-    advance: Advance,
+    advance: AdvanceFn,
 ) -> R {
-    let state = (advance, Stand::new(start));
+    let state = (advance, PoolCursor::new(start));
     lazy(ev, name, vec![pool.into_tuple()], state, |ev, own| {
         let Value::Tuple(pool) = own.get(0) else {
             return Ok(None);
@@ -217,7 +217,7 @@ fn choose(
     })
 }
 
-fn permute(ev: &Evaluator<'_>, own: &Steps<(usize, Stand)>) -> R<Option<Value>> {
+fn permute(ev: &Evaluator<'_>, own: &IterState<(usize, PoolCursor)>) -> R<Option<Value>> {
     let Value::Tuple(pool) = own.get(0) else {
         return Ok(None);
     };
@@ -263,21 +263,21 @@ pub(super) fn product(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
             Err(_) => return Err(ev.value_error("repeat argument cannot be negative")),
         };
     }
-    let mut pools = Values::from(ev.room_for(args.positional.len())?);
+    let mut pools = ValueVec::from(ev.room_for(args.positional.len())?);
     for iterable in &*args.positional {
         pools.push(ev.collect(iterable)?.into_tuple());
         ev.worked(VALUE * VALUE)?;
     }
     let count = pools.len().saturating_mul(repeat);
-    let mut held = Values::from(ev.room_for(count)?);
+    let mut held = ValueVec::from(ev.room_for(count)?);
     for _ in 0..if pools.is_empty() { 0 } else { repeat } {
         ev.copy_values(&pools, &mut held)?;
     }
     let start = listed(ev, (0..held.len()).map(|_| 0))?;
-    let state = Stand::new(Some(start));
+    let state = PoolCursor::new(Some(start));
     lazy(ev, "itertools.product", held.into(), state, |ev, own| {
         own.state.go_on(ev, |places| {
-            let mut choice = Values::from(ev.room_for(places.len())?);
+            let mut choice = ValueVec::from(ev.room_for(places.len())?);
             for from in (0..places.len()).step_by(AT_ONCE) {
                 let some = from..places.len().min(from + AT_ONCE);
                 for at in some.clone() {
@@ -304,7 +304,7 @@ pub(super) fn product(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
     })
 }
 
-impl Steps<Stand> {
+impl IterState<PoolCursor> {
     /// The value at a place of the pool held as number `index`.
     fn item(&self, index: usize, place: usize) -> Option<Value> {
         match self.held.borrow().get(index)? {

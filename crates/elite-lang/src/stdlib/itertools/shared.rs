@@ -5,13 +5,13 @@
 use std::cell::Cell;
 use std::rc::Rc;
 
-use super::{Steps, lazy, note};
+use super::{IterState, lazy, note};
 use crate::eval::Evaluator;
-use crate::stdlib::define::{Builder, Entry};
+use crate::stdlib::define::{MethodDef, ModuleBuilder};
 use crate::value::iter::NativeIter;
 use crate::value::{Iter, List, R, Value};
 
-pub(super) const CLASSES: &[Entry] = &[
+pub(super) const CLASSES: &[MethodDef] = &[
     ("groupby", "iterable key?", groupby),
     ("_tee", "iterable /", |ev, args| {
         let source = ev.iter(&args[0])?;
@@ -19,7 +19,7 @@ pub(super) const CLASSES: &[Entry] = &[
     }),
 ];
 
-pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
+pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
     module.iterator_class("_grouper", None);
     module.functions(&[("tee", "iterable n? /", tee)]);
     let class = crate::stdlib::define::native_class(module.ev, "itertools._tee")?;
@@ -172,7 +172,7 @@ fn groupby(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     })
 }
 
-fn grouper_next(ev: &Evaluator<'_>, own: &Steps<(Rc<Cell<u64>>, u64)>) -> R<Option<Value>> {
+fn grouper_next(ev: &Evaluator<'_>, own: &IterState<(Rc<Cell<u64>>, u64)>) -> R<Option<Value>> {
     let Value::List(shared) = own.get(0) else {
         return Ok(None);
     };

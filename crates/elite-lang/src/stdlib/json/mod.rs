@@ -7,14 +7,14 @@ mod write;
 
 use std::rc::Rc;
 
-use super::define::Builder;
+use super::define::ModuleBuilder;
 use crate::eval::Evaluator;
 use crate::eval::bulk::{EACH, PIECE};
 use crate::eval::pace::VALUE;
 use crate::value::surrogate::char_of;
-use crate::value::{Dict, R, Raised, Value, Values};
+use crate::value::{Dict, R, Raised, Value, ValueVec};
 
-pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
+pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
     module.functions(&[
         ("_read", "text options end? /", read),
         ("_write", "value options /", write::write),
@@ -29,7 +29,7 @@ fn read(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     };
     let options = ev.collect(&args[1])?;
     let option = |index: usize| options.get(index).cloned().unwrap_or(Value::None);
-    let mut reader = Reader {
+    let mut reader = JsonDecoder {
         ev,
         text: text.as_str(),
         bytes: text.as_str().as_bytes(),
@@ -60,7 +60,7 @@ fn read(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     Ok(value)
 }
 
-struct Reader<'r, 'y> {
+struct JsonDecoder<'r, 'y> {
     ev: &'r Evaluator<'y>,
     text: &'r str,
     bytes: &'r [u8],
@@ -74,7 +74,7 @@ struct Reader<'r, 'y> {
     error: Value,
 }
 
-impl Reader<'_, '_> {
+impl JsonDecoder<'_, '_> {
     /// A `JSONDecodeError`; the script's class makes the message.
     #[cold]
     fn fail(&self, message: &str, at: usize) -> Raised {
@@ -340,7 +340,7 @@ impl Reader<'_, '_> {
     }
 
     fn object(&mut self) -> R {
-        let mut pairs = Values::default();
+        let mut pairs = ValueVec::default();
         self.blanks()?;
         if self.bytes.get(self.at) == Some(&b'}') {
             self.at += 1;
@@ -376,9 +376,9 @@ impl Reader<'_, '_> {
         }
     }
 
-    fn made(&self, pairs: Values<(Value, Value)>) -> R {
+    fn made(&self, pairs: ValueVec<(Value, Value)>) -> R {
         if !self.pairs_hook.is_none() {
-            let mut tuples = Values::from(self.ev.room_for(pairs.len())?);
+            let mut tuples = ValueVec::from(self.ev.room_for(pairs.len())?);
             for (key, value) in pairs {
                 tuples.push(Value::pair(key, value));
                 self.ev.worked(4 * VALUE)?;

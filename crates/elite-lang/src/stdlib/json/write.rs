@@ -7,7 +7,7 @@ use crate::eval::pace::VALUE;
 use crate::format::float;
 use crate::value::int::Int;
 use crate::value::surrogate::{code_of, is_surrogate};
-use crate::value::{R, Raised, Value, Values};
+use crate::value::{R, Raised, Value, ValueVec};
 
 /// `options` is a tuple: skipkeys, ensure_ascii, check_circular, allow_nan, indent, separators, default, sort_keys, and whether
 /// CPython would go through what is to be written by its encoder in Python, as it does with an indentation.
@@ -33,7 +33,7 @@ pub(super) fn write(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         };
     let item = separator(0, if indent.is_some() { "," } else { ", " })?;
     let asks = indent.is_some() || ev.truth(&option(8))?;
-    let mut writer = Writer {
+    let mut writer = JsonEncoder {
         ev,
         out: String::new(),
         skip_keys: ev.truth(&option(0))?,
@@ -52,7 +52,7 @@ pub(super) fn write(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     ev.string(writer.out)
 }
 
-struct Writer<'w, 'y> {
+struct JsonEncoder<'w, 'y> {
     ev: &'w Evaluator<'y>,
     out: String,
     skip_keys: bool,
@@ -70,7 +70,7 @@ struct Writer<'w, 'y> {
     open: Vec<usize>,
 }
 
-impl Writer<'_, '_> {
+impl JsonEncoder<'_, '_> {
     fn value(&mut self, value: &Value) -> R<()> {
         let plain = self.ev.plain(value);
         match &plain {
@@ -122,7 +122,7 @@ impl Writer<'_, '_> {
             Value::Dict(dict) => {
                 let entries = self.ev.entries(dict)?;
                 self.within(&plain, |writer| {
-                    let mut pairs = Values::from(writer.ev.room_for(entries.len())?);
+                    let mut pairs = ValueVec::from(writer.ev.room_for(entries.len())?);
                     for (_, key, value) in entries {
                         pairs.push(Value::pair(key, value));
                         writer.ev.worked(4 * VALUE)?;
@@ -252,7 +252,7 @@ impl Writer<'_, '_> {
     }
 
     /// What `items()` of an object of a class derived from `dict` gives.
-    fn given_items(&self, value: &Value) -> R<Values> {
+    fn given_items(&self, value: &Value) -> R<ValueVec> {
         let ev = self.ev;
         let method = ev.attribute(value, ev.core.symbols.intern("items"))?;
         let items = ev.call(&method, &mut [], &[])?;
@@ -281,7 +281,7 @@ impl Writer<'_, '_> {
         ))
     }
 
-    fn object(&mut self, mut items: Values) -> R<()> {
+    fn object(&mut self, mut items: ValueVec) -> R<()> {
         if self.sort_keys {
             self.ev.sort(&mut items, None, false)?;
         }

@@ -11,28 +11,28 @@ use std::rc::Rc;
 
 use num_bigint::{BigInt, Sign};
 
-use super::Twister;
+use super::MersenneTwister;
 use crate::ast::BinaryOp;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::stdlib::bisect::{Side, place};
-use crate::stdlib::define::{Entry, with_data};
+use crate::stdlib::bisect::{BisectSide, place};
+use crate::stdlib::define::{MethodDef, with_data};
 use crate::value::int::Int;
 use crate::value::{R, Raised, Value};
 
 /// The methods of the generator's class.
-pub(super) const METHODS: &[Entry] = &[
+pub(super) const METHODS: &[MethodDef] = &[
     ("randbytes", "n", |ev, args| {
         let count = ev.index(&args[1])?;
         let bits = Value::Int(count.saturating_mul(8));
-        let number = Drawn(&args[0]).bits(ev, bits)?.to_big();
+        let number = BitSource(&args[0]).bits(ev, bits)?.to_big();
         let mut bytes = number.magnitude().to_bytes_le();
         bytes.resize(usize::try_from(count).unwrap_or(0), 0);
         Ok(Value::bytes(bytes))
     }),
     ("_randbelow", "n /", |ev, args| {
         let most = ev.to_int(&args[1])?.to_big();
-        Ok(Value::bigint(Drawn(&args[0]).below_big(ev, &most)?))
+        Ok(Value::bigint(BitSource(&args[0]).below_big(ev, &most)?))
     }),
     ("randrange", "start stop? step?", randrange),
     ("randint", "a b", |ev, args| {
@@ -45,13 +45,13 @@ pub(super) const METHODS: &[Entry] = &[
             let text = "Cannot choose from an empty sequence";
             return Err(ev.raise(ExceptionKind::IndexError, text));
         }
-        let index = Drawn(&args[0]).below(ev, length)?;
+        let index = BitSource(&args[0]).below(ev, length)?;
         ev.item(&args[1], &Value::Int(index as i64))
     }),
     ("shuffle", "x", |ev, args| {
         let items = &args[1];
         for last in (1..ev.len(items)? as u64).rev() {
-            let other = Value::Int(Drawn(&args[0]).below(ev, last + 1)? as i64);
+            let other = Value::Int(BitSource(&args[0]).below(ev, last + 1)? as i64);
             let last = Value::Int(last as i64);
             let (a, b) = (ev.item(items, &last)?, ev.item(items, &other)?);
             ev.set_item(items, &last, b)?;
@@ -64,7 +64,7 @@ pub(super) const METHODS: &[Entry] = &[
     ("choices", "population weights? * cum_weights? k?", choices),
     ("uniform", "a b", |ev, args| {
         let (a, b) = (ev.to_f64(&args[1])?, ev.to_f64(&args[2])?);
-        Ok(Value::Float(a + (b - a) * Drawn(&args[0]).float(ev)?))
+        Ok(Value::Float(a + (b - a) * BitSource(&args[0]).float(ev)?))
     }),
     ("triangular", "low? high? mode?", triangular),
     ("normalvariate", "mu? sigma?", |ev, args| {
@@ -82,7 +82,7 @@ pub(super) const METHODS: &[Entry] = &[
     }),
     ("expovariate", "lambd", |ev, args| {
         let rate = ev.to_f64(&args[1])?;
-        let drawn = -(1.0 - Drawn(&args[0]).float(ev)?).ln();
+        let drawn = -(1.0 - BitSource(&args[0]).float(ev)?).ln();
         divided(ev, drawn, rate).map(Value::Float)
     }),
     ("vonmisesvariate", "mu kappa", von_mises),
@@ -100,12 +100,12 @@ pub(super) const METHODS: &[Entry] = &[
     }),
     ("paretovariate", "alpha", |ev, args| {
         let alpha = ev.to_f64(&args[1])?;
-        let u = 1.0 - Drawn(&args[0]).float(ev)?;
+        let u = 1.0 - BitSource(&args[0]).float(ev)?;
         Ok(Value::Float(u.powf(divided(ev, -1.0, alpha)?)))
     }),
     ("weibullvariate", "alpha beta", |ev, args| {
         let (alpha, beta) = (ev.to_f64(&args[1])?, ev.to_f64(&args[2])?);
-        let u = 1.0 - Drawn(&args[0]).float(ev)?;
+        let u = 1.0 - BitSource(&args[0]).float(ev)?;
         Ok(Value::Float(
             alpha * (-u.ln()).powf(divided(ev, 1.0, beta)?),
         ))
@@ -113,9 +113,9 @@ pub(super) const METHODS: &[Entry] = &[
 ];
 
 /// What random bits come from: a generator, or what a subclass has made of it.
-struct Drawn<'v>(&'v Value);
+struct BitSource<'v>(&'v Value);
 
-impl Drawn<'_> {
+impl BitSource<'_> {
     /// The method of this name, if it is not the generator's own.
     fn own_method(&self, ev: &Evaluator<'_>, name: &str) -> Option<Value> {
         let Value::Instance(instance) = self.0 else {
@@ -125,8 +125,8 @@ impl Drawn<'_> {
         (!matches!(method, Value::Builtin(_))).then_some(method)
     }
 
-    fn twister<O>(&self, ev: &Evaluator<'_>, act: impl FnOnce(&mut Twister) -> O) -> R<O> {
-        with_data(ev, self.0, |twister: &Rc<RefCell<Twister>>| {
+    fn twister<O>(&self, ev: &Evaluator<'_>, act: impl FnOnce(&mut MersenneTwister) -> O) -> R<O> {
+        with_data(ev, self.0, |twister: &Rc<RefCell<MersenneTwister>>| {
             Ok(act(&mut twister.borrow_mut()))
         })
     }
@@ -134,7 +134,7 @@ impl Drawn<'_> {
     /// A float from 0 up to 1.
     fn float(&self, ev: &Evaluator<'_>) -> R<f64> {
         match self.own_method(ev, "random") {
-            None => self.twister(ev, Twister::float),
+            None => self.twister(ev, MersenneTwister::float),
             Some(method) => {
                 let drawn = ev.call_method_value(&method, self.0, &mut [])?;
                 ev.to_f64(&drawn)
@@ -224,8 +224,8 @@ fn between(ev: &Evaluator<'_>, this: &Value, start: BigInt, stop: BigInt) -> R {
         return Err(empty_range(ev, Some((&start, &stop))));
     }
     let drawn = match u64::try_from(&width) {
-        Ok(width) => BigInt::from(Drawn(this).below(ev, width)?),
-        Err(_) => Drawn(this).below_big(ev, &width)?,
+        Ok(width) => BigInt::from(BitSource(this).below(ev, width)?),
+        Err(_) => BitSource(this).below_big(ev, &width)?,
     };
     Ok(Value::bigint(start + drawn))
 }
@@ -301,7 +301,7 @@ fn sample(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     if length as f64 <= table {
         let mut pool = ev.collect(population)?;
         for done in 0..wanted {
-            let at = Drawn(this).below(ev, length - done)? as usize;
+            let at = BitSource(this).below(ev, length - done)? as usize;
             let last = (length - done - 1) as usize;
             if at >= pool.len() || last >= pool.len() {
                 let text = "list index out of range";
@@ -316,7 +316,7 @@ fn sample(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let mut taken = HashSet::new();
     for _ in 0..wanted {
         let at = loop {
-            let at = Drawn(this).below(ev, length)?;
+            let at = BitSource(this).below(ev, length)?;
             if taken.insert(at) {
                 break at;
             }
@@ -345,7 +345,7 @@ fn sample_of_counts(ev: &Evaluator<'_>, args: &[Value], length: u64, counts: &Va
     let (ends, bounds) = (Value::list(ends), (0, length as i64 - 1));
     let mut chosen = Vec::new();
     for number in ev.collect(&drawn)? {
-        let at = place(ev, &ends, &number, bounds, None, Side::Right)?;
+        let at = place(ev, &ends, &number, bounds, None, BisectSide::Right)?;
         chosen.push(ev.item(&args[1], &Value::Int(at))?);
     }
     Ok(Value::list(chosen))
@@ -389,7 +389,7 @@ fn choices(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let mut chosen = Vec::new();
     let Some(ends) = ends else {
         for _ in 0..wanted {
-            let at = (Drawn(this).float(ev)? * length as f64).floor();
+            let at = (BitSource(this).float(ev)? * length as f64).floor();
             chosen.push(ev.item(population, &Value::Int(at as i64))?);
             ev.safepoint()?;
         }
@@ -406,8 +406,15 @@ fn choices(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         return Err(ev.value_error("Total of weights must be finite"));
     }
     for _ in 0..wanted {
-        let drawn = Value::Float(Drawn(this).float(ev)? * total);
-        let at = place(ev, &ends, &drawn, (0, length as i64 - 1), None, Side::Right)?;
+        let drawn = Value::Float(BitSource(this).float(ev)? * total);
+        let at = place(
+            ev,
+            &ends,
+            &drawn,
+            (0, length as i64 - 1),
+            None,
+            BisectSide::Right,
+        )?;
         chosen.push(ev.item(population, &Value::Int(at))?);
     }
     Ok(Value::list(chosen))
@@ -415,7 +422,7 @@ fn choices(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 
 fn triangular(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let (mut low, mut high) = (or(ev, &args[1], 0.0)?, or(ev, &args[2], 1.0)?);
-    let mut u = Drawn(&args[0]).float(ev)?;
+    let mut u = BitSource(&args[0]).float(ev)?;
     let mut share = match args[3].given().filter(|mode| !mode.is_none()) {
         None => 0.5,
         Some(_) if low == high => return Ok(args[1].given().cloned().unwrap_or(Value::Float(0.0))),
@@ -432,8 +439,8 @@ fn triangular(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 fn normal(ev: &Evaluator<'_>, this: &Value, mu: f64, sigma: f64) -> R<f64> {
     let width = 4.0 * (-0.5f64).exp() / 2f64.sqrt();
     loop {
-        let a = Drawn(this).float(ev)?;
-        let b = 1.0 - Drawn(this).float(ev)?;
+        let a = BitSource(this).float(ev)?;
+        let b = 1.0 - BitSource(this).float(ev)?;
         let z = width * (a - 0.5) / b;
         if z * z / 4.0 <= -b.ln() {
             return Ok(mu + z * sigma);
@@ -445,7 +452,7 @@ fn normal(ev: &Evaluator<'_>, this: &Value, mu: f64, sigma: f64) -> R<f64> {
 /// Two at a time, one of which is kept (Box and Muller 1958).
 fn gauss(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let (mu, sigma) = (or(ev, &args[1], 0.0)?, or(ev, &args[2], 1.0)?);
-    let drawn = Drawn(&args[0]);
+    let drawn = BitSource(&args[0]);
     let kept = drawn.twister(ev, |twister| twister.kept.take())?;
     let z = match kept {
         Some(z) => z,
@@ -462,7 +469,7 @@ fn gauss(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 /// Best and Fisher 1979.
 fn von_mises(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let (mu, kappa) = (ev.to_f64(&args[1])?, ev.to_f64(&args[2])?);
-    let drawn = Drawn(&args[0]);
+    let drawn = BitSource(&args[0]);
     if kappa <= 1e-6 {
         return Ok(Value::Float(TAU * drawn.float(ev)?));
     }
@@ -490,7 +497,7 @@ fn gamma(ev: &Evaluator<'_>, this: &Value, alpha: f64, beta: f64) -> R<f64> {
     if alpha <= 0.0 || beta <= 0.0 {
         return Err(ev.value_error("gammavariate: alpha and beta must be > 0.0"));
     }
-    let drawn = Drawn(this);
+    let drawn = BitSource(this);
     if alpha > 1.0 {
         return gamma_above_one(ev, &drawn, alpha).map(|x| x * beta);
     }
@@ -518,7 +525,7 @@ fn gamma(ev: &Evaluator<'_>, this: &Value, alpha: f64, beta: f64) -> R<f64> {
 }
 
 /// Cheng 1977.
-fn gamma_above_one(ev: &Evaluator<'_>, drawn: &Drawn<'_>, alpha: f64) -> R<f64> {
+fn gamma_above_one(ev: &Evaluator<'_>, drawn: &BitSource<'_>, alpha: f64) -> R<f64> {
     let a = (2.0 * alpha - 1.0).sqrt();
     let b = alpha - 4f64.ln();
     let c = alpha + a;

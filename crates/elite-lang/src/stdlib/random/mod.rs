@@ -8,7 +8,7 @@ use std::rc::Rc;
 
 use num_bigint::{BigInt, BigUint, Sign};
 
-use super::define::{Builder, Entry, instance, with_data};
+use super::define::{MethodDef, ModuleBuilder, instance, with_data};
 use crate::eval::Evaluator;
 use crate::value::data::no_values;
 use crate::value::int::Int;
@@ -18,12 +18,12 @@ use crate::value::{R, Value};
 const N: usize = 624;
 const M: usize = 397;
 
-pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
+pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
     let constructor = |ev: &Evaluator<'_>, _: &mut [Value]| {
-        let twister = Rc::new(RefCell::new(Twister::new(&[0])));
+        let twister = Rc::new(RefCell::new(MersenneTwister::new(&[0])));
         instance(ev, "_random.Random", twister)
     };
-    let own: &[Entry] = &[
+    let own: &[MethodDef] = &[
         ("random", "", |ev, args| {
             Ok(Value::Float(with(ev, args, |twister| Ok(twister.float()))?))
         }),
@@ -33,7 +33,7 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
             let words = key.magnitude().to_u32_digits();
             let words = if words.is_empty() { vec![0] } else { words };
             with(ev, args, |twister| {
-                *twister = Twister::new(&words);
+                *twister = MersenneTwister::new(&words);
                 Ok(Value::None)
             })
         }),
@@ -131,8 +131,12 @@ pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
     Ok(())
 }
 
-fn with<O>(ev: &Evaluator<'_>, args: &[Value], act: impl FnOnce(&mut Twister) -> R<O>) -> R<O> {
-    with_data(ev, &args[0], |twister: &Rc<RefCell<Twister>>| {
+fn with<O>(
+    ev: &Evaluator<'_>,
+    args: &[Value],
+    act: impl FnOnce(&mut MersenneTwister) -> R<O>,
+) -> R<O> {
+    with_data(ev, &args[0], |twister: &Rc<RefCell<MersenneTwister>>| {
         act(&mut twister.borrow_mut())
     })
 }
@@ -163,16 +167,16 @@ fn bits(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     })
 }
 
-struct Twister {
+struct MersenneTwister {
     state: [u32; N],
     index: usize,
     /// A number of the normal distribution that has been drawn with another one.
     kept: Option<f64>,
 }
 
-no_values!(RefCell<Twister>);
+no_values!(RefCell<MersenneTwister>);
 
-impl Twister {
+impl MersenneTwister {
     /// Seeded with a key (`init_by_array` of the reference implementation).
     fn new(key: &[u32]) -> Self {
         let mut state = [0u32; N];
@@ -204,7 +208,7 @@ impl Twister {
             }
         }
         state[0] = 0x8000_0000;
-        Twister {
+        MersenneTwister {
             state,
             index: N,
             kept: None,

@@ -5,8 +5,8 @@
 //! one whose states cannot is an error after some more, where CPython would go on stepping back for years.
 
 use super::Spans;
-use super::back::{Back, Round, Run, Scratch};
-use super::program::{Hay, NOWHERE, Op, Program, Repeat, apart};
+use super::back::{BacktrackEntry, Backtracker, RepeatState, Scratch};
+use super::program::{Haystack, NOWHERE, Op, RegexProgram, Repeat, apart};
 use super::walk;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
@@ -19,8 +19,8 @@ const STEPS_MAX: (usize, usize) = (10_000_000, 1_000);
 
 /// Where to search, and for what.
 #[derive(Clone, Copy)]
-pub(super) struct Search<'t> {
-    pub(super) hay: Hay<'t>,
+pub(super) struct MatchRequest<'t> {
+    pub(super) hay: Haystack<'t>,
     pub(super) start: usize,
     /// The match has to begin at `start`.
     pub(super) anchored: bool,
@@ -30,7 +30,7 @@ pub(super) struct Search<'t> {
     pub(super) not_empty: bool,
 }
 
-impl Search<'_> {
+impl MatchRequest<'_> {
     /// Whether what begins and ends there is what is looked for.
     pub(super) fn wants(&self, from: usize, to: usize) -> bool {
         let ends_early = self.full && to != self.hay.len();
@@ -40,7 +40,7 @@ impl Search<'_> {
 }
 
 /// How an attempt ended.
-enum End {
+enum AttemptResult {
     Found,
     Failed,
     /// It has taken too long.
@@ -50,14 +50,14 @@ enum End {
 /// The groups of the first match, the whole first.
 pub(super) fn find(
     ev: &Evaluator<'_>,
-    program: &Program,
-    search: Search<'_>,
+    program: &RegexProgram,
+    search: MatchRequest<'_>,
     scratch: &mut Scratch,
 ) -> R<Option<Spans>> {
     ev.safepoint()?;
     let length = search.hay.len() - search.start;
     let steps = |(always, each): (usize, usize)| each.saturating_mul(length).saturating_add(always);
-    let mut run = Run {
+    let mut run = Backtracker {
         ev,
         program,
         search,
@@ -72,11 +72,11 @@ pub(super) fn find(
             at = program.skip(ev, search.hay, at)?;
         }
         match run.attempt(at)? {
-            End::Found => {
+            AttemptResult::Found => {
                 return Spans::of(ev, &run.scratch.slots).map(Some);
             }
-            End::Failed => {}
-            End::Spent if may_walk => {
+            AttemptResult::Failed => {}
+            AttemptResult::Spent if may_walk => {
                 may_walk = false;
                 if let Some(found) = walk::find(ev, program, search, at)? {
                     return Ok(found);
@@ -84,7 +84,7 @@ pub(super) fn find(
                 run.left = steps(STEPS_MAX);
                 continue;
             }
-            End::Spent => {
+            AttemptResult::Spent => {
                 let text = format!(
                     "the regular expression takes more than {} steps on this text",
                     steps(STEPS_MAX)
@@ -99,8 +99,8 @@ pub(super) fn find(
     }
 }
 
-impl Run<'_, '_> {
-    fn attempt(&mut self, from: usize) -> R<End> {
+impl Backtracker<'_, '_> {
+    fn attempt(&mut self, from: usize) -> R<AttemptResult> {
         let (program, hay) = (self.program, self.search.hay);
         let scratch = &mut *self.scratch;
         scratch.back.clear();
@@ -108,7 +108,7 @@ impl Run<'_, '_> {
         scratch.slots.clear();
         self.ev.grow(&mut scratch.slots, program.slots)?;
         scratch.slots.resize(program.slots, NOWHERE);
-        let round = Round {
+        let round = RepeatState {
             count: 0,
             last: NOWHERE,
         };
@@ -117,12 +117,12 @@ impl Run<'_, '_> {
         scratch.rounds.resize(program.repeats.len(), round);
         let kept = program.slots + 2 * program.repeats.len();
         if !self.pace(1 + kept / 16)? {
-            return Ok(End::Spent);
+            return Ok(AttemptResult::Spent);
         }
         let (mut at, mut place) = (0, from);
         loop {
             if !self.pace(1)? {
-                return Ok(End::Spent);
+                return Ok(AttemptResult::Spent);
             }
             let op = program.ops[at];
             let goes_on = match op {
@@ -141,7 +141,7 @@ impl Run<'_, '_> {
                 }
                 Op::Split(other) => {
                     let at_other = apart(at, other);
-                    self.push(Back::Way {
+                    self.push(BacktrackEntry::Way {
                         at: at_other,
                         place,
                     })?;
@@ -252,7 +252,7 @@ impl Run<'_, '_> {
                     if self.search.wants(from, place) {
                         self.scratch.slots[0] = from;
                         self.scratch.slots[1] = place;
-                        return Ok(End::Found);
+                        return Ok(AttemptResult::Found);
                     }
                     false
                 }
@@ -262,7 +262,7 @@ impl Run<'_, '_> {
             }
             match self.step_back()? {
                 Some(next) => (at, place) = next,
-                None => return Ok(End::Failed),
+                None => return Ok(AttemptResult::Failed),
             }
         }
     }

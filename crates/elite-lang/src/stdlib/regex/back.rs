@@ -1,9 +1,9 @@
 //! What an attempt can step back to, and the parts of it that are kept there: repeated characters and groups, and what matches
 //! by itself.
 
-use super::attempt::Search;
-use super::letters::{Case, key};
-use super::program::{NOWHERE, Op, Program, Repeat, VISIT};
+use super::attempt::MatchRequest;
+use super::letters::{CaseFolding, key};
+use super::program::{NOWHERE, Op, RegexProgram, Repeat, VISIT};
 use crate::eval::Evaluator;
 use crate::value::R;
 
@@ -11,7 +11,7 @@ use crate::value::R;
 const SOME: usize = 256;
 
 /// What there is to step back to.
-pub(super) enum Back {
+pub(super) enum BacktrackEntry {
     /// Another way to go on.
     Way { at: usize, place: usize },
     /// A repeated character: one fewer, down to `least`.
@@ -25,14 +25,14 @@ pub(super) enum Back {
     /// What a slot was.
     Slot { slot: usize, place: usize },
     /// What a repeated group was at.
-    Round { number: usize, round: Round },
+    Round { number: usize, round: RepeatState },
     /// Something that matches by itself began here.
     Border { at: usize, place: usize },
 }
 
 /// Where a repeated group is.
 #[derive(Clone, Copy)]
-pub(super) struct Round {
+pub(super) struct RepeatState {
     /// How often it has ended.
     pub(super) count: u32,
     /// Where its last optional round began.
@@ -43,17 +43,17 @@ pub(super) struct Round {
 #[derive(Default)]
 pub(super) struct Scratch {
     pub(super) slots: Vec<usize>,
-    pub(super) rounds: Vec<Round>,
-    pub(super) back: Vec<Back>,
+    pub(super) rounds: Vec<RepeatState>,
+    pub(super) back: Vec<BacktrackEntry>,
     /// Where in `back` the borders are.
     pub(super) borders: Vec<usize>,
 }
 
 /// One search.
-pub(super) struct Run<'r, 'y> {
+pub(super) struct Backtracker<'r, 'y> {
     pub(super) ev: &'r Evaluator<'y>,
-    pub(super) program: &'r Program,
-    pub(super) search: Search<'r>,
+    pub(super) program: &'r RegexProgram,
+    pub(super) search: MatchRequest<'r>,
     pub(super) scratch: &'r mut Scratch,
     /// Operations until it has taken too long.
     pub(super) left: usize,
@@ -61,7 +61,7 @@ pub(super) struct Run<'r, 'y> {
     pub(super) steps: usize,
 }
 
-impl Run<'_, '_> {
+impl Backtracker<'_, '_> {
     /// Counts operations; whether there are any left.
     #[inline]
     pub(super) fn pace(&mut self, steps: usize) -> R<bool> {
@@ -76,7 +76,7 @@ impl Run<'_, '_> {
     }
 
     #[inline]
-    pub(super) fn push(&mut self, back: Back) -> R<()> {
+    pub(super) fn push(&mut self, back: BacktrackEntry) -> R<()> {
         self.ev.grow(&mut self.scratch.back, 1)?;
         self.scratch.back.push(back);
         Ok(())
@@ -87,23 +87,25 @@ impl Run<'_, '_> {
         while let Some(back) = self.scratch.back.pop() {
             self.pace(1)?;
             match back {
-                Back::Way { at, place } => return Ok(Some((at, place))),
-                Back::Fewer { at, least, place } => {
+                BacktrackEntry::Way { at, place } => return Ok(Some((at, place))),
+                BacktrackEntry::Fewer { at, least, place } => {
                     // Between `least` and here there are characters only.
                     let place = self.search.hay.before(place).map_or(least, |(_, at)| at);
                     if place > least {
-                        self.scratch.back.push(Back::Fewer { at, least, place });
+                        self.scratch
+                            .back
+                            .push(BacktrackEntry::Fewer { at, least, place });
                     }
                     return Ok(Some((at, place)));
                 }
-                Back::More { at, place, left } => {
+                BacktrackEntry::More { at, place, left } => {
                     let op = self.program.ops[at - 1];
                     if let Some((c, next)) = self.search.hay.at(place)
                         && self.program.takes(op, c)
                     {
                         if left > 1 {
                             let left = if left == u32::MAX { left } else { left - 1 };
-                            self.scratch.back.push(Back::More {
+                            self.scratch.back.push(BacktrackEntry::More {
                                 at,
                                 place: next,
                                 left,
@@ -112,9 +114,9 @@ impl Run<'_, '_> {
                         return Ok(Some((at, next)));
                     }
                 }
-                Back::Slot { slot, place } => self.scratch.slots[slot] = place,
-                Back::Round { number, round } => self.scratch.rounds[number] = round,
-                Back::Border { at, place } => {
+                BacktrackEntry::Slot { slot, place } => self.scratch.slots[slot] = place,
+                BacktrackEntry::Round { number, round } => self.scratch.rounds[number] = round,
+                BacktrackEntry::Border { at, place } => {
                     self.scratch.borders.pop();
                     if let Op::Look(number) = self.program.ops[at] {
                         let look = self.program.looks[number as usize];
@@ -130,7 +132,7 @@ impl Run<'_, '_> {
 
     pub(super) fn set_slot(&mut self, slot: usize, place: usize) -> R<()> {
         let before = self.scratch.slots[slot];
-        self.push(Back::Slot {
+        self.push(BacktrackEntry::Slot {
             slot,
             place: before,
         })?;
@@ -138,9 +140,9 @@ impl Run<'_, '_> {
         Ok(())
     }
 
-    pub(super) fn set_round(&mut self, number: usize, round: Round) -> R<()> {
+    pub(super) fn set_round(&mut self, number: usize, round: RepeatState) -> R<()> {
         let before = self.scratch.rounds[number];
-        self.push(Back::Round {
+        self.push(BacktrackEntry::Round {
             number,
             round: before,
         })?;
@@ -148,11 +150,11 @@ impl Run<'_, '_> {
         Ok(())
     }
 
-    /// Whether a group is repeated once more or what follows it comes now; `at` is its `Again`.
+    /// Whether a group is repeated once more or what follows it comes now; `at` is its `RerunTimeline`.
     pub(super) fn decide(&mut self, number: usize, at: usize, place: usize) -> R<(usize, usize)> {
         let repeat = self.program.repeats[number];
         let group = at - repeat.length as usize;
-        let Round { count, last } = self.scratch.rounds[number];
+        let RepeatState { count, last } = self.scratch.rounds[number];
         if count < repeat.least {
             return Ok((group, place));
         }
@@ -160,15 +162,15 @@ impl Run<'_, '_> {
         if count >= repeat.most || place == last {
             return Ok((at + 1, place));
         }
-        let begun = Round { count, last: place };
+        let begun = RepeatState { count, last: place };
         if repeat.greedy {
-            self.push(Back::Way { at: at + 1, place })?;
+            self.push(BacktrackEntry::Way { at: at + 1, place })?;
             self.set_round(number, begun)?;
             return Ok((group, place));
         }
         // The other way is found with the round as it is set here.
         self.set_round(number, begun)?;
-        self.push(Back::Way { at: group, place })?;
+        self.push(BacktrackEntry::Way { at: group, place })?;
         Ok((at + 1, place))
     }
 
@@ -200,7 +202,7 @@ impl Run<'_, '_> {
             return Ok(None);
         }
         if repeat.greedy && here > least {
-            self.push(Back::Fewer {
+            self.push(BacktrackEntry::Fewer {
                 at: at + 2,
                 least,
                 place: here,
@@ -210,7 +212,7 @@ impl Run<'_, '_> {
                 u32::MAX => u32::MAX,
                 most => most - repeat.least,
             };
-            self.push(Back::More {
+            self.push(BacktrackEntry::More {
                 at: at + 2,
                 place: here,
                 left,
@@ -228,7 +230,12 @@ impl Run<'_, '_> {
     }
 
     /// Where the text of a group ends if it is here again.
-    pub(super) fn same_text(&mut self, group: usize, case: Case, place: usize) -> R<Option<usize>> {
+    pub(super) fn same_text(
+        &mut self,
+        group: usize,
+        case: CaseFolding,
+        place: usize,
+    ) -> R<Option<usize>> {
         let Some((start, end)) = self.group(group) else {
             return Ok(None);
         };
@@ -265,7 +272,7 @@ impl Run<'_, '_> {
         let depth = self.scratch.back.len();
         self.ev.grow(&mut self.scratch.borders, 1)?;
         self.scratch.borders.push(depth);
-        self.push(Back::Border { at, place })
+        self.push(BacktrackEntry::Border { at, place })
     }
 
     /// Where what has matched by itself began.
@@ -273,7 +280,7 @@ impl Run<'_, '_> {
         let border = self.scratch.borders.last();
         let border = border.and_then(|depth| self.scratch.back.get(*depth));
         Ok(match border {
-            Some(Back::Border { at, place }) => Some((*at, *place)),
+            Some(BacktrackEntry::Border { at, place }) => Some((*at, *place)),
             _ => None,
         })
     }
@@ -285,8 +292,10 @@ impl Run<'_, '_> {
         };
         while self.scratch.back.len() > border {
             match self.scratch.back.pop() {
-                Some(Back::Slot { slot, place }) => self.scratch.slots[slot] = place,
-                Some(Back::Round { number, round }) => self.scratch.rounds[number] = round,
+                Some(BacktrackEntry::Slot { slot, place }) => self.scratch.slots[slot] = place,
+                Some(BacktrackEntry::Round { number, round }) => {
+                    self.scratch.rounds[number] = round
+                }
                 _ => {}
             }
         }
@@ -301,7 +310,7 @@ impl Run<'_, '_> {
         for at in border..self.scratch.back.len() {
             if matches!(
                 self.scratch.back[at],
-                Back::Slot { .. } | Back::Round { .. }
+                BacktrackEntry::Slot { .. } | BacktrackEntry::Round { .. }
             ) {
                 self.scratch.back.swap(kept, at);
                 kept += 1;

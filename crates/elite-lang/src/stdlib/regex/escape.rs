@@ -1,21 +1,21 @@
 //! What follows a backslash in a pattern, and classes in brackets.
 
-use super::letters::{Categories, NewSet};
-use super::parse::{Item, Parser, Step, Width};
+use super::letters::{Categories, CharClassBuilder};
+use super::parse::{PatternItem, PatternParser, PatternResult, Width};
 use super::program::{Assert, Op};
 
 const ONE: Width = (1, 1);
 
-impl Parser<'_, '_> {
+impl PatternParser<'_, '_> {
     /// After a backslash outside brackets.
-    pub(super) fn escape(&mut self, start: usize) -> Step<Item> {
+    pub(super) fn escape(&mut self, start: usize) -> PatternResult<PatternItem> {
         let Some(c) = self.take() else {
             return Err(self.error("bad escape (end of pattern)", Some(start)));
         };
         if let Some(categories) = Categories::of(c) {
             let set = self.category(categories)?;
             self.emit(Op::Set(set))?;
-            return Ok(Item::Repeatable(ONE));
+            return Ok(PatternItem::Repeatable(ONE));
         }
         let assert = match c {
             'A' => Assert::Start,
@@ -26,15 +26,15 @@ impl Parser<'_, '_> {
             other => {
                 let code = self.character(other, start)?;
                 self.emit(self.literal(code))?;
-                return Ok(Item::Repeatable(ONE));
+                return Ok(PatternItem::Repeatable(ONE));
             }
         };
         self.emit(Op::Assert(assert))?;
-        Ok(Item::Assertion)
+        Ok(PatternItem::Assertion)
     }
 
     /// The set that one category is.
-    fn category(&mut self, categories: Categories) -> Step<u32> {
+    fn category(&mut self, categories: Categories) -> PatternResult<u32> {
         let of = self.meaning();
         let known = self
             .categories
@@ -43,7 +43,7 @@ impl Parser<'_, '_> {
         if let Some((_, _, set)) = known {
             return Ok(*set);
         }
-        let mut set = NewSet::new(of, super::letters::Case::Exact);
+        let mut set = CharClassBuilder::new(of, super::letters::CaseFolding::Exact);
         set.categories = categories;
         let set = self.program.letters.keep(self.ev, set)?;
         self.categories.push((categories, of, set));
@@ -51,7 +51,7 @@ impl Parser<'_, '_> {
     }
 
     /// `\1` to `\99`, or an octal number of three digits.
-    fn digits(&mut self, first: char, start: usize) -> Step<Item> {
+    fn digits(&mut self, first: char, start: usize) -> PatternResult<PatternItem> {
         let mut digits = first.to_string();
         if let Some(second) = self.peek().filter(char::is_ascii_digit) {
             self.at += 1;
@@ -68,18 +68,18 @@ impl Parser<'_, '_> {
                     return Err(self.error(text, Some(start)));
                 }
                 self.emit(self.literal(code))?;
-                return Ok(Item::Repeatable(ONE));
+                return Ok(PatternItem::Repeatable(ONE));
             }
         }
         if digits.parse().is_ok_and(|index| self.open.contains(&index)) {
             return Err(self.error("cannot refer to an open group", Some(start)));
         }
         let index = self.reference(&digits, start + 1)?;
-        Ok(Item::Repeatable(self.refer(index)?))
+        Ok(PatternItem::Repeatable(self.refer(index)?))
     }
 
     /// The code of an escaped character, in or outside brackets.
-    fn character(&mut self, c: char, start: usize) -> Step<u32> {
+    fn character(&mut self, c: char, start: usize) -> PatternResult<u32> {
         let hex = |parser: &mut Self, count: usize| {
             let digits: String = parser.chars[parser.at..]
                 .iter()
@@ -123,8 +123,8 @@ impl Parser<'_, '_> {
     }
 
     /// A class after its `[`.
-    pub(super) fn class(&mut self, start: usize) -> Step {
-        let mut set = NewSet::new(self.meaning(), self.same());
+    pub(super) fn class(&mut self, start: usize) -> PatternResult {
+        let mut set = CharClassBuilder::new(self.meaning(), self.same());
         if self.peek() == Some('^') {
             self.at += 1;
             set.negated = true;
@@ -150,18 +150,18 @@ impl Parser<'_, '_> {
                 parser.error(format!("bad character range {text}"), Some(here))
             };
             match low {
-                Member::Category(_) if is_range => return Err(bad(self, self.at + 2)),
-                Member::Category(categories) => set.categories.add(categories),
-                Member::Code(low) if is_range => {
+                ClassMember::Category(_) if is_range => return Err(bad(self, self.at + 2)),
+                ClassMember::Category(categories) => set.categories.add(categories),
+                ClassMember::Code(low) if is_range => {
                     self.at += 1;
                     let there = self.at;
                     let next = self.take().unwrap_or('-');
                     match self.member(next, there, start)? {
-                        Member::Code(high) if high >= low => set.add(self.ev, low, high)?,
+                        ClassMember::Code(high) if high >= low => set.add(self.ev, low, high)?,
                         _ => return Err(bad(self, self.at)),
                     }
                 }
-                Member::Code(code) => set.add(self.ev, code, code)?,
+                ClassMember::Code(code) => set.add(self.ev, code, code)?,
             }
         }
         let set = self.program.letters.keep(self.ev, set)?;
@@ -169,18 +169,18 @@ impl Parser<'_, '_> {
     }
 
     /// One member of a class that begins with `c`.
-    fn member(&mut self, c: char, here: usize, start: usize) -> Step<Member> {
+    fn member(&mut self, c: char, here: usize, start: usize) -> PatternResult<ClassMember> {
         if c != '\\' {
-            return Ok(Member::Code(crate::value::surrogate::code_of(c)));
+            return Ok(ClassMember::Code(crate::value::surrogate::code_of(c)));
         }
         let Some(escaped) = self.take() else {
             return Err(self.error("unterminated character set", Some(start)));
         };
         if let Some(categories) = Categories::of(escaped) {
-            return Ok(Member::Category(categories));
+            return Ok(ClassMember::Category(categories));
         }
         match escaped {
-            'b' => Ok(Member::Code(8)),
+            'b' => Ok(ClassMember::Code(8)),
             '1'..='7' => {
                 let mut digits = escaped.to_string();
                 while digits.len() < 3 && self.peek().is_some_and(|c| ('0'..='7').contains(&c)) {
@@ -191,15 +191,15 @@ impl Parser<'_, '_> {
                     let text = format!("octal escape value \\{digits} outside of range 0-0o377");
                     return Err(self.error(text, Some(here)));
                 }
-                Ok(Member::Code(code))
+                Ok(ClassMember::Code(code))
             }
-            other => self.character(other, here).map(Member::Code),
+            other => self.character(other, here).map(ClassMember::Code),
         }
     }
 }
 
 /// A member of a class.
-enum Member {
+enum ClassMember {
     Code(u32),
     Category(Categories),
 }

@@ -4,12 +4,12 @@
 
 use std::rc::Rc;
 
-use super::{GROUP, Pattern, Spans, Text};
+use super::{GROUP, Pattern, Spans, Subject};
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::stdlib::define::{Entry, native_class, with_data};
-use crate::value::data::{Contents, Data};
-use crate::value::instance::Payload;
+use crate::stdlib::define::{MethodDef, native_class, with_data};
+use crate::value::data::{Contents, NativeData};
+use crate::value::instance::InstancePayload;
 use crate::value::int::Int;
 use crate::value::{Dict, Instance, R, Value};
 
@@ -17,7 +17,7 @@ use crate::value::{Dict, Instance, R, Value};
 pub(super) struct Match {
     pub(super) pattern: Value,
     pub(super) compiled: Rc<Pattern>,
-    pub(super) text: Text,
+    pub(super) text: Subject,
     pub(super) range: (usize, usize),
     pub(super) spans: Spans,
 }
@@ -69,7 +69,7 @@ pub(super) fn make_match(
     ev: &Evaluator<'_>,
     pattern: &Value,
     compiled: &Rc<Pattern>,
-    text: &Text,
+    text: &Subject,
     range: (usize, usize),
     spans: Spans,
 ) -> R {
@@ -87,7 +87,7 @@ pub(super) fn make_match(
         range,
         spans,
     };
-    let found = Payload::Object(Data::new(found));
+    let found = InstancePayload::Object(NativeData::new(found));
     Ok(Value::Instance(Instance::new(class, found)))
 }
 
@@ -99,7 +99,7 @@ fn side(ev: &Evaluator<'_>, args: &[Value], pick: fn((usize, usize)) -> usize) -
     })
 }
 
-pub(super) const MATCH: &[Entry] = &[
+pub(super) const MATCH: &[MethodDef] = &[
     ("group", "*groups", |ev, args| {
         with_match(ev, args, |found| {
             let wanted = args[1].as_items().unwrap_or_default();

@@ -2,8 +2,8 @@
 
 use std::rc::Rc;
 
-use super::parse::{EMPTY, Item, Parser, Step, Width, flag};
-use super::program::{Look, Op};
+use super::parse::{EMPTY, PatternItem, PatternParser, PatternResult, Width, flag};
+use super::program::{LookAround, Op};
 use crate::eval::coroutine::RESERVE;
 use crate::lexer::names::is_name;
 
@@ -24,8 +24,8 @@ enum Extension {
     Comment,
 }
 
-impl Parser<'_, '_> {
-    pub(super) fn group(&mut self, start: usize) -> Step<Item> {
+impl PatternParser<'_, '_> {
+    pub(super) fn group(&mut self, start: usize) -> PatternResult<PatternItem> {
         self.depth += 1;
         if self.depth > DEPTH_MAX {
             return Err(self.error("groups are nested too deeply", Some(start)));
@@ -41,8 +41,8 @@ impl Parser<'_, '_> {
         if let Extension::Complete(_) | Extension::Comment = kind {
             self.depth -= 1;
             return Ok(match kind {
-                Extension::Complete(width) => Item::Repeatable(width),
-                _ => Item::Comment,
+                Extension::Complete(width) => PatternItem::Repeatable(width),
+                _ => PatternItem::Comment,
             });
         }
         let number = self.groups;
@@ -75,7 +75,7 @@ impl Parser<'_, '_> {
                 if back && width.0 != width.1 {
                     self.is_loose = true;
                 }
-                let look = Look {
+                let look = LookAround {
                     back: if back { width.0 as usize } else { 0 },
                     negated,
                     length: self.since(before) as u32,
@@ -96,10 +96,10 @@ impl Parser<'_, '_> {
         self.behind = behind;
         self.flags = flags;
         self.depth -= 1;
-        Ok(Item::Repeatable(width))
+        Ok(PatternItem::Repeatable(width))
     }
 
-    fn new_group(&mut self) -> Step {
+    fn new_group(&mut self) -> PatternResult {
         self.groups += 1;
         self.ev.grow(&mut self.widths, 1)?;
         self.widths.push(EMPTY);
@@ -107,7 +107,7 @@ impl Parser<'_, '_> {
     }
 
     /// What follows `(?`.
-    fn extension(&mut self, start: usize) -> Step<Extension> {
+    fn extension(&mut self, start: usize) -> PatternResult<Extension> {
         let Some(c) = self.take() else {
             return Err(self.error("unexpected end of pattern", Some(self.at)));
         };
@@ -150,7 +150,7 @@ impl Parser<'_, '_> {
     }
 
     /// Both branches of `(?(group)yes|no)`.
-    fn conditional(&mut self, group: usize, start: usize) -> Step<Width> {
+    fn conditional(&mut self, group: usize, start: usize) -> PatternResult<Width> {
         let test = self.program.ops.len();
         self.emit(Op::If(group as u32, 0))?;
         let mut width = self.sequence()?;
@@ -177,7 +177,7 @@ impl Parser<'_, '_> {
         Ok(width)
     }
 
-    fn until(&mut self, end: char) -> Step<String> {
+    fn until(&mut self, end: char) -> PatternResult<String> {
         let from = self.at;
         let mut name = String::new();
         loop {
@@ -202,7 +202,7 @@ impl Parser<'_, '_> {
         Ok(name)
     }
 
-    fn named(&mut self, start: usize) -> Step<Extension> {
+    fn named(&mut self, start: usize) -> PatternResult<Extension> {
         match self.take() {
             Some('<') => {
                 let from = self.at;
@@ -239,7 +239,7 @@ impl Parser<'_, '_> {
     }
 
     /// The number of a group that is referred to.
-    pub(super) fn reference(&self, name: &str, position: usize) -> Step<usize> {
+    pub(super) fn reference(&self, name: &str, position: usize) -> PatternResult<usize> {
         let index = self.named_or_numbered(name, position)?;
         if index > self.groups {
             return Err(self.error(format!("invalid group reference {index}"), Some(position)));
@@ -252,7 +252,7 @@ impl Parser<'_, '_> {
     }
 
     /// The number of a group that is a condition; it may begin later.
-    fn condition(&mut self, name: &str, position: usize) -> Step<usize> {
+    fn condition(&mut self, name: &str, position: usize) -> PatternResult<usize> {
         let index = self.named_or_numbered(name, position)?;
         if index > self.groups {
             self.wanted = self.wanted.or(Some((index, position)));
@@ -261,7 +261,7 @@ impl Parser<'_, '_> {
         Ok(index)
     }
 
-    fn named_or_numbered(&self, name: &str, position: usize) -> Step<usize> {
+    fn named_or_numbered(&self, name: &str, position: usize) -> PatternResult<usize> {
         match (name.parse::<usize>(), self.by_name.get(name)) {
             (Ok(0), _) => Err(self.error("bad group number", Some(position))),
             // Operations count in 32 bits.
@@ -277,7 +277,7 @@ impl Parser<'_, '_> {
     }
 
     /// A look-behind knows only the groups before it.
-    fn check_behind(&self, group: usize) -> Step {
+    fn check_behind(&self, group: usize) -> PatternResult {
         let Some(groups) = self.behind else {
             return Ok(());
         };
@@ -292,12 +292,12 @@ impl Parser<'_, '_> {
     }
 
     /// Writes what finds the text of a group again; its width.
-    pub(super) fn refer(&mut self, group: usize) -> Step<Width> {
+    pub(super) fn refer(&mut self, group: usize) -> PatternResult<Width> {
         self.emit(Op::Reference(group as u32, self.same()))?;
         Ok(self.widths[group])
     }
 
-    fn scoped_flags(&mut self, start: usize) -> Step<Extension> {
+    fn scoped_flags(&mut self, start: usize) -> PatternResult<Extension> {
         let (mut on, mut off, mut minus) = (0, 0, false);
         loop {
             self.pace()?;

@@ -13,7 +13,7 @@ const FOLDED_MAX: u32 = 4096;
 
 /// Which characters differ in case only, or are letters, digits and space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Case {
+pub(super) enum CaseFolding {
     /// Everything is what it is.
     Exact,
     Ascii,
@@ -22,12 +22,12 @@ pub(super) enum Case {
 
 /// What is the same for all characters that differ in case only.
 #[inline]
-pub(super) fn key(c: u32, case: Case) -> u32 {
+pub(super) fn key(c: u32, case: CaseFolding) -> u32 {
     match case {
-        Case::Exact => c,
+        CaseFolding::Exact => c,
         _ if c < 0x80 => u32::from((c as u8).to_ascii_lowercase()),
-        Case::Ascii => c,
-        Case::Unicode => lower(upper(c)),
+        CaseFolding::Ascii => c,
+        CaseFolding::Unicode => lower(upper(c)),
     }
 }
 
@@ -53,11 +53,11 @@ fn only(c: char, mut form: impl Iterator<Item = char>) -> u32 {
 
 /// Categories, by the code of a character.
 pub(super) mod decoded {
-    use super::{Case, unicode};
+    use super::{CaseFolding, unicode};
 
-    pub(in super::super) fn is_word(c: u32, case: Case) -> bool {
+    pub(in super::super) fn is_word(c: u32, case: CaseFolding) -> bool {
         match char::from_u32(c) {
-            Some(c) if c.is_ascii() || case != Case::Unicode => {
+            Some(c) if c.is_ascii() || case != CaseFolding::Unicode => {
                 c == '_' || c.is_ascii_alphanumeric()
             }
             Some(c) => unicode::is_letter(c) || unicode::is_numeric(c),
@@ -65,17 +65,17 @@ pub(super) mod decoded {
         }
     }
 
-    pub(super) fn is_digit(c: u32, case: Case) -> bool {
+    pub(super) fn is_digit(c: u32, case: CaseFolding) -> bool {
         match char::from_u32(c) {
-            Some(c) if case == Case::Unicode => unicode::decimal(c).is_some(),
+            Some(c) if case == CaseFolding::Unicode => unicode::decimal(c).is_some(),
             Some(c) => c.is_ascii_digit(),
             None => false,
         }
     }
 
-    pub(super) fn is_blank(c: u32, case: Case) -> bool {
+    pub(super) fn is_blank(c: u32, case: CaseFolding) -> bool {
         match char::from_u32(c) {
-            Some(c) if case == Case::Unicode => {
+            Some(c) if case == CaseFolding::Unicode => {
                 c.is_whitespace() || matches!(c, '\u{1c}'..='\u{1f}')
             }
             Some(c) => matches!(c, ' ' | '\t'..='\r'),
@@ -99,7 +99,7 @@ impl Categories {
         self.0 |= other.0;
     }
 
-    fn have(self, c: u32, case: Case) -> bool {
+    fn have(self, c: u32, case: CaseFolding) -> bool {
         let tests = [decoded::is_digit, decoded::is_blank, decoded::is_word];
         self.0 != 0
             && tests.iter().enumerate().any(|(place, test)| {
@@ -111,12 +111,12 @@ impl Categories {
 
 /// The sets of a pattern. What lies beyond a byte is in one list for all of them.
 #[derive(Default)]
-pub(super) struct Letters {
-    sets: Vec<Set>,
+pub(super) struct CharClasses {
+    sets: Vec<CharClass>,
     ranges: Vec<(u32, u32)>,
 }
 
-struct Set {
+struct CharClass {
     /// The answer for all characters below 256.
     low: [u64; 4],
     /// Its ranges in the list.
@@ -124,27 +124,27 @@ struct Set {
     to: u32,
     categories: Categories,
     /// What categories mean.
-    of: Case,
+    of: CaseFolding,
     /// Which characters count as the same.
-    same: Case,
+    same: CaseFolding,
     negated: bool,
 }
 
 /// A set while it is read.
-pub(super) struct NewSet {
+pub(super) struct CharClassBuilder {
     pub(super) negated: bool,
     pub(super) categories: Categories,
     /// What categories mean.
-    pub(super) of: Case,
+    pub(super) of: CaseFolding,
     /// Which characters count as the same.
-    pub(super) same: Case,
+    pub(super) same: CaseFolding,
     /// Ranges by their first characters; none touches another.
     ranges: BTreeMap<u32, u32>,
 }
 
-impl NewSet {
-    pub(super) fn new(of: Case, same: Case) -> NewSet {
-        NewSet {
+impl CharClassBuilder {
+    pub(super) fn new(of: CaseFolding, same: CaseFolding) -> CharClassBuilder {
+        CharClassBuilder {
             negated: false,
             categories: Categories::default(),
             of,
@@ -156,7 +156,7 @@ impl NewSet {
     /// The characters from `low` to `high`.
     pub(super) fn add(&mut self, ev: &Evaluator<'_>, low: u32, high: u32) -> R<()> {
         self.put(low, high);
-        if self.same != Case::Exact && high - low < FOLDED_MAX {
+        if self.same != CaseFolding::Exact && high - low < FOLDED_MAX {
             for c in low..=high {
                 let folded = key(c, self.same);
                 self.put(folded, folded);
@@ -182,16 +182,16 @@ impl NewSet {
     }
 }
 
-impl Letters {
+impl CharClasses {
     /// Keeps a set; its number.
-    pub(super) fn keep(&mut self, ev: &Evaluator<'_>, new: NewSet) -> R<u32> {
+    pub(super) fn keep(&mut self, ev: &Evaluator<'_>, new: CharClassBuilder) -> R<u32> {
         let from = self.ranges.len();
         ev.grow(&mut self.ranges, new.ranges.len())?;
         for range in new.ranges {
             self.ranges.push(range);
             ev.worked(MEMBER)?;
         }
-        let mut set = Set {
+        let mut set = CharClass {
             low: [0; 4],
             from: from as u32,
             to: self.ranges.len() as u32,
@@ -221,18 +221,18 @@ impl Letters {
         }
     }
 
-    fn finds(&self, set: &Set, c: u32) -> bool {
+    fn finds(&self, set: &CharClass, c: u32) -> bool {
         let one = |c: u32| {
             let ranges = &self.ranges[set.from as usize..set.to as usize];
             let after = ranges.partition_point(|(low, _)| *low <= c);
             (after > 0 && c <= ranges[after - 1].1) || set.categories.have(c, set.of)
         };
         let other_case = || match set.same {
-            Case::Exact => false,
+            CaseFolding::Exact => false,
             same => {
                 let folded = key(c, same);
                 let capital = match same {
-                    Case::Unicode => upper(folded),
+                    CaseFolding::Unicode => upper(folded),
                     _ => folded - if (97..123).contains(&folded) { 32 } else { 0 },
                 };
                 one(folded) || one(capital)

@@ -5,11 +5,11 @@ use std::rc::Rc;
 
 use super::found::make_match;
 use super::parse::flag;
-use super::{Mode, Pattern, Range, Scanner, Text};
+use super::{MatchRange, Mode, Pattern, Scanner, Subject};
 use crate::eval::Evaluator;
-use crate::stdlib::define::{Entry, with_data};
+use crate::stdlib::define::{MethodDef, with_data};
 use crate::value::iter::{LibraryIterator, NativeIter};
-use crate::value::{Bytes, Held, Iter, R, Value, Values};
+use crate::value::{Bytes, Iter, R, ScriptCell, Value, ValueVec};
 
 pub(super) fn with_pattern(
     ev: &Evaluator<'_>,
@@ -19,7 +19,7 @@ pub(super) fn with_pattern(
     with_data(ev, &args[0], |pattern: &Rc<Pattern>| act(pattern))
 }
 
-fn range(ev: &Evaluator<'_>, text: &Text, pos: &Value, endpos: &Value) -> R<(usize, usize)> {
+fn range(ev: &Evaluator<'_>, text: &Subject, pos: &Value, endpos: &Value) -> R<(usize, usize)> {
     let start = pos.given().map_or(Ok(0), |pos| ev.clamped_index(pos))?;
     let end = match endpos.given() {
         Some(end) => text.offset(ev.clamped_index(end)?),
@@ -30,10 +30,10 @@ fn range(ev: &Evaluator<'_>, text: &Text, pos: &Value, endpos: &Value) -> R<(usi
 
 fn one(ev: &Evaluator<'_>, args: &[Value], mode: Mode) -> R {
     with_pattern(ev, args, |pattern| {
-        let text = Text::of(ev, pattern, &args[1])?;
+        let text = Subject::of(ev, pattern, &args[1])?;
         let range = range(ev, &text, &args[2], &args[3])?;
         let (start, end) = range;
-        let within = Range {
+        let within = MatchRange {
             start,
             end,
             mode,
@@ -53,7 +53,7 @@ fn scanner(
     pos: &Value,
     endpos: &Value,
 ) -> R<Scanner> {
-    let text = Text::of(ev, pattern, text)?;
+    let text = Subject::of(ev, pattern, text)?;
     let (at, end) = range(ev, &text, pos, endpos)?;
     Ok(Scanner {
         pattern: pattern.clone(),
@@ -66,7 +66,7 @@ fn scanner(
 
 /// The matches in a text, one after the other.
 struct Finds {
-    pattern: Held<Value>,
+    pattern: ScriptCell<Value>,
     range: (usize, usize),
     scanner: RefCell<Scanner>,
 }
@@ -103,7 +103,7 @@ impl LibraryIterator for Finds {
     }
 }
 
-pub(super) const PATTERN: &[Entry] = &[
+pub(super) const PATTERN: &[MethodDef] = &[
     ("search", "string pos? endpos?", |ev, args| {
         one(ev, args, Mode::Search)
     }),
@@ -138,7 +138,7 @@ pub(super) const PATTERN: &[Entry] = &[
         with_pattern(ev, args, |pattern| {
             let scanner = scanner(ev, pattern, &args[1], &args[2], &args[3])?;
             let finds = Finds {
-                pattern: Held::new(args[0].clone()),
+                pattern: ScriptCell::new(args[0].clone()),
                 range: (scanner.at, scanner.end),
                 scanner: RefCell::new(scanner),
             };
@@ -247,7 +247,7 @@ fn substitute(ev: &Evaluator<'_>, pattern: &Rc<Pattern>, args: &[Value], most: i
     let mut scanner = scanner(ev, pattern, &args[2], &Value::Unbound, &Value::Unbound)?;
     let template = match &args[1] {
         Value::List(list) => {
-            let mut parts = Values::from(ev.room_for(list.len())?);
+            let mut parts = ValueVec::from(ev.room_for(list.len())?);
             ev.copy_list(list, &mut parts)?;
             Some(parts)
         }
@@ -272,9 +272,9 @@ fn substitute(ev: &Evaluator<'_>, pattern: &Rc<Pattern>, args: &[Value], most: i
             }
         },
     };
-    let copy = |out: &mut Vec<u8>, text: &Text, (start, end): (usize, usize)| match text {
-        Text::Str(text, _) => ev.push_bytes(out, &text.as_str().as_bytes()[start..end]),
-        Text::Bytes(data, _) => ev.push_bytes(out, &data[start..end]),
+    let copy = |out: &mut Vec<u8>, text: &Subject, (start, end): (usize, usize)| match text {
+        Subject::Str(text, _) => ev.push_bytes(out, &text.as_str().as_bytes()[start..end]),
+        Subject::Bytes(data, _) => ev.push_bytes(out, &data[start..end]),
     };
     let (mut from, mut count) = (0, 0);
     while most <= 0 || count < most {

@@ -18,24 +18,24 @@ use std::cell::{Cell, OnceCell};
 use std::ops::Deref;
 use std::rc::Rc;
 
-use super::define::{Builder, instance};
+use super::define::{ModuleBuilder, instance};
 use crate::eval::Evaluator;
-use crate::value::bytes::Data;
+use crate::value::bytes::BytesRef;
 use crate::value::{Class, Dict, R, Raised, Value};
 
-use attempt::Search;
+use attempt::MatchRequest;
 use back::Scratch;
 use found::{MATCH, with_match};
 use methods::{PATTERN, with_pattern};
-use parse::{Parsed, Trouble, parse};
-use program::{Hay, NOWHERE};
+use parse::{ParsedPattern, PatternError, parse};
+use program::{Haystack, NOWHERE};
 
 /// Longest pattern, in bytes.
 const PATTERN_MAX: usize = 1 << 20;
 /// Work for one group of a pattern that is handed out.
 const GROUP: usize = 256;
 
-pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
+pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
     module.functions(&[("_compile", "pattern flags error /", compile)]);
     let pattern = module.class("Pattern", None, PATTERN);
     module.property(&pattern, "pattern", |ev, args| {
@@ -116,7 +116,7 @@ crate::value::data::no_values!(Pattern);
 /// A compiled pattern.
 struct Pattern {
     source: Value,
-    parsed: Parsed,
+    parsed: ParsedPattern,
     is_bytes: bool,
     scratch: Cell<Option<Box<Scratch>>>,
     /// `_re.Match`, once something has been found.
@@ -143,8 +143,8 @@ fn compile(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let flags = ev.clamped_index(&args[1])?.clamp(0, i64::from(u32::MAX)) as u32;
     let parsed = match parse(ev, &text, flags, is_bytes) {
         Ok(parsed) => parsed,
-        Err(Trouble::Raised(raised)) => return Err(raised),
-        Err(Trouble::Wrong { message, position }) => {
+        Err(PatternError::Raised(raised)) => return Err(raised),
+        Err(PatternError::Wrong { message, position }) => {
             return Err(pattern_error(ev, &args[2], &source, &message, position));
         }
     };
@@ -180,35 +180,35 @@ fn pattern_error(
 
 /// The text that is searched.
 #[derive(Clone)]
-enum Text {
+enum Subject {
     Str(Rc<crate::value::Str>, Value),
-    Bytes(Data, Value),
+    Bytes(BytesRef, Value),
 }
 
-impl Text {
+impl Subject {
     /// Runs `each` on the value that the text is of.
     fn visit(&self, each: &mut dyn FnMut(&Value)) {
-        let (Text::Str(_, value) | Text::Bytes(_, value)) = self;
+        let (Subject::Str(_, value) | Subject::Bytes(_, value)) = self;
         each(value);
     }
 
     /// The value that the text is of, which is gone then.
     fn take(&mut self) -> Value {
-        let (Text::Str(_, value) | Text::Bytes(_, value)) = self;
+        let (Subject::Str(_, value) | Subject::Bytes(_, value)) = self;
         std::mem::take(value)
     }
 
-    fn of(ev: &Evaluator<'_>, pattern: &Pattern, value: &Value) -> R<Text> {
+    fn of(ev: &Evaluator<'_>, pattern: &Pattern, value: &Value) -> R<Subject> {
         match (ev.plain(value), pattern.is_bytes) {
             (Value::Str(text), false) => {
                 ev.mark(&text)?;
-                Ok(Text::Str(text, value.clone()))
+                Ok(Subject::Str(text, value.clone()))
             }
             (Value::Str(_), true) => {
                 Err(ev.type_error("cannot use a bytes pattern on a string-like object"))
             }
             (_, is_bytes) => match ev.bytes_like(value) {
-                Some(data) if is_bytes => Ok(Text::Bytes(data, value.clone())),
+                Some(data) if is_bytes => Ok(Subject::Bytes(data, value.clone())),
                 Some(_) => Err(ev.type_error("cannot use a string pattern on a bytes-like object")),
                 None => {
                     let name = ev.core.types.name_of(value);
@@ -222,14 +222,14 @@ impl Text {
 
     fn value(&self) -> Value {
         match self {
-            Text::Str(_, value) | Text::Bytes(_, value) => value.clone(),
+            Subject::Str(_, value) | Subject::Bytes(_, value) => value.clone(),
         }
     }
 
     fn len(&self) -> usize {
         match self {
-            Text::Str(text, _) => text.as_str().len(),
-            Text::Bytes(data, _) => data.len(),
+            Subject::Str(text, _) => text.as_str().len(),
+            Subject::Bytes(data, _) => data.len(),
         }
     }
 
@@ -237,23 +237,23 @@ impl Text {
     fn offset(&self, index: i64) -> usize {
         let index = usize::try_from(index).unwrap_or(0);
         match self {
-            Text::Str(text, _) => text.byte_offset(index.min(text.len())),
-            Text::Bytes(data, _) => index.min(data.len()),
+            Subject::Str(text, _) => text.byte_offset(index.min(text.len())),
+            Subject::Bytes(data, _) => index.min(data.len()),
         }
     }
 
     /// The position of a byte offset, as programs count.
     fn index(&self, offset: usize) -> Value {
         Value::Int(match self {
-            Text::Str(text, _) => text.char_index(offset) as i64,
-            Text::Bytes(..) => offset as i64,
+            Subject::Str(text, _) => text.char_index(offset) as i64,
+            Subject::Bytes(..) => offset as i64,
         })
     }
 
     fn slice(&self, ev: &Evaluator<'_>, (start, end): (usize, usize)) -> R {
         match self {
-            Text::Str(text, _) => ev.string_of(&text.as_str()[start..end]),
-            Text::Bytes(data, _) => ev.copied_bytes(&data[start..end]).map(Value::bytes),
+            Subject::Str(text, _) => ev.string_of(&text.as_str()[start..end]),
+            Subject::Bytes(data, _) => ev.copied_bytes(&data[start..end]).map(Value::bytes),
         }
     }
 }
@@ -300,7 +300,7 @@ enum Mode {
 
 /// Where to search in a text, and how.
 #[derive(Clone, Copy)]
-struct Range {
+struct MatchRange {
     start: usize,
     end: usize,
     mode: Mode,
@@ -310,16 +310,16 @@ struct Range {
 
 impl Pattern {
     /// The groups of the next match in a range, the whole first.
-    fn find(&self, ev: &Evaluator<'_>, text: &Text, range: Range) -> R<Option<Spans>> {
-        let Range { start, end, .. } = range;
+    fn find(&self, ev: &Evaluator<'_>, text: &Subject, range: MatchRange) -> R<Option<Spans>> {
+        let MatchRange { start, end, .. } = range;
         if start > end {
             return Ok(None);
         }
         // Python lets the text end at `endpos`, but begin where it begins.
-        let search = Search {
+        let search = MatchRequest {
             hay: match text {
-                Text::Str(text, _) => Hay::Text(&text.as_str()[..end]),
-                Text::Bytes(data, _) => Hay::Bytes(&data[..end]),
+                Subject::Str(text, _) => Haystack::Text(&text.as_str()[..end]),
+                Subject::Bytes(data, _) => Haystack::Bytes(&data[..end]),
             },
             start,
             anchored: range.mode != Mode::Search,
@@ -337,7 +337,7 @@ impl Pattern {
 /// Goes through all matches in a text.
 struct Scanner {
     pattern: Rc<Pattern>,
-    text: Text,
+    text: Subject,
     at: usize,
     end: usize,
     /// The last match was empty: the next one here must not be.
@@ -346,7 +346,7 @@ struct Scanner {
 
 impl Scanner {
     fn next(&mut self, ev: &Evaluator<'_>) -> R<Option<Spans>> {
-        let range = Range {
+        let range = MatchRange {
             start: self.at,
             end: self.end,
             mode: Mode::Search,

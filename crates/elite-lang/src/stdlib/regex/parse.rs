@@ -1,4 +1,4 @@
-//! Python's syntax of regular expressions, made into a [`Program`].
+//! Python's syntax of regular expressions, made into a [`RegexProgram`].
 //!
 //! Operations are written as the text is read; what a quantifier or a bar stands behind is moved a little to make room in
 //! front of it. Groups keep their numbers; names are kept here. Groups are in
@@ -7,8 +7,8 @@
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
-use super::letters::{Case, Categories, key};
-use super::program::{Assert, Op, Program, Repeat};
+use super::letters::{CaseFolding, Categories, key};
+use super::program::{Assert, Op, RegexProgram, Repeat};
 use crate::eval::Evaluator;
 use crate::eval::bulk::{many, pieces};
 use crate::value::Raised;
@@ -33,8 +33,8 @@ const FOREVER: u32 = u32::MAX;
 const CHARACTER: usize = 64;
 
 /// A pattern that is right.
-pub(super) struct Parsed {
-    pub program: Program,
+pub(super) struct ParsedPattern {
+    pub program: RegexProgram,
     /// Capturing groups, the whole not counted.
     pub groups: usize,
     /// Names of groups in the order of their numbers.
@@ -45,7 +45,7 @@ pub(super) struct Parsed {
 }
 
 /// Why there is no program.
-pub(super) enum Trouble {
+pub(super) enum PatternError {
     /// What is wrong with the pattern, and at which character.
     Wrong {
         message: String,
@@ -55,32 +55,37 @@ pub(super) enum Trouble {
     Raised(Raised),
 }
 
-impl From<Raised> for Trouble {
+impl From<Raised> for PatternError {
     fn from(raised: Raised) -> Self {
-        Trouble::Raised(raised)
+        PatternError::Raised(raised)
     }
 }
 
-pub(super) type Step<T = ()> = Result<T, Trouble>;
+pub(super) type PatternResult<T = ()> = Result<T, PatternError>;
 
 /// The fewest and the most characters that something matches.
 pub(super) type Width = (u64, u64);
 const ONE: Width = (1, 1);
 pub(super) const EMPTY: Width = (0, 0);
 
-pub(super) fn parse(ev: &Evaluator<'_>, text: &str, flags: u32, is_bytes: bool) -> Step<Parsed> {
+pub(super) fn parse(
+    ev: &Evaluator<'_>,
+    text: &str,
+    flags: u32,
+    is_bytes: bool,
+) -> PatternResult<ParsedPattern> {
     let mut chars = Vec::new();
     ev.grow(&mut chars, text.len())?;
     for piece in pieces(text) {
         chars.extend(piece.chars());
         ev.worked(piece.len() * 4)?;
     }
-    let mut parser = Parser {
+    let mut parser = PatternParser {
         ev,
         chars,
         at: 0,
         read: 0,
-        program: Program::default(),
+        program: RegexProgram::default(),
         categories: Vec::new(),
         groups: 0,
         widths: vec![EMPTY],
@@ -113,7 +118,7 @@ pub(super) fn parse(ev: &Evaluator<'_>, text: &str, flags: u32, is_bytes: bool) 
     parser.emit(Op::Match)?;
     parser.program.slots = 2 * (parser.groups + 1) + 1;
     parser.program.note_first(ev, !is_bytes)?;
-    Ok(Parsed {
+    Ok(ParsedPattern {
         program: parser.program,
         groups: parser.groups,
         names: parser.names,
@@ -122,15 +127,15 @@ pub(super) fn parse(ev: &Evaluator<'_>, text: &str, flags: u32, is_bytes: bool) 
     })
 }
 
-pub(super) struct Parser<'p, 'y> {
+pub(super) struct PatternParser<'p, 'y> {
     pub(super) ev: &'p Evaluator<'y>,
     pub(super) chars: Vec<char>,
     pub(super) at: usize,
     /// Characters looked at since the last safepoint.
     read: usize,
-    pub(super) program: Program,
+    pub(super) program: RegexProgram,
     /// The sets of single categories, by those and by what they mean.
-    pub(super) categories: Vec<(Categories, Case, u32)>,
+    pub(super) categories: Vec<(Categories, CaseFolding, u32)>,
     pub(super) groups: usize,
     /// Widths of the groups that have ended, by number.
     pub(super) widths: Vec<Width>,
@@ -150,7 +155,7 @@ pub(super) struct Parser<'p, 'y> {
 }
 
 /// What a quantifier may stand behind.
-pub(super) enum Item {
+pub(super) enum PatternItem {
     /// It can be repeated, and has a width.
     Repeatable(Width),
     /// It cannot.
@@ -159,9 +164,13 @@ pub(super) enum Item {
     Comment,
 }
 
-impl Parser<'_, '_> {
-    pub(super) fn error(&self, message: impl Into<String>, position: Option<usize>) -> Trouble {
-        Trouble::Wrong {
+impl PatternParser<'_, '_> {
+    pub(super) fn error(
+        &self,
+        message: impl Into<String>,
+        position: Option<usize>,
+    ) -> PatternError {
+        PatternError::Wrong {
             message: message.into(),
             position,
         }
@@ -179,7 +188,7 @@ impl Parser<'_, '_> {
 
     /// Lets others have their turn; once for every character.
     #[inline]
-    pub(super) fn pace(&mut self) -> Step {
+    pub(super) fn pace(&mut self) -> PatternResult {
         self.read += 1;
         if self.read < 64 {
             return Ok(());
@@ -188,14 +197,14 @@ impl Parser<'_, '_> {
         Ok(self.ev.worked(64 * CHARACTER)?)
     }
 
-    pub(super) fn emit(&mut self, op: Op) -> Step {
+    pub(super) fn emit(&mut self, op: Op) -> PatternResult {
         self.ev.grow(&mut self.program.ops, 1)?;
         self.program.ops.push(op);
         Ok(())
     }
 
     /// Puts an operation in front of what has been written from `at` on.
-    pub(super) fn insert(&mut self, at: usize, op: Op) -> Step {
+    pub(super) fn insert(&mut self, at: usize, op: Op) -> PatternResult {
         self.ev.grow(&mut self.program.ops, 1)?;
         self.program.ops.insert(at, op);
         let moved = self.program.ops.len() - at;
@@ -219,22 +228,22 @@ impl Parser<'_, '_> {
     }
 
     /// What classes like `\w` mean here.
-    pub(super) fn meaning(&self) -> Case {
+    pub(super) fn meaning(&self) -> CaseFolding {
         match self.is_bytes || self.has(flag::ASCII) {
-            true => Case::Ascii,
-            false => Case::Unicode,
+            true => CaseFolding::Ascii,
+            false => CaseFolding::Unicode,
         }
     }
 
     /// Which characters count as the same here.
-    pub(super) fn same(&self) -> Case {
+    pub(super) fn same(&self) -> CaseFolding {
         match self.has(flag::IGNORECASE) {
             true => self.meaning(),
-            false => Case::Exact,
+            false => CaseFolding::Exact,
         }
     }
 
-    fn check_flags(&self) -> Step {
+    fn check_flags(&self) -> PatternResult {
         let known = flag::IGNORECASE
             | flag::LOCALE
             | flag::MULTILINE
@@ -257,7 +266,7 @@ impl Parser<'_, '_> {
     }
 
     /// `(?ims)` at the very beginning.
-    fn global_flags(&mut self) -> Step {
+    fn global_flags(&mut self) -> PatternResult {
         while self.starts_with("(?") {
             let letters = &self.chars[self.at + 2..];
             let is_flag = |letter: &char| "aiLmsux".contains(*letter);
@@ -275,7 +284,7 @@ impl Parser<'_, '_> {
         Ok(())
     }
 
-    pub(super) fn flag_of(&self, letter: char) -> Step<u32> {
+    pub(super) fn flag_of(&self, letter: char) -> PatternResult<u32> {
         Ok(match letter {
             'i' => flag::IGNORECASE,
             'L' => flag::LOCALE,
@@ -289,7 +298,7 @@ impl Parser<'_, '_> {
     }
 
     /// Branches up to a closing parenthesis or the end.
-    pub(super) fn alternatives(&mut self) -> Step<Width> {
+    pub(super) fn alternatives(&mut self) -> PatternResult<Width> {
         let mut jumps = Vec::new();
         let mut width: Option<Width> = None;
         loop {
@@ -313,7 +322,7 @@ impl Parser<'_, '_> {
         Ok(width.unwrap_or(EMPTY))
     }
 
-    pub(super) fn sequence(&mut self) -> Step<Width> {
+    pub(super) fn sequence(&mut self) -> PatternResult<Width> {
         // The item that a quantifier would repeat: where its operations begin, its width. None if there is none.
         let mut item: Option<(usize, Width)> = None;
         let mut repeated = false;
@@ -364,9 +373,9 @@ impl Parser<'_, '_> {
             let before = self.program.ops.len();
             self.at = start + 1;
             let next = match self.item(c, start)? {
-                Item::Repeatable(width) => Some((before, width)),
-                Item::Assertion => None,
-                Item::Comment => continue,
+                PatternItem::Repeatable(width) => Some((before, width)),
+                PatternItem::Assertion => None,
+                PatternItem::Comment => continue,
             };
             if let Some((_, width)) = std::mem::replace(&mut item, next) {
                 whole = plus(whole, width);
@@ -377,7 +386,7 @@ impl Parser<'_, '_> {
     }
 
     /// Digits of a number; None if there are none.
-    fn number(&mut self) -> Step<Option<u64>> {
+    fn number(&mut self) -> PatternResult<Option<u64>> {
         let mut number: Option<u64> = None;
         while let Some(digit) = self.peek().and_then(|c| c.to_digit(10)) {
             let tens = number.unwrap_or(0).saturating_mul(10);
@@ -389,7 +398,7 @@ impl Parser<'_, '_> {
     }
 
     /// `{m,n}` from its `{` on; None if that is a brace like any other.
-    fn bounds(&mut self) -> Step<Option<(u32, u32)>> {
+    fn bounds(&mut self) -> PatternResult<Option<(u32, u32)>> {
         let start = self.at;
         self.at += 1;
         let least = self.number()?;
@@ -421,7 +430,7 @@ impl Parser<'_, '_> {
     }
 
     /// Makes what has been written from `item` on repeat; the quantifier has been read, but not what says how.
-    fn repeat(&mut self, item: usize, (least, most): (u32, u32)) -> Step {
+    fn repeat(&mut self, item: usize, (least, most): (u32, u32)) -> PatternResult {
         let (greedy, atomic) = match self.peek() {
             Some('?') => (false, false),
             Some('+') => (true, true),
@@ -464,7 +473,7 @@ impl Parser<'_, '_> {
     }
 
     /// One item that begins with `c`.
-    fn item(&mut self, c: char, start: usize) -> Step<Item> {
+    fn item(&mut self, c: char, start: usize) -> PatternResult<PatternItem> {
         let multiline = self.has(flag::MULTILINE);
         let op = match c {
             '.' if self.has(flag::DOTALL) => Op::Any,
@@ -476,15 +485,15 @@ impl Parser<'_, '_> {
             '(' => return self.group(start),
             '[' => {
                 self.class(start)?;
-                return Ok(Item::Repeatable(ONE));
+                return Ok(PatternItem::Repeatable(ONE));
             }
             '\\' => return self.escape(start),
             other => self.literal(code_of(other)),
         };
         self.emit(op)?;
         Ok(match op {
-            Op::Assert(_) => Item::Assertion,
-            _ => Item::Repeatable(ONE),
+            Op::Assert(_) => PatternItem::Assertion,
+            _ => PatternItem::Repeatable(ONE),
         })
     }
 
@@ -492,7 +501,8 @@ impl Parser<'_, '_> {
         let same = self.same();
         let folded = key(code, same);
         let cased = folded != code
-            || char::from_u32(code).is_some_and(|c| c.is_alphabetic() && same != Case::Exact);
+            || char::from_u32(code)
+                .is_some_and(|c| c.is_alphabetic() && same != CaseFolding::Exact);
         match cased {
             true => Op::Fold(folded, same),
             false => Op::Char(code),

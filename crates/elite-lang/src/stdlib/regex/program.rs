@@ -1,10 +1,10 @@
 //! What a pattern is made into: a flat program of operations that refer to each other by their distance, so that a part of it
 //! can be moved while the rest is still being read.
 //!
-//! The parser writes it, `attempt` and `walk` run it. A repeated group is [`Op::Enter`], the group, [`Op::Again`]; what has to
-//! match by itself (look-around, `(?>`) ends with [`Op::Cut`].
+//! The parser writes it, `attempt` and `walk` run it. A repeated group is [`Op::Enter`], the group, [`Op::RerunTimeline`]; what has to
+//! match by itself (look-around, `(?>`) ends with [`Op::CleanupLimit`].
 
-use super::letters::{Case, Letters, decoded, key};
+use super::letters::{CaseFolding, CharClasses, decoded, key};
 use crate::eval::Evaluator;
 use crate::value::R;
 use crate::value::surrogate::{char_of, code_of};
@@ -23,7 +23,7 @@ pub(super) enum Op {
     /// A character by its code.
     Char(u32),
     /// A character by what it is when case does not matter.
-    Fold(u32, Case),
+    Fold(u32, CaseFolding),
     /// A character of set number so and so.
     Set(u32),
     Any,
@@ -35,16 +35,16 @@ pub(super) enum Op {
     /// The place is the begin or the end of a group.
     Save(u32),
     /// The text that a group has found.
-    Reference(u32, Case),
+    Reference(u32, CaseFolding),
     /// The character that follows, as often as [`Repeat`] says.
     Few(u32),
-    /// A repeated group begins; `Again` is beyond it.
+    /// A repeated group begins; `RerunTimeline` is beyond it.
     Enter(u32),
     /// It has ended once more.
     Again(u32),
-    /// What follows up to `Cut` is looked for from here, and so is what it does.
+    /// What follows up to `CleanupLimit` is looked for from here, and so is what it does.
     Look(u32),
-    /// What follows up to `Cut` matches in its first way or not at all.
+    /// What follows up to `CleanupLimit` matches in its first way or not at all.
     Atomic,
     Cut,
     /// Goes on here if the group has found something, else so much further on.
@@ -61,8 +61,8 @@ pub(super) enum Assert {
     EndOfLine,
     /// The end, or the line feed before it.
     LastLine,
-    Border(Case),
-    NoBorder(Case),
+    Border(CaseFolding),
+    NoBorder(CaseFolding),
 }
 
 /// How often something is repeated.
@@ -72,27 +72,27 @@ pub(super) struct Repeat {
     /// `u32::MAX` is without end.
     pub(super) most: u32,
     pub(super) greedy: bool,
-    /// Operations of the repeated group, without `Enter` and `Again`.
+    /// Operations of the repeated group, without `Enter` and `RerunTimeline`.
     pub(super) length: u32,
 }
 
 /// A look around.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Look {
+pub(super) struct LookAround {
     /// Characters that it goes back first.
     pub(super) back: usize,
     pub(super) negated: bool,
-    /// Operations up to `Cut`, without it.
+    /// Operations up to `CleanupLimit`, without it.
     pub(super) length: u32,
 }
 
 /// A program.
 #[derive(Default)]
-pub(super) struct Program {
+pub(super) struct RegexProgram {
     pub(super) ops: Vec<Op>,
-    pub(super) letters: Letters,
+    pub(super) letters: CharClasses,
     pub(super) repeats: Vec<Repeat>,
-    pub(super) looks: Vec<Look>,
+    pub(super) looks: Vec<LookAround>,
     /// Places that groups begin and end at, the whole included, and the group that has ended last.
     pub(super) slots: usize,
     /// The bytes that a match can begin with; None if it may be empty.
@@ -101,16 +101,16 @@ pub(super) struct Program {
 
 /// The text that is searched, up to where it counts as ended.
 #[derive(Clone, Copy)]
-pub(super) enum Hay<'t> {
+pub(super) enum Haystack<'t> {
     Text(&'t str),
     Bytes(&'t [u8]),
 }
 
-impl<'t> Hay<'t> {
+impl<'t> Haystack<'t> {
     pub(super) fn data(self) -> &'t [u8] {
         match self {
-            Hay::Text(text) => text.as_bytes(),
-            Hay::Bytes(data) => data,
+            Haystack::Text(text) => text.as_bytes(),
+            Haystack::Bytes(data) => data,
         }
     }
 
@@ -123,7 +123,7 @@ impl<'t> Hay<'t> {
     pub(super) fn at(self, place: usize) -> Option<(u32, usize)> {
         let first = *self.data().get(place)?;
         match self {
-            Hay::Text(text) if first >= 0x80 => {
+            Haystack::Text(text) if first >= 0x80 => {
                 let c = text.get(place..)?.chars().next()?;
                 Some((code_of(c), place + c.len_utf8()))
             }
@@ -136,7 +136,7 @@ impl<'t> Hay<'t> {
     pub(super) fn before(self, place: usize) -> Option<(u32, usize)> {
         let last = *self.data().get(place.checked_sub(1)?)?;
         match self {
-            Hay::Text(text) if last >= 0x80 => {
+            Haystack::Text(text) if last >= 0x80 => {
                 let c = text.get(..place)?.chars().next_back()?;
                 Some((code_of(c), place - c.len_utf8()))
             }
@@ -145,7 +145,7 @@ impl<'t> Hay<'t> {
     }
 }
 
-impl Program {
+impl RegexProgram {
     /// Whether a character is one that a single operation stands for.
     #[inline]
     pub(super) fn takes(&self, op: Op, c: u32) -> bool {
@@ -173,7 +173,7 @@ impl Program {
         )
     }
 
-    pub(super) fn holds(&self, assert: Assert, hay: Hay<'_>, place: usize) -> bool {
+    pub(super) fn holds(&self, assert: Assert, hay: Haystack<'_>, place: usize) -> bool {
         let newline = u32::from(b'\n');
         let is_border = |case| {
             let is_word =
@@ -196,7 +196,7 @@ impl Program {
     }
 
     /// Where a match can begin, from a place on.
-    pub(super) fn skip(&self, ev: &Evaluator<'_>, hay: Hay<'_>, from: usize) -> R<usize> {
+    pub(super) fn skip(&self, ev: &Evaluator<'_>, hay: Haystack<'_>, from: usize) -> R<usize> {
         let Some(first) = &self.first else {
             return Ok(from);
         };

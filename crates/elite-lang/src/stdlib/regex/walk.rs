@@ -7,8 +7,8 @@
 use std::ops::Range;
 
 use super::Spans;
-use super::attempt::Search;
-use super::program::{NOWHERE, Op, Program, VISIT, apart};
+use super::attempt::MatchRequest;
+use super::program::{NOWHERE, Op, RegexProgram, VISIT, apart};
 use crate::eval::Evaluator;
 use crate::value::R;
 
@@ -19,44 +19,44 @@ const SOME: usize = 1 << 12;
 
 /// A state: an operation, and how often it has been repeated if it is repeated.
 #[derive(Clone, Copy, PartialEq, Eq)]
-struct State {
+struct NfaState {
     at: usize,
     count: usize,
 }
 
 /// The states that are alive at one place, best first, each with the places of its groups.
-struct Alive {
-    order: Vec<State>,
+struct StateSet {
+    order: Vec<NfaState>,
     /// By number of the state: its place in `order`, if it is there.
     index: Vec<u32>,
     places: Vec<usize>,
 }
 
 /// What is left to do for the states that are reached without a character.
-enum Open {
-    Explore(State),
+enum ClosureTask {
+    Explore(NfaState),
     /// A repeated character that is worth less than what follows it.
-    Wait(State),
+    Wait(NfaState),
     /// A group's place is what it was.
     Restore(usize, usize),
 }
 
-struct Walk<'w, 'y> {
+struct NfaSimulation<'w, 'y> {
     ev: &'w Evaluator<'y>,
-    program: &'w Program,
-    search: Search<'w>,
+    program: &'w RegexProgram,
+    search: MatchRequest<'w>,
     /// The number of the first state of each operation.
     first: Vec<u32>,
     places: Vec<usize>,
-    open: Vec<Open>,
+    open: Vec<ClosureTask>,
     work: usize,
 }
 
 /// The first match from a place on; None if the program cannot be walked.
 pub(super) fn find(
     ev: &Evaluator<'_>,
-    program: &Program,
-    search: Search<'_>,
+    program: &RegexProgram,
+    search: MatchRequest<'_>,
     from: usize,
 ) -> R<Option<Option<Spans>>> {
     let Some((first, states)) = number(ev, program)? else {
@@ -66,20 +66,20 @@ pub(super) fn find(
     if cells > CELLS_MAX {
         return Ok(None);
     }
-    let alive = || -> R<Alive> {
+    let alive = || -> R<StateSet> {
         let mut index = ev.room_for(states)?;
         index.resize(states, 0);
         let mut places = ev.room_for(cells)?;
         places.resize(cells, NOWHERE);
         ev.worked(cells)?;
-        Ok(Alive {
+        Ok(StateSet {
             order: Vec::new(),
             index,
             places,
         })
     };
     let (mut now, mut next) = (alive()?, alive()?);
-    let mut walk = Walk {
+    let mut walk = NfaSimulation {
         ev,
         program,
         search,
@@ -103,7 +103,7 @@ pub(super) fn find(
         if may_begin {
             walk.places.fill(NOWHERE);
             walk.places[0] = at;
-            walk.reach(at, State { at: 0, count: 0 }, &mut now)?;
+            walk.reach(at, NfaState { at: 0, count: 0 }, &mut now)?;
         }
         let after = search.hay.at(at);
         for place in 0..now.order.len() {
@@ -144,7 +144,7 @@ pub(super) fn find(
 
 /// Numbers the states: that of the first one of each operation, and how many there are. None if there is something that has no
 /// states.
-fn number(ev: &Evaluator<'_>, program: &Program) -> R<Option<(Vec<u32>, usize)>> {
+fn number(ev: &Evaluator<'_>, program: &RegexProgram) -> R<Option<(Vec<u32>, usize)>> {
     let mut first = ev.room_for(program.ops.len())?;
     let mut states: usize = 0;
     for op in &program.ops {
@@ -177,7 +177,7 @@ fn number(ev: &Evaluator<'_>, program: &Program) -> R<Option<(Vec<u32>, usize)>>
     Ok(Some((first, states)))
 }
 
-impl Walk<'_, '_> {
+impl NfaSimulation<'_, '_> {
     #[inline]
     fn visit(&mut self) -> R<()> {
         self.work += VISIT;
@@ -189,28 +189,29 @@ impl Walk<'_, '_> {
 
     fn set(&mut self, slot: usize, place: usize) -> R<()> {
         self.ev.grow(&mut self.open, 1)?;
-        self.open.push(Open::Restore(slot, self.places[slot]));
+        self.open
+            .push(ClosureTask::Restore(slot, self.places[slot]));
         self.places[slot] = place;
         Ok(())
     }
 
     /// Where the places of its groups are.
-    fn own(&self, state: State) -> Range<usize> {
+    fn own(&self, state: NfaState) -> Range<usize> {
         let slots = self.program.slots;
         let own = self.index(state) * slots;
         own..own + slots
     }
 
-    fn index(&self, state: State) -> usize {
+    fn index(&self, state: NfaState) -> usize {
         self.first[state.at] as usize + state.count
     }
 
     /// What a state takes, and the state after that.
-    fn taken(&self, state: State) -> Option<(Op, State)> {
+    fn taken(&self, state: NfaState) -> Option<(Op, NfaState)> {
         let (at, count) = (state.at, state.count + 1);
         let op = self.program.ops[at];
         let Op::Few(number) = op else {
-            let after = State {
+            let after = NfaState {
                 at: at + 1,
                 count: 0,
             };
@@ -222,11 +223,11 @@ impl Walk<'_, '_> {
             most if count > most as usize => return None,
             _ => count,
         };
-        Some((self.program.ops[at + 1], State { at, count }))
+        Some((self.program.ops[at + 1], NfaState { at, count }))
     }
 
     /// Keeps a state for the next character; whether it is a new one.
-    fn add(&mut self, state: State, alive: &mut Alive) -> R<bool> {
+    fn add(&mut self, state: NfaState, alive: &mut StateSet) -> R<bool> {
         let index = self.index(state);
         if alive.order.get(alive.index[index] as usize) == Some(&state) {
             return Ok(false);
@@ -242,16 +243,16 @@ impl Walk<'_, '_> {
     }
 
     /// Adds a state and all that are reached from it without a character.
-    fn reach(&mut self, place: usize, from: State, alive: &mut Alive) -> R<()> {
-        self.open.push(Open::Explore(from));
+    fn reach(&mut self, place: usize, from: NfaState, alive: &mut StateSet) -> R<()> {
+        self.open.push(ClosureTask::Explore(from));
         while let Some(next) = self.open.pop() {
             let mut state = match next {
-                Open::Explore(state) => state,
-                Open::Restore(slot, place) => {
+                ClosureTask::Explore(state) => state,
+                ClosureTask::Restore(slot, place) => {
                     self.places[slot] = place;
                     continue;
                 }
-                Open::Wait(state) => {
+                ClosureTask::Wait(state) => {
                     self.add(state, alive)?;
                     continue;
                 }
@@ -265,8 +266,8 @@ impl Walk<'_, '_> {
                     && !repeat.greedy
                     && state.count >= repeat.least as usize
                 {
-                    self.open.push(Open::Wait(state));
-                    state = State {
+                    self.open.push(ClosureTask::Wait(state));
+                    state = NfaState {
                         at: at + 2,
                         count: 0,
                     };
@@ -275,14 +276,14 @@ impl Walk<'_, '_> {
                 if !self.add(state, alive)? {
                     break;
                 }
-                let to = |at| State { at, count: 0 };
+                let to = |at| NfaState { at, count: 0 };
                 state = match self.program.ops[at] {
                     Op::Assert(assert) if self.program.holds(assert, self.search.hay, place) => {
                         to(at + 1)
                     }
                     Op::Assert(_) => break,
                     Op::Split(other) => {
-                        self.open.push(Open::Explore(to(apart(at, other))));
+                        self.open.push(ClosureTask::Explore(to(apart(at, other))));
                         to(at + 1)
                     }
                     Op::Jump(by) => to(apart(at, by)),
@@ -308,7 +309,7 @@ impl Walk<'_, '_> {
                             true => (group, rest),
                             false => (rest, group),
                         };
-                        self.open.push(Open::Explore(second));
+                        self.open.push(ClosureTask::Explore(second));
                         first
                     }
                     Op::Few(number) => {
@@ -331,7 +332,7 @@ mod tests {
     use super::super::attempt;
     use super::super::back;
     use super::super::parse::parse;
-    use super::super::program::Hay;
+    use super::super::program::Haystack;
     use super::*;
 
     /// Patterns of every construct there are states for; none with a repetition of what may be empty, where the two keep
@@ -404,13 +405,13 @@ mod tests {
                 let mut scratch = back::Scratch::default();
                 for text in TEXTS {
                     let hay = match is_bytes {
-                        true => Hay::Bytes(text.as_bytes()),
-                        false => Hay::Text(text),
+                        true => Haystack::Bytes(text.as_bytes()),
+                        false => Haystack::Text(text),
                     };
                     let starts =
                         (0..=text.len()).filter(|at| is_bytes || text.is_char_boundary(*at));
                     for (start, ways) in starts.flat_map(|at| (0..8).map(move |ways| (at, ways))) {
-                        let search = Search {
+                        let search = MatchRequest {
                             hay,
                             start,
                             anchored: ways & 1 != 0,

@@ -3,15 +3,15 @@
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
-use super::line::Line;
+use super::line::WaitQueue;
 use super::{deadline, is_given};
 use crate::builtins::BoundFn;
 use crate::eval::Evaluator;
-use crate::stdlib::define::{Builder, Entry, instance, with_data};
+use crate::stdlib::define::{MethodDef, ModuleBuilder, instance, with_data};
 use crate::value::data::Contents;
-use crate::value::{Held, R, Raised, Value};
+use crate::value::{R, Raised, ScriptCell, Value};
 
-pub(super) fn fill(module: &Builder<'_, '_>) {
+pub(super) fn fill(module: &ModuleBuilder<'_, '_>) {
     let make: BoundFn = |ev, args| {
         let made = instance(ev, "_thread.Barrier", Rc::new(Barrier::default()))?;
         // A subclass is made without arguments; its `__init__` gives them.
@@ -41,28 +41,28 @@ pub(super) fn fill(module: &Builder<'_, '_>) {
 struct Barrier {
     parties: Cell<i64>,
     /// What the last thread of a round does before all go on, and how long they wait unless they say so.
-    action: Held<Value>,
-    timeout: Held<Value>,
+    action: ScriptCell<Value>,
+    timeout: ScriptCell<Value>,
     is_broken: Cell<bool>,
-    round: RefCell<Rc<Round>>,
+    round: RefCell<Rc<BarrierRound>>,
 }
 
 /// Threads that go on together.
 #[derive(Default)]
-struct Round {
+struct BarrierRound {
     count: Cell<i64>,
-    end: Cell<Option<End>>,
-    line: Line,
+    end: Cell<Option<RoundEnd>>,
+    line: WaitQueue,
 }
 
 #[derive(Clone, Copy, PartialEq)]
-enum End {
+enum RoundEnd {
     Full,
     Broken,
 }
 
-impl Round {
-    fn end(&self, ev: &Evaluator<'_>, how: End) {
+impl BarrierRound {
+    fn end(&self, ev: &Evaluator<'_>, how: RoundEnd) {
         if self.end.get().is_none() {
             self.end.set(Some(how));
         }
@@ -71,18 +71,18 @@ impl Round {
 }
 
 impl Barrier {
-    fn round(&self) -> Rc<Round> {
+    fn round(&self) -> Rc<BarrierRound> {
         self.round.borrow().clone()
     }
 
     /// The round that fills, which makes place for the next one.
-    fn take_round(&self) -> Rc<Round> {
+    fn take_round(&self) -> Rc<BarrierRound> {
         self.round.take()
     }
 
     fn break_up(&self, ev: &Evaluator<'_>) {
         self.is_broken.set(true);
-        self.take_round().end(ev, End::Broken);
+        self.take_round().end(ev, RoundEnd::Broken);
     }
 }
 
@@ -152,11 +152,11 @@ fn wait(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         if !action.is_none()
             && let Err(raised) = ev.call(&action, &mut [], &[])
         {
-            round.end(ev, End::Broken);
+            round.end(ev, RoundEnd::Broken);
             barrier.break_up(ev);
             return Err(raised);
         }
-        round.end(ev, End::Full);
+        round.end(ev, RoundEnd::Full);
         return Ok(Value::Int(index));
     }
     let called = match round.line.wait(ev, until, || {}) {
@@ -167,8 +167,8 @@ fn wait(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
         }
     };
     match round.end.get() {
-        Some(End::Full) => Ok(Value::Int(index)),
-        Some(End::Broken) => Err(broken(ev)),
+        Some(RoundEnd::Full) => Ok(Value::Int(index)),
+        Some(RoundEnd::Broken) => Err(broken(ev)),
         None => {
             debug_assert!(!called, "a thread is called at the end of its round");
             barrier.break_up(ev);
@@ -177,7 +177,7 @@ fn wait(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     }
 }
 
-const METHODS: &[Entry] = &[
+const METHODS: &[MethodDef] = &[
     ("__init__", "parties action? timeout?", |ev, args| {
         begin(ev, &args[0], &args[1..]).map(|()| Value::None)
     }),
@@ -185,7 +185,7 @@ const METHODS: &[Entry] = &[
     ("reset", "", |ev, args| {
         let barrier = data(ev, &args[0])?;
         barrier.is_broken.set(false);
-        barrier.take_round().end(ev, End::Broken);
+        barrier.take_round().end(ev, RoundEnd::Broken);
         Ok(Value::None)
     }),
     ("abort", "", |ev, args| {

@@ -2,17 +2,17 @@
 
 use std::rc::Rc;
 
-use super::line::Line;
+use super::line::WaitQueue;
 use super::lock::Lock;
 use super::{deadline, is_given};
 use crate::builtins::BoundFn;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::stdlib::define::{Builder, Entry, instance, native_class, with_data};
+use crate::stdlib::define::{MethodDef, ModuleBuilder, instance, native_class, with_data};
 use crate::value::data::Contents;
-use crate::value::{Held, R, Value};
+use crate::value::{R, ScriptCell, Value};
 
-pub(super) fn fill(module: &Builder<'_, '_>) {
+pub(super) fn fill(module: &ModuleBuilder<'_, '_>) {
     let make: BoundFn = |ev, args| {
         let made = instance(ev, "_thread.Condition", Condition::default())?;
         begin(ev, &made, &args[0])?;
@@ -33,8 +33,8 @@ pub(super) fn fill(module: &Builder<'_, '_>) {
 
 #[derive(Default)]
 struct Condition {
-    lock: Held<Value>,
-    line: Line,
+    lock: ScriptCell<Value>,
+    line: WaitQueue,
 }
 
 impl Contents for Condition {
@@ -71,19 +71,19 @@ fn begin(ev: &Evaluator<'_>, receiver: &Value, lock: &Value) -> R<()> {
 }
 
 /// What holds the lock while a thread waits: the count of one of ours, or what an object of the script kept.
-enum Kept {
+enum SavedLock {
     Count(u32),
     State(Value),
     Nothing,
 }
 
 /// A lock as a condition needs it. Objects of scripts are asked as CPython asks them.
-struct Guard<'a, 'y> {
+struct ConditionLock<'a, 'y> {
     ev: &'a Evaluator<'y>,
     lock: Value,
 }
 
-impl Guard<'_, '_> {
+impl ConditionLock<'_, '_> {
     /// The lock, if it is one of ours and no script has a word in it.
     fn native<T>(&self, act: impl FnOnce(&Lock) -> R<T>) -> Option<R<T>> {
         let Value::Instance(instance) = &self.lock else {
@@ -123,26 +123,26 @@ impl Guard<'_, '_> {
         Ok(!was_free)
     }
 
-    fn release(&self) -> R<Kept> {
+    fn release(&self) -> R<SavedLock> {
         let ev = self.ev;
         if let Some(count) = self.native(|lock| lock.release_all(ev)) {
-            return count.map(Kept::Count);
+            return count.map(SavedLock::Count);
         }
         if let Some(state) = self.ask("_release_save", &mut [])? {
-            return Ok(Kept::State(state));
+            return Ok(SavedLock::State(state));
         }
-        self.must("release", &mut []).map(|_| Kept::Nothing)
+        self.must("release", &mut []).map(|_| SavedLock::Nothing)
     }
 
-    fn acquire(&self, kept: Kept) -> R<()> {
+    fn acquire(&self, kept: SavedLock) -> R<()> {
         let ev = self.ev;
         match kept {
-            Kept::Count(count) => match self.native(|lock| lock.acquire_again(ev, count)) {
+            SavedLock::Count(count) => match self.native(|lock| lock.acquire_again(ev, count)) {
                 Some(done) => done,
                 None => Ok(()),
             },
-            Kept::State(state) => self.must("_acquire_restore", &mut [state]).map(drop),
-            Kept::Nothing => self.must("acquire", &mut []).map(drop),
+            SavedLock::State(state) => self.must("_acquire_restore", &mut [state]).map(drop),
+            SavedLock::Nothing => self.must("acquire", &mut []).map(drop),
         }
     }
 }
@@ -151,14 +151,14 @@ fn with(ev: &Evaluator<'_>, args: &[Value], act: impl FnOnce(&Condition) -> R) -
     with_data(ev, &args[0], act)
 }
 
-fn guard<'a, 'y>(ev: &'a Evaluator<'y>, receiver: &Value) -> R<Guard<'a, 'y>> {
+fn guard<'a, 'y>(ev: &'a Evaluator<'y>, receiver: &Value) -> R<ConditionLock<'a, 'y>> {
     let lock = with_data(ev, receiver, |condition: &Condition| {
         Ok(condition.lock.get())
     })?;
-    Ok(Guard { ev, lock })
+    Ok(ConditionLock { ev, lock })
 }
 
-fn check_owned(guard: &Guard<'_, '_>, act: &str) -> R<()> {
+fn check_owned(guard: &ConditionLock<'_, '_>, act: &str) -> R<()> {
     if guard.is_owned()? {
         return Ok(());
     }
@@ -192,7 +192,7 @@ fn notify(ev: &Evaluator<'_>, receiver: &Value, count: i64) -> R {
     })
 }
 
-const METHODS: &[Entry] = &[
+const METHODS: &[MethodDef] = &[
     ("__init__", "lock?", |ev, args| {
         begin(ev, &args[0], &args[1]).map(|()| Value::None)
     }),

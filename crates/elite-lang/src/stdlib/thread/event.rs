@@ -3,14 +3,14 @@
 use std::cell::Cell;
 
 use super::deadline;
-use super::line::Line;
+use super::line::WaitQueue;
 use crate::builtins::BoundFn;
 use crate::eval::Evaluator;
-use crate::stdlib::define::{Builder, Entry, instance, with_data};
+use crate::stdlib::define::{MethodDef, ModuleBuilder, instance, with_data};
 use crate::value::data::no_values;
 use crate::value::{R, Value};
 
-pub(super) fn fill(module: &Builder<'_, '_>) {
+pub(super) fn fill(module: &ModuleBuilder<'_, '_>) {
     let make: BoundFn = |ev, _| instance(ev, "_thread.Event", Event::default());
     module.class("Event", Some(("", make)), METHODS);
 }
@@ -18,12 +18,12 @@ pub(super) fn fill(module: &Builder<'_, '_>) {
 #[derive(Default)]
 struct Event {
     is_set: Cell<bool>,
-    line: Line,
+    line: WaitQueue,
 }
 
 no_values!(Event);
 
-const METHODS: &[Entry] = &[
+const METHODS: &[MethodDef] = &[
     ("is_set", "", |ev, args| {
         with(ev, args, |event| Ok(Value::Bool(event.is_set.get())))
     }),

@@ -11,17 +11,17 @@ use crate::value::R;
 
 /// Threads in the order of their coming.
 #[derive(Default)]
-pub(super) struct Line {
-    places: RefCell<VecDeque<Place>>,
+pub(super) struct WaitQueue {
+    places: RefCell<VecDeque<Waiter>>,
 }
 
-struct Place {
+struct Waiter {
     thread: u64,
     /// Set when it is this one's turn.
     called: Rc<Cell<bool>>,
 }
 
-impl Line {
+impl WaitQueue {
     /// How many wait.
     pub fn len(&self) -> usize {
         self.places.borrow().len()
@@ -42,7 +42,7 @@ impl Line {
         instead: impl FnOnce(),
     ) -> R<bool> {
         let called = Rc::new(Cell::new(false));
-        self.places.borrow_mut().push_back(Place {
+        self.places.borrow_mut().push_back(Waiter {
             thread: ev.core.thread.get(),
             called: called.clone(),
         });

@@ -3,16 +3,16 @@
 use std::cell::Cell;
 use std::rc::Rc;
 
-use super::line::Line;
+use super::line::WaitQueue;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::eval::coroutine::Stopping;
-use crate::stdlib::define::{Builder, Entry, instance, with_data};
+use crate::eval::coroutine::StopState;
+use crate::stdlib::define::{MethodDef, ModuleBuilder, instance, with_data};
 use crate::value::data::no_values;
 use crate::value::{R, Value};
 
-pub(super) fn fill(module: &Builder<'_, '_>) {
-    let methods: &[Entry] = &[
+pub(super) fn fill(module: &ModuleBuilder<'_, '_>) {
+    let methods: &[MethodDef] = &[
         ("acquire", "blocking? timeout?", acquire),
         ("release", "", |ev, args| {
             with_data(ev, &args[0], |lock: &Rc<Lock>| lock.release(ev, false))?;
@@ -75,7 +75,7 @@ pub(super) struct Lock {
     owner: Cell<Option<u64>>,
     /// How often the owner holds it.
     count: Cell<u32>,
-    line: Line,
+    line: WaitQueue,
 }
 
 no_values!(Lock);
@@ -129,7 +129,7 @@ impl Lock {
     fn release(&self, ev: &Evaluator<'_>, leaving: bool) -> R<()> {
         let me = Some(ev.core.thread.get());
         let owner = self.owner.get();
-        if leaving && ev.core.stopping.get() != Stopping::No && owner != me {
+        if leaving && ev.core.stopping.get() != StopState::No && owner != me {
             return Ok(());
         }
         if self.reentrant && owner != me {

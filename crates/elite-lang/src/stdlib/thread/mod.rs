@@ -12,14 +12,14 @@ mod line;
 mod lock;
 mod semaphore;
 
-use super::define::Builder;
+use super::define::ModuleBuilder;
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;
-use crate::eval::coroutine::Request;
+use crate::eval::coroutine::SuspendRequest;
 use crate::interpreter::ScriptThread;
 use crate::value::{R, Value};
 
-pub(super) fn fill(module: &Builder<'_, '_>) -> R<()> {
+pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
     module.functions(&[
         ("get_ident", "", |ev, _| Ok(Value::Int(ident(ev)))),
         ("start_new_thread", "function args kwargs? /", start),
@@ -104,7 +104,7 @@ pub(super) fn check_may_wait(ev: &Evaluator<'_>) -> R<()> {
 /// Suspends the running thread until it is woken or the host's time has come; it may also return early.
 pub(super) fn park(ev: &Evaluator<'_>, until: Option<f64>) -> R<()> {
     check_may_wait(ev)?;
-    ev.suspend(Request::Park { until })
+    ev.suspend(SuspendRequest::Park { until })
 }
 
 /// When a wait of `timeout` seconds from now is over; None for one without end.

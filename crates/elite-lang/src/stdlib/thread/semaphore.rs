@@ -2,15 +2,15 @@
 
 use std::cell::Cell;
 
-use super::line::Line;
+use super::line::WaitQueue;
 use super::{deadline, is_given};
 use crate::builtins::BoundFn;
 use crate::eval::Evaluator;
-use crate::stdlib::define::{Builder, Entry, instance, with_data};
+use crate::stdlib::define::{MethodDef, ModuleBuilder, instance, with_data};
 use crate::value::data::no_values;
 use crate::value::{R, Value};
 
-pub(super) fn fill(module: &Builder<'_, '_>) {
+pub(super) fn fill(module: &ModuleBuilder<'_, '_>) {
     let make: BoundFn = |ev, args| {
         let made = instance(ev, "_thread.Semaphore", Semaphore::default())?;
         begin(ev, &made, &args[0])?;
@@ -37,7 +37,7 @@ struct Semaphore {
     is_bounded: bool,
     /// What `left` never exceeds, if it is bounded.
     most: Cell<i64>,
-    line: Line,
+    line: WaitQueue,
 }
 
 no_values!(Semaphore);
@@ -71,7 +71,7 @@ fn begin(ev: &Evaluator<'_>, receiver: &Value, value: &Value) -> R<()> {
     })
 }
 
-const METHODS: &[Entry] = &[
+const METHODS: &[MethodDef] = &[
     ("__init__", "value?", |ev, args| {
         begin(ev, &args[0], &args[1]).map(|()| Value::None)
     }),

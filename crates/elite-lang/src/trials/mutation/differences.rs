@@ -1,6 +1,6 @@
 //! Where CPython is not asked, and where it may differ.
 
-use super::kinds::Kind;
+use super::kinds::ContainerKind;
 
 /// These end CPython 3.11.7 itself, or have it write to memory that is no longer its own.
 pub const NOT_FOR_CPYTHON: &[(&str, &str)] = &[
@@ -177,7 +177,7 @@ pub const DIFFERENCES: &[(&str, &str, &str)] = &[
 
 /// Whether a difference is one of those. A method of an operator that does not know the other operand says
 /// `NotImplemented` here, where some of CPython's raise at once.
-pub fn is_meant(kind: &Kind, ours: &str, theirs: &str) -> bool {
+pub fn is_meant(kind: &ContainerKind, ours: &str, theirs: &str) -> bool {
     let listed =
         |(of, part, _): &(&str, &str, &str)| kind.name.ends_with(of) && ours.contains(part);
     DIFFERENCES.iter().any(listed)

@@ -6,7 +6,7 @@ use super::uses::{
 };
 
 /// A kind of container: how it is made of the items `i`, and what is done to it meanwhile.
-pub struct Kind {
+pub struct ContainerKind {
     pub name: &'static str,
     pub make: &'static str,
     pub effects: &'static [&'static str],
@@ -16,8 +16,8 @@ pub struct Kind {
     pub has_items: bool,
 }
 
-pub const KINDS: &[Kind] = &[
-    Kind {
+pub const KINDS: &[ContainerKind] = &[
+    ContainerKind {
         name: "list",
         make: "list(i)",
         effects: &[
@@ -31,14 +31,14 @@ pub const KINDS: &[Kind] = &[
         uses: OF_SEQUENCES,
         has_items: true,
     },
-    Kind {
+    ContainerKind {
         name: "deque",
         make: "collections.deque(i)",
         effects: &["c.clear()", "c.extend([7, 8, 9])", "c.pop()", "c.rotate(1)"],
         uses: OF_SEQUENCES,
         has_items: true,
     },
-    Kind {
+    ContainerKind {
         name: "bytearray",
         make: "bytearray(number(x) for x in i)",
         effects: &[
@@ -50,7 +50,7 @@ pub const KINDS: &[Kind] = &[
         uses: OF_SEQUENCES,
         has_items: true,
     },
-    Kind {
+    ContainerKind {
         name: "dict",
         make: "{x: x for x in i}",
         effects: &[
@@ -62,28 +62,28 @@ pub const KINDS: &[Kind] = &[
         uses: OF_MAPS,
         has_items: true,
     },
-    Kind {
+    ContainerKind {
         name: "set",
         make: "set(i)",
         effects: &["c.clear()", "c.update([7, 8, 9])", "c.pop()"],
         uses: OF_SETS,
         has_items: true,
     },
-    Kind {
+    ContainerKind {
         name: "subclass of list",
         make: "L(i)",
         effects: &["c.clear()", "c.extend([7, 8, 9])"],
         uses: OF_SEQUENCES,
         has_items: true,
     },
-    Kind {
+    ContainerKind {
         name: "subclass of dict",
         make: "D((x, x) for x in i)",
         effects: &["c.clear()", "c.update({7: 1, 8: 2, 9: 3})"],
         uses: OF_MAPS,
         has_items: true,
     },
-    Kind {
+    ContainerKind {
         name: "ordered dict",
         make: "collections.OrderedDict((x, x) for x in i)",
         effects: &[
@@ -95,14 +95,14 @@ pub const KINDS: &[Kind] = &[
         uses: OF_MAPS,
         has_items: true,
     },
-    Kind {
+    ContainerKind {
         name: "dict with defaults",
         make: "collections.defaultdict(H.none, ((x, x) for x in i))",
         effects: &["c.clear()", "c.update({7: 1, 8: 2, 9: 3})", "c[77]"],
         uses: OF_MAPS,
         has_items: true,
     },
-    Kind {
+    ContainerKind {
         name: "counter",
         make: "collections.Counter({x: number(x) for x in i})",
         effects: &[
@@ -113,7 +113,7 @@ pub const KINDS: &[Kind] = &[
         uses: OF_COUNTERS,
         has_items: true,
     },
-    Kind {
+    ContainerKind {
         name: "instance",
         make: "filled(O(), i)",
         effects: &[
@@ -125,14 +125,14 @@ pub const KINDS: &[Kind] = &[
         uses: OF_INSTANCES,
         has_items: false,
     },
-    Kind {
+    ContainerKind {
         name: "class",
         make: "filled(type('X', (), {}), i)",
         effects: &["c.a7 = 1; c.a8 = 2", "del c.a1", "c.a0 = 5; c.a1 = 6"],
         uses: OF_CLASSES,
         has_items: false,
     },
-    Kind {
+    ContainerKind {
         name: "function",
         make: "filled(lambda x=1, y=2, *, z=3: act() or [x, y, z], i)",
         effects: &[
@@ -144,7 +144,7 @@ pub const KINDS: &[Kind] = &[
         uses: OF_FUNCTIONS,
         has_items: false,
     },
-    Kind {
+    ContainerKind {
         name: "exception",
         make: "filled(E(*i), i)",
         effects: &[
@@ -156,7 +156,7 @@ pub const KINDS: &[Kind] = &[
         uses: OF_EXCEPTIONS,
         has_items: false,
     },
-    Kind {
+    ContainerKind {
         name: "file",
         make: "io.StringIO('\\n'.join([str(number(x)) for x in i]))",
         effects: &[
@@ -168,7 +168,7 @@ pub const KINDS: &[Kind] = &[
         uses: OF_FILES,
         has_items: false,
     },
-    Kind {
+    ContainerKind {
         name: "file of bytes",
         make: "io.BytesIO(b'\\n'.join([str(number(x)).encode() for x in i]))",
         effects: &[

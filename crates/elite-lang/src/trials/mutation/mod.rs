@@ -7,7 +7,7 @@ mod kinds;
 mod uses;
 
 use differences::{NOT_FOR_CPYTHON, ONLY_HERE, is_meant};
-use kinds::{CONTENTS, KINDS, Kind};
+use kinds::{CONTENTS, ContainerKind, KINDS};
 use uses::{ARGUMENTS, ONLY_SURVIVED, USES};
 
 use super::{cpython, run, task};
@@ -70,7 +70,7 @@ fn trials_of(value: &Value) -> &'static [&'static str] {
 const PRELUDE: &str = include_str!("prelude.script");
 
 /// The methods of a kind of container, from the table of its type.
-fn methods(kind: &Kind) -> Vec<String> {
+fn methods(kind: &ContainerKind) -> Vec<String> {
     let (stage, interpreter) = task();
     let text = format!(
         "{PRELUDE}\ni = []\ntypes = type({}).__mro__[:-1]\n",
@@ -104,7 +104,7 @@ fn methods(kind: &Kind) -> Vec<String> {
 }
 
 /// All uses to compare with CPython.
-fn compared(kind: &Kind) -> Vec<String> {
+fn compared(kind: &ContainerKind) -> Vec<String> {
     let of_items = if kind.has_items { USES } else { &[] };
     let uses = of_items.iter().chain(kind.uses);
     let mut uses: Vec<String> = uses.map(|use_| (*use_).to_owned()).collect();
@@ -120,7 +120,7 @@ fn compared(kind: &Kind) -> Vec<String> {
     uses
 }
 
-fn program(kind: &Kind, uses: &[String]) -> String {
+fn program(kind: &ContainerKind, uses: &[String]) -> String {
     let mut text = PRELUDE.to_owned();
     text += &format!("def make_(i): return {}\n", kind.make);
     for (number, content) in CONTENTS.iter().enumerate() {

@@ -6,9 +6,9 @@
 use std::cell::Cell;
 
 use super::SOME;
-use super::variables::Variables;
-use crate::ops::hash::{Equal, quick_equal};
-use crate::value::values::Part;
+use super::variables::VariableIndex;
+use crate::ops::hash::{Equality, quick_equal};
+use crate::value::values::DropItem;
 use crate::value::{Value, trash};
 
 /// A slot that leads nowhere.
@@ -31,7 +31,7 @@ pub struct Entry {
 }
 
 #[derive(Default)]
-pub(super) struct Table {
+pub(super) struct DictTable {
     pub(super) entries: Vec<Entry>,
     /// Open addressing into `entries`; empty while the entries are few. A power of two, at most 2/3 full.
     pub(super) slots: Vec<u32>,
@@ -45,10 +45,10 @@ pub(super) struct Table {
     /// Slots that were taken by entries which moved, beyond one for each entry.
     pub(super) moves: usize,
     /// If code refers to its values: those that it has asked for lie in variables; an unbound one is no entry.
-    pub(super) variables: Option<Box<Variables>>,
+    pub(super) variables: Option<Box<VariableIndex>>,
 }
 
-impl Part for Entry {
+impl DropItem for Entry {
     fn tells(&self) -> bool {
         self.key.tells() || self.value.tells()
     }
@@ -86,7 +86,7 @@ impl Entry {
 }
 
 /// What a search for a key found.
-pub enum Found {
+pub enum KeySearch {
     /// The entry's index.
     At(usize),
     /// No such key.
@@ -96,7 +96,7 @@ pub enum Found {
 }
 
 /// Script code has to say whether two keys are equal.
-pub(super) struct Unsure;
+pub(super) struct NeedsScript;
 
 pub(super) fn spread(hash: u64) -> usize {
     // The tables are indexed by the low bits; Python hashes of numbers need mixing first, of all their bits: those of `i << 45` or
@@ -120,34 +120,38 @@ pub(super) fn slots_for(entries: usize) -> usize {
     (entries * 3).next_power_of_two()
 }
 
-impl Table {
+impl DictTable {
     /// Whether code may refer to its values.
     #[inline(always)]
     pub(super) fn of_variables(&self) -> bool {
         self.variables.is_some()
     }
 
-    pub(super) fn find(&self, hash: u64, key: &Value) -> Found {
+    pub(super) fn find(&self, hash: u64, key: &Value) -> KeySearch {
         match self.find_at_once(hash, key) {
-            Ok(Some(index)) => Found::At(index),
-            Ok(None) => Found::Nowhere,
-            Err(Unsure) => self.find_or_ask(hash, key),
+            Ok(Some(index)) => KeySearch::At(index),
+            Ok(None) => KeySearch::Nowhere,
+            Err(NeedsScript) => self.find_or_ask(hash, key),
         }
     }
 
     /// The entry of a key, unless script code has to compare some.
     #[inline]
-    pub(super) fn find_at_once(&self, hash: u64, key: &Value) -> Result<Option<usize>, Unsure> {
+    pub(super) fn find_at_once(
+        &self,
+        hash: u64,
+        key: &Value,
+    ) -> Result<Option<usize>, NeedsScript> {
         let is_at = |index: usize| match self.entries.get(index) {
             Some(entry) if entry.hash == hash => quick_equal(&entry.key, key),
-            _ => Equal::No,
+            _ => Equality::No,
         };
         if self.slots.is_empty() {
             for index in 0..self.entries.len() {
                 match is_at(index) {
-                    Equal::Yes => return Ok(Some(index)),
-                    Equal::No => {}
-                    Equal::Ask => return Err(Unsure),
+                    Equality::Yes => return Ok(Some(index)),
+                    Equality::No => {}
+                    Equality::Ask => return Err(NeedsScript),
                 }
             }
             return Ok(None);
@@ -157,9 +161,9 @@ impl Table {
         while self.slots[at] != EMPTY {
             let index = self.slots[at] as usize;
             match is_at(index) {
-                Equal::Yes => return Ok(Some(index)),
-                Equal::No => at = (at + 1) & mask,
-                Equal::Ask => return Err(Unsure),
+                Equality::Yes => return Ok(Some(index)),
+                Equality::No => at = (at + 1) & mask,
+                Equality::Ask => return Err(NeedsScript),
             }
         }
         Ok(None)
@@ -167,7 +171,7 @@ impl Table {
 
     #[cold]
     #[inline(never)]
-    fn find_or_ask(&self, hash: u64, key: &Value) -> Found {
+    fn find_or_ask(&self, hash: u64, key: &Value) -> KeySearch {
         // Only what lies on the way of the hash is looked at, whoever has to compare it.
         let mut asked = Vec::new();
         let mut look = |index: usize| {
@@ -176,16 +180,16 @@ impl Table {
                 return false;
             }
             match quick_equal(&entry.key, key) {
-                Equal::Yes => return true,
-                Equal::No => {}
-                Equal::Ask if self.is_absent(entry) => {}
-                Equal::Ask => asked.push((index, entry.key.clone())),
+                Equality::Yes => return true,
+                Equality::No => {}
+                Equality::Ask if self.is_absent(entry) => {}
+                Equality::Ask => asked.push((index, entry.key.clone())),
             }
             false
         };
         if self.slots.is_empty() {
             if let Some(index) = (0..self.entries.len()).find(|index| look(*index)) {
-                return Found::At(index);
+                return KeySearch::At(index);
             }
         } else {
             let mask = self.slots.len() - 1;
@@ -193,14 +197,14 @@ impl Table {
             while self.slots[at] != EMPTY {
                 let index = self.slots[at] as usize;
                 if look(index) {
-                    return Found::At(index);
+                    return KeySearch::At(index);
                 }
                 at = (at + 1) & mask;
             }
         }
         match asked.is_empty() {
-            true => Found::Nowhere,
-            false => Found::Ask(asked, self.generation),
+            true => KeySearch::Nowhere,
+            false => KeySearch::Ask(asked, self.generation),
         }
     }
 

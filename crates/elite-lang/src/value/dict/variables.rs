@@ -7,19 +7,19 @@ use std::cell::Cell;
 use std::rc::{Rc, Weak};
 
 use super::Dict;
-use super::table::{Found, Table};
+use super::table::{DictTable, KeySearch};
 use crate::value::{CellVar, Value, bindings};
 
 /// What a dictionary knows of its variables.
 #[derive(Default)]
-pub(super) struct Variables {
+pub(super) struct VariableIndex {
     /// All of them; some may be gone.
     known: Vec<Weak<CellVar>>,
     /// With this number of bindings so many of them were unbound.
     unbound: Cell<Option<(u64, usize)>>,
 }
 
-impl Variables {
+impl VariableIndex {
     fn enter(&mut self, variable: &Rc<CellVar>) {
         if self.known.len() == self.known.capacity() {
             self.forget_gone();
@@ -64,7 +64,7 @@ impl Dict {
             if table.of_variables() {
                 return;
             }
-            let mut variables = Box::<Variables>::default();
+            let mut variables = Box::<VariableIndex>::default();
             for entry in &mut table.entries {
                 // One that scripts see (`__closure__`) is a value like others.
                 if let Value::Cell(_) = &entry.value {
@@ -84,7 +84,7 @@ impl Dict {
         };
         let hash = text.hash();
         self.table.change(|table| {
-            let Found::At(index) = table.find(hash, name) else {
+            let KeySearch::At(index) = table.find(hash, name) else {
                 let variable: Rc<CellVar> = Rc::default();
                 table.enter(&variable);
                 table.push(hash, name.clone(), Value::Cell(variable.clone()));
@@ -105,7 +105,7 @@ impl Dict {
         let Value::Str(text) = name else { return };
         let hash = text.hash();
         let old = self.table.change(|table| match table.find(hash, name) {
-            Found::At(index) => {
+            KeySearch::At(index) => {
                 let entered = Value::Cell(variable.clone());
                 let old = std::mem::replace(&mut table.entries[index].value, entered);
                 if let (Value::Cell(old), Some(variables)) = (&old, &mut table.variables) {
@@ -114,7 +114,7 @@ impl Dict {
                 table.enter(&variable);
                 old
             }
-            Found::Nowhere | Found::Ask(..) => {
+            KeySearch::Nowhere | KeySearch::Ask(..) => {
                 table.enter(&variable);
                 table.push(hash, name.clone(), Value::Cell(variable));
                 Value::Unbound
@@ -183,7 +183,7 @@ impl Dict {
     }
 }
 
-impl Table {
+impl DictTable {
     fn enter(&mut self, variable: &Rc<CellVar>) {
         if let Some(variables) = &mut self.variables {
             variables.enter(variable);
@@ -215,8 +215,8 @@ impl Table {
     #[inline(never)]
     pub(super) fn append_variable(&mut self, hash: u64, key: Value, value: Value) {
         let known = match self.find(hash, &key) {
-            Found::At(index) => self.delete(index).1,
-            Found::Nowhere | Found::Ask(..) => Value::Unbound,
+            KeySearch::At(index) => self.delete(index).1,
+            KeySearch::Nowhere | KeySearch::Ask(..) => Value::Unbound,
         };
         let entered = match (known, value) {
             (Value::Cell(variable), value) => {
@@ -253,7 +253,7 @@ impl Table {
         let unbound = self
             .variables
             .as_deref()
-            .map_or(0, Variables::count_unbound);
+            .map_or(0, VariableIndex::count_unbound);
         self.live.saturating_sub(unbound)
     }
 }

@@ -6,18 +6,18 @@ use ::kinematics::{JointPositions, RpyPose};
 use elite_lang::{ExceptionKind, Raised, Value};
 use motion_api::FreedriveFrame;
 
-use super::super::declare::{Default, Kind, Range, alternatives};
+use super::super::declare::{ParameterDefault, ParameterType, Range, alternatives};
 use super::Call;
 use crate::message::{Message, Severity};
 
 impl Call<'_, '_> {
     /// A finite number inside the declared range.
     pub fn number(&mut self, index: usize) -> Result<f64, Raised> {
-        let Kind::Number(range) = self.parameter(index).kind else {
+        let ParameterType::Number(range) = self.parameter(index).kind else {
             unreachable!("declared as another kind")
         };
         let Some(value) = self.given(index).cloned() else {
-            let Default::Number(default) = self.parameter(index).default else {
+            let ParameterDefault::Number(default) = self.parameter(index).default else {
                 unreachable!("has no default")
             };
             return Ok(default);
@@ -35,7 +35,7 @@ impl Call<'_, '_> {
             Some(x) if x.is_finite() => Ok(x),
             Some(_) => {
                 let range = match self.parameter(index).kind {
-                    Kind::Number(range) => range,
+                    ParameterType::Number(range) => range,
                     _ => Range::Any,
                 };
                 Err(self.out_of_range(index, range, value))
@@ -57,7 +57,7 @@ impl Call<'_, '_> {
     /// A whole number inside the declared range.
     pub fn integer(&mut self, index: usize) -> Result<i64, Raised> {
         let kind = self.parameter(index).kind;
-        if let (None, Default::Integer(default)) =
+        if let (None, ParameterDefault::Integer(default)) =
             (self.given(index), self.parameter(index).default)
         {
             return Ok(default);
@@ -71,11 +71,11 @@ impl Call<'_, '_> {
             return Err(self.wrong_type(index, wanted, &value));
         };
         let allowed = match kind {
-            Kind::Integer(min, max) if n < min || n > max => match max {
+            ParameterType::Integer(min, max) if n < min || n > max => match max {
                 i64::MAX => format!("at least {min}"),
                 _ => format!("{min} to {max}"),
             },
-            Kind::OneOf(numbers) if !numbers.contains(&n) => alternatives(numbers),
+            ParameterType::OneOf(numbers) if !numbers.contains(&n) => alternatives(numbers),
             _ => return Ok(n),
         };
         Err(self.not_allowed(index, &allowed, n))
@@ -122,7 +122,9 @@ impl Call<'_, '_> {
 
     /// A text.
     pub fn text(&mut self, index: usize) -> Result<String, Raised> {
-        if let (None, Default::Text(default)) = (self.given(index), self.parameter(index).default) {
+        if let (None, ParameterDefault::Text(default)) =
+            (self.given(index), self.parameter(index).default)
+        {
             return Ok(default.to_owned());
         }
         let value = self.required(index);
@@ -135,7 +137,7 @@ impl Call<'_, '_> {
     /// One of the declared words, by its place in the list.
     pub fn word(&mut self, index: usize) -> Result<usize, Raised> {
         let text = self.text(index)?;
-        let Kind::Word(words) = self.parameter(index).kind else {
+        let ParameterType::Word(words) = self.parameter(index).kind else {
             unreachable!("declared as another kind")
         };
         match words.iter().position(|word| *word == text) {
@@ -149,7 +151,7 @@ impl Call<'_, '_> {
         let Some(value) = self.given(index).cloned() else {
             return Ok(matches!(
                 self.parameter(index).default,
-                Default::Boolean(true)
+                ParameterDefault::Boolean(true)
             ));
         };
         match value.as_bool() {
@@ -214,10 +216,10 @@ impl Call<'_, '_> {
     pub fn list(&mut self, index: usize) -> Result<Vec<Value>, Raised> {
         let value = self.required(index);
         let wanted = match self.parameter(index).kind {
-            Kind::NumberOrList => "a number or a list of numbers",
-            Kind::NumberList => "a list of numbers",
-            Kind::Booleans(_) => "a list of True and False",
-            Kind::ListOrText => "a list or a string",
+            ParameterType::NumberOrList => "a number or a list of numbers",
+            ParameterType::NumberList => "a list of numbers",
+            ParameterType::Booleans(_) => "a list of True and False",
+            ParameterType::ListOrText => "a list or a string",
             _ => "a list",
         };
         value
@@ -227,7 +229,7 @@ impl Call<'_, '_> {
 
     /// Any count of finite numbers; a single one counts as a list where that is declared.
     pub fn number_list(&mut self, index: usize) -> Result<Vec<f64>, Raised> {
-        if self.parameter(index).kind == Kind::NumberOrList
+        if self.parameter(index).kind == ParameterType::NumberOrList
             && let Some(value) = self.given(index).cloned()
             && value.as_f64().is_some()
         {
@@ -243,7 +245,7 @@ impl Call<'_, '_> {
     /// Truth values, as many as declared; 0 and 1 are taken too.
     pub fn booleans(&mut self, index: usize) -> Result<Vec<bool>, Raised> {
         let items = self.list(index)?;
-        if let Kind::Booleans(Some(count)) = self.parameter(index).kind
+        if let ParameterType::Booleans(Some(count)) = self.parameter(index).kind
             && items.len() != count
         {
             let text = format!(
@@ -322,7 +324,7 @@ impl Call<'_, '_> {
             None | Some(Value::None) => true,
             Some(value) => value.as_str().is_some_and(|text| {
                 text.is_empty()
-                    || matches!(self.parameter(index).default, Default::Symbolic(word)
+                    || matches!(self.parameter(index).default, ParameterDefault::Symbolic(word)
                         if word.replace('_', " ") == text.replace('_', " "))
             }),
         }

@@ -135,22 +135,25 @@ fn bad_counts_are_exception_3_even_at_addresses_outside() {
 fn a_header_that_is_none_is_refused() {
     assert_eq!(
         message_bytes(&[0, 0, 0, 1, 0, 6, 1]),
-        Err(NotModbus::Protocol(1))
+        Err(ModbusFrameError::Protocol(1))
     );
     assert_eq!(
         message_bytes(&[0, 0, 0, 0, 0, 1, 1]),
-        Err(NotModbus::Length(1))
+        Err(ModbusFrameError::Length(1))
     );
     assert_eq!(
         message_bytes(&[0, 0, 0, 0, 0, 255, 1]),
-        Err(NotModbus::Length(255))
+        Err(ModbusFrameError::Length(255))
     );
     assert_eq!(
         message_bytes(&[0, 0, 0, 0, 0, 254, 1]),
         Ok(Some(ADU_BYTES_MAX))
     );
     let error = message_bytes(b"GET / HTTP/1.1").unwrap_err();
-    assert_eq!(error, NotModbus::Protocol(u16::from_be_bytes(*b"T ")));
+    assert_eq!(
+        error,
+        ModbusFrameError::Protocol(u16::from_be_bytes(*b"T "))
+    );
 }
 
 proptest! {

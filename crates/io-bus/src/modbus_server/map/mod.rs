@@ -1,7 +1,7 @@
 //! The controller's own Modbus map (docs/modbus-map.md): the vendor's addresses, and from 1000 on more of our own.
 //!
 //! Reads work on one state of one cycle, so the values of a request belong together. Owns the layout, its scaling and what a
-//! write asks for; carrying that out is up to the [`Controller`]. Scripts (manual 6.1.11 to 6.1.14) and Modbus clients use the
+//! write asks for; carrying that out is up to the [`ControllerAccess`]. Scripts (manual 6.1.11 to 6.1.14) and Modbus clients use the
 //! same functions.
 
 mod own;
@@ -16,7 +16,7 @@ use crate::port_image::PortImage;
 pub const OWN_FIRST: u16 = 1000;
 
 /// The controller as the map shows and changes it.
-pub trait Controller {
+pub trait ControllerAccess {
     /// The state after the latest cycle, with outputs and settings that wait for the next one.
     fn state(&self) -> RobotState;
     /// The general purpose registers.
@@ -35,7 +35,7 @@ pub struct Map<C>(pub C);
 /// What is read, at one moment.
 struct View<'a> {
     state: RobotState,
-    controller: &'a dyn Controller,
+    controller: &'a dyn ControllerAccess,
 }
 
 impl View<'_> {
@@ -45,7 +45,7 @@ impl View<'_> {
 }
 
 /// A range of words with one meaning.
-pub struct Block {
+pub struct RegisterRange {
     /// First address.
     pub first: u16,
     /// How many words.
@@ -58,7 +58,7 @@ pub struct Block {
     write: Write,
 }
 
-impl Block {
+impl RegisterRange {
     /// True when it can be written.
     pub const fn is_writable(&self) -> bool {
         !matches!(self.write, Write::Never)
@@ -84,7 +84,7 @@ enum Write {
 }
 
 /// A range of bits with one meaning.
-pub struct BitBlock {
+pub struct BitRange {
     /// First address.
     pub first: u16,
     /// How many.
@@ -98,7 +98,7 @@ pub struct BitBlock {
     bits: Bits,
 }
 
-impl BitBlock {
+impl BitRange {
     /// True when it can be written.
     pub const fn is_writable(&self) -> bool {
         matches!(self.bits, Bits::Output(_) | Bits::InputRegister)
@@ -116,12 +116,12 @@ enum Bits {
 }
 
 /// All words, in the order of their addresses.
-pub fn blocks() -> impl Iterator<Item = &'static Block> {
+pub fn blocks() -> impl Iterator<Item = &'static RegisterRange> {
     vendor::BLOCKS.iter().chain(own::BLOCKS)
 }
 
 /// All bits, in the order of their addresses.
-pub fn bit_blocks() -> impl Iterator<Item = &'static BitBlock> {
+pub fn bit_blocks() -> impl Iterator<Item = &'static BitRange> {
     vendor::BIT_BLOCKS.iter().chain(own::BIT_BLOCKS)
 }
 
@@ -132,8 +132,8 @@ const fn block(
     sources: Option<u8>,
     meaning: &'static str,
     read: fn(&View<'_>, usize) -> u16,
-) -> Block {
-    Block {
+) -> RegisterRange {
+    RegisterRange {
         first,
         count,
         meaning,
@@ -143,7 +143,7 @@ const fn block(
     }
 }
 
-impl Block {
+impl RegisterRange {
     const fn writes(mut self, write: Write) -> Self {
         self.write = write;
         self
@@ -156,14 +156,14 @@ fn scaled(x: f64, scale: f64) -> u16 {
     ((x * scale).round() as i16).cast_unsigned()
 }
 
-fn find(address: u16) -> Result<(&'static Block, usize), Refusal> {
+fn find(address: u16) -> Result<(&'static RegisterRange, usize), Refusal> {
     blocks()
         .find(|block| (block.first..block.first + block.count).contains(&address))
         .map(|block| (block, usize::from(address - block.first)))
         .ok_or(Refusal::Address)
 }
 
-fn find_bit(space: Space, address: u16) -> Result<(&'static BitBlock, u16), Refusal> {
+fn find_bit(space: Space, address: u16) -> Result<(&'static BitRange, u16), Refusal> {
     bit_blocks()
         .find(|block| {
             block.space.is_none_or(|of| of == space)
@@ -191,7 +191,7 @@ pub fn meaning_of_coil(address: u16) -> Option<&'static str> {
     (!block.meaning.is_empty()).then_some(block.meaning)
 }
 
-impl<C: Controller> Map<C> {
+impl<C: ControllerAccess> Map<C> {
     fn view(&self) -> View<'_> {
         View {
             state: self.0.state(),
@@ -207,7 +207,7 @@ impl<C: Controller> Map<C> {
     }
 }
 
-impl<C: Controller> Tables for Map<C> {
+impl<C: ControllerAccess> Tables for Map<C> {
     fn read_bits(&self, space: Space, address: u16, count: u16) -> Result<Vec<bool>, Refusal> {
         let state = self.0.state();
         let registers = self.0.registers();
@@ -287,7 +287,7 @@ impl<C: Controller> Tables for Map<C> {
     /// General purpose words change in one step, whoever else writes.
     fn change_word(&self, address: u16, change: &dyn Fn(u16) -> u16) -> Result<(), Refusal> {
         if let (
-            Block {
+            RegisterRange {
                 write: Write::Word, ..
             },
             k,

@@ -3,7 +3,7 @@
 use motion_api::{AnalogDomain, RegisterBank};
 
 use super::super::tables::Space;
-use super::{BitBlock, Bits, Block, Write, block, scaled};
+use super::{BitRange, Bits, RegisterRange, Write, block, scaled};
 
 /// Analog values in mV or µA.
 fn analog(value: f64, domain: AnalogDomain) -> u16 {
@@ -23,7 +23,7 @@ fn half(word: u32, k: usize) -> u16 {
 }
 
 /// The words.
-pub(super) const BLOCKS: &[Block] = &[
+pub(super) const BLOCKS: &[RegisterRange] = &[
     block(
         1000,
         1,
@@ -250,8 +250,8 @@ fn float_half(bank: &RegisterBank, k: usize, word: u16) {
     bank.set_float(n, f32::from_bits(joined(old, k, word)).into());
 }
 
-const fn bits(first: u16, count: u16, space: Space, meaning: &'static str, bits: Bits) -> BitBlock {
-    BitBlock {
+const fn bits(first: u16, count: u16, space: Space, meaning: &'static str, bits: Bits) -> BitRange {
+    BitRange {
         first,
         count,
         space: Some(space),
@@ -262,7 +262,7 @@ const fn bits(first: u16, count: u16, space: Space, meaning: &'static str, bits:
 }
 
 /// The bits.
-pub(super) const BIT_BLOCKS: &[BitBlock] = &[
+pub(super) const BIT_BLOCKS: &[BitRange] = &[
     bits(
         1000,
         28,

@@ -18,7 +18,7 @@ struct Fake {
     is_full: bool,
 }
 
-impl Controller for &Fake {
+impl ControllerAccess for &Fake {
     fn state(&self) -> RobotState {
         let io = self.io.lock().unwrap();
         let mut state = RobotState::at_start(Default::default(), 0.004);
@@ -81,7 +81,7 @@ fn words(fake: &Fake, address: u16, count: u16) -> Vec<i16> {
 
 #[test]
 fn blocks_are_in_order_and_do_not_overlap() {
-    let blocks: Vec<&Block> = blocks().collect();
+    let blocks: Vec<&RegisterRange> = blocks().collect();
     for pair in blocks.windows(2) {
         assert!(
             pair[0].first + pair[0].count <= pair[1].first,

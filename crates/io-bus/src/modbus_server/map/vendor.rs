@@ -4,7 +4,7 @@
 use motion_api::{CommandKind, RegisterBank, RobotMode, SafetyMode};
 
 use super::super::tables::Refusal;
-use super::{BitBlock, Bits, Block, Write, block, outputs, scaled};
+use super::{BitRange, Bits, RegisterRange, Write, block, outputs, scaled};
 use crate::port_image::WORDS;
 
 /// Major, minor and bug fix number of the controller software whose manual is followed.
@@ -14,7 +14,7 @@ const VERSION: [u16; 3] = [2, 15, 0];
 const NO_OPERATION_MODE: i16 = -1;
 
 /// A gap.
-const fn unknown(first: u16, count: u16) -> Block {
+const fn unknown(first: u16, count: u16) -> RegisterRange {
     block(first, count, Some(0), "", |_, _| 0)
 }
 
@@ -32,7 +32,7 @@ fn speed(value: u16) -> Result<CommandKind, Refusal> {
 }
 
 /// The words.
-pub(super) const BLOCKS: &[Block] = &[
+pub(super) const BLOCKS: &[RegisterRange] = &[
     block(
         0,
         1,
@@ -205,8 +205,8 @@ fn integer(bank: &RegisterBank, k: usize, value: u16) {
     bank.set_integer(k as u8, value.cast_signed().into());
 }
 
-const fn bits(first: u16, count: u16, sources: u8, meaning: &'static str, bits: Bits) -> BitBlock {
-    BitBlock {
+const fn bits(first: u16, count: u16, sources: u8, meaning: &'static str, bits: Bits) -> BitRange {
+    BitRange {
         first,
         count,
         space: None,
@@ -217,7 +217,7 @@ const fn bits(first: u16, count: u16, sources: u8, meaning: &'static str, bits: 
 }
 
 /// The bits: each is a coil and a discrete input.
-pub(super) const BIT_BLOCKS: &[BitBlock] = &[
+pub(super) const BIT_BLOCKS: &[BitRange] = &[
     bits(0, 16, 2, "standard digital inputs", Bits::Input(0)),
     bits(16, 8, 1, "configurable digital inputs", Bits::Input(16)),
     bits(24, 4, 0, "tool inputs", Bits::Input(24)),

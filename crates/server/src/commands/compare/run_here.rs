@@ -12,15 +12,15 @@ use recorder::Setup;
 use tempfile::TempDir;
 use thiserror::Error;
 
-use editor::dap::Hub;
+use editor::dap::DebugHub;
 
-use crate::announce::Console;
 use crate::commands::check::read_script;
 use crate::commands::run::SENDER;
-use crate::host::{Host, HostError};
+use crate::controller_host::{ControllerHost, HostError};
+use crate::event_broadcast::PrintTarget;
 use crate::logging;
 use crate::shutdown::Shutdown;
-use controller::RobotConfig;
+use controller::ControllerConfig;
 use controller::options::{
     ClockChoice, ModelChoice, Permission, PlantChoice, RecordTarget, StepMillis,
 };
@@ -54,7 +54,7 @@ impl From<HostError> for RunHereError {
 }
 
 /// A run that was recorded. Unless it is kept, its file goes with this.
-pub(super) struct RunHere {
+pub(super) struct LocalRun {
     /// The recording.
     pub(super) path: PathBuf,
     _folder: TempDir,
@@ -65,7 +65,7 @@ pub(super) fn run_here(
     setup: &Setup,
     script: &Path,
     keep: Option<&Path>,
-) -> Result<RunHere, RunHereError> {
+) -> Result<LocalRun, RunHereError> {
     let program = read_script(script).map_err(RunHereError::Script)?;
     let folder = tempfile::Builder::new()
         .prefix("eliteserver-compare-")
@@ -73,7 +73,13 @@ pub(super) fn run_here(
     let path = keep.map_or_else(|| folder.path().join("run.mcap"), Path::to_owned);
     let config = config_of(setup, folder.path(), &path)?;
     let shutdown = Shutdown::start(2)?;
-    let host = Host::start(&config, None, Console::Stderr, false, Hub::default())?;
+    let host = ControllerHost::start(
+        &config,
+        None,
+        PrintTarget::Stderr,
+        false,
+        DebugHub::default(),
+    )?;
     let controller = host.controller();
     shutdown.close_in_any_case(controller.closer());
     let end = controller.run_to_end(program, SENDER, shutdown.token().cancelled())?;
@@ -86,14 +92,18 @@ pub(super) fn run_here(
         Some(TaskEnd::Finished) => {}
         Some(_) => logging::say("the script did not end well here; what it did is compared"),
     }
-    Ok(RunHere {
+    Ok(LocalRun {
         path,
         _folder: folder,
     })
 }
 
 /// The settings of `run` with what the recording says.
-fn config_of(setup: &Setup, folder: &Path, record: &Path) -> Result<RobotConfig, RunHereError> {
+fn config_of(
+    setup: &Setup,
+    folder: &Path,
+    record: &Path,
+) -> Result<ControllerConfig, RunHereError> {
     let model = match &setup.urdf {
         Some(urdf) => {
             let path = folder.join("arm.urdf");
@@ -120,7 +130,7 @@ fn config_of(setup: &Setup, folder: &Path, record: &Path) -> Result<RobotConfig,
     // A robot elsewhere that was recorded more slowly moved in steps of its own.
     let millis = (setup.step_time * 1e3).round();
     let step = format!("{millis}").parse().unwrap_or(StepMillis::DEFAULT);
-    Ok(RobotConfig {
+    Ok(ControllerConfig {
         model,
         calibration,
         cell,

@@ -5,7 +5,7 @@
 use std::sync::mpsc::sync_channel;
 use std::time::Duration;
 
-use editor::dap::{Inbox, Outbox};
+use editor::dap::{RemoteSender, RemoteSink};
 use futures_util::{SinkExt as _, StreamExt as _};
 use serde_json::{Value as Json, json};
 use supervision::{ThreadRole, ThreadSupervisor};
@@ -24,7 +24,7 @@ const SESSION_BYTES_MAX: u64 = 64 * 1024;
 const WAITING_MAX: usize = 1024;
 
 /// Where a server is, and what is shown to it.
-struct Server {
+struct ServerAddress {
     address: String,
     port: u16,
     token: Option<String>,
@@ -34,7 +34,7 @@ struct Server {
 ///
 /// # Errors
 /// A sentence.
-pub(super) fn attach(arguments: &Json, inbox: Inbox) -> Result<Outbox, String> {
+pub(super) fn attach(arguments: &Json, inbox: RemoteSender) -> Result<RemoteSink, String> {
     let server = server(arguments)?;
     let (sender, waiting) = mpsc::channel::<String>(WAITING_MAX);
     let (tell, connected) = sync_channel(1);
@@ -57,7 +57,7 @@ pub(super) fn attach(arguments: &Json, inbox: Inbox) -> Result<Outbox, String> {
     }))
 }
 
-fn server(arguments: &Json) -> Result<Server, String> {
+fn server(arguments: &Json) -> Result<ServerAddress, String> {
     let fields = arguments.as_object();
     let is_known = |key: &str| KEYS.contains(&key) || super::is_of_client(key);
     let mut keys = fields.into_iter().flat_map(|fields| fields.keys());
@@ -78,14 +78,14 @@ fn server(arguments: &Json) -> Result<Server, String> {
             .filter(|port| *port > 0)
             .ok_or_else(|| format!("http-port is {given}; a number from 1 to 65535 is needed"))?,
     };
-    Ok(Server {
+    Ok(ServerAddress {
         address: text("address")?.unwrap_or_else(|| "127.0.0.1".to_owned()),
         port,
         token: text("token")?,
     })
 }
 
-impl Server {
+impl ServerAddress {
     fn place(&self) -> String {
         format!("{}:{}", self.address, self.port)
     }
@@ -138,8 +138,8 @@ impl Server {
 
 /// Passes messages on until one end is gone.
 async fn serve(
-    server: Server,
-    inbox: Inbox,
+    server: ServerAddress,
+    inbox: RemoteSender,
     mut waiting: mpsc::Receiver<String>,
     tell: &std::sync::mpsc::SyncSender<Result<(), String>>,
 ) {

@@ -7,21 +7,24 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use controller::RobotConfig;
+use controller::ControllerConfig;
 use controller::options::{MODEL_NAMES, ModelChoice, PlantChoice};
-use controller::recorded_run::{BeginningError, RecordedRun, RecordedRunError};
+use controller::recorded_run::{InitialSetupError, RecordedRun, RecordedRunError};
 use controller::start_configuration::{IDEAL, RAPIER, RIGID};
-use editor::dap::{Debuggee, Recorded};
+use editor::dap::{RecordedProgram, RunTarget};
 use elite_runtime::ProgramText;
 use kinematics::Calibration;
 use motion_api::ProgramId;
-use recorder::{Entry, Recording, Setup, Topic};
+use recorder::{Recording, RecordingEntry, Setup, Topic};
 
 /// The program and the robot of a recording; `given` is what `launch` says beside it.
 ///
 /// # Errors
 /// A sentence.
-pub(super) fn open(path: &Path, given: &RobotConfig) -> Result<(ProgramText, RobotConfig), String> {
+pub(super) fn open(
+    path: &Path,
+    given: &ControllerConfig,
+) -> Result<(ProgramText, ControllerConfig), String> {
     let shown = path.display();
     let recording = Recording::open(path).map_err(|error| error.to_string())?;
     let setup = recording.setup().ok_or_else(|| {
@@ -33,7 +36,7 @@ pub(super) fn open(path: &Path, given: &RobotConfig) -> Result<(ProgramText, Rob
         .map_err(|error| error.to_string())?;
     for entry in entries {
         let (_, entry) = entry.map_err(|error| error.to_string())?;
-        if let Entry::Script(script) = entry
+        if let RecordingEntry::Script(script) = entry
             && let Some(text) = script.text
         {
             let name = script.program;
@@ -51,13 +54,13 @@ pub(super) fn open(path: &Path, given: &RobotConfig) -> Result<(ProgramText, Rob
 pub(super) fn repeated(
     path: &Path,
     number: Option<u64>,
-    given: &RobotConfig,
-) -> Result<Option<Debuggee>, String> {
+    given: &ControllerConfig,
+) -> Result<Option<RunTarget>, String> {
     let recording = Recording::open(path).map_err(|error| error.to_string())?;
     let run = match RecordedRun::read(&recording) {
         Ok(run) => run,
         Err(
-            RecordedRunError::NoExternal | RecordedRunError::Beginning(BeginningError::NoSetup),
+            RecordedRunError::NoExternal | RecordedRunError::Beginning(InitialSetupError::NoSetup),
         ) => return Ok(None),
         Err(error) => return Err(error.to_string()),
     };
@@ -80,18 +83,18 @@ pub(super) fn repeated(
         });
     };
     let text = run.program(program).cloned();
-    Ok(text.map(|text| Debuggee {
+    Ok(text.map(|text| RunTarget {
         program: text,
         robot: given.clone(),
         presets: Vec::new(),
-        recorded: Some(Recorded {
+        recorded: Some(RecordedProgram {
             run: Arc::new(run),
             program,
         }),
     }))
 }
 
-fn robot(setup: &Setup, given: &RobotConfig) -> Result<RobotConfig, String> {
+fn robot(setup: &Setup, given: &ControllerConfig) -> Result<ControllerConfig, String> {
     if setup.clock != "virtual" {
         return Err(
             "it was recorded under the real clock, where no two runs are the same".to_owned(),
@@ -128,7 +131,7 @@ fn robot(setup: &Setup, given: &RobotConfig) -> Result<RobotConfig, String> {
         (None, Some(_)) => return Err("nothing stood around the arm: leave cell out".to_owned()),
         (None, None) => {}
     }
-    Ok(RobotConfig {
+    Ok(ControllerConfig {
         model,
         calibration: calibration.transpose()?,
         step: millis.to_string().parse()?,

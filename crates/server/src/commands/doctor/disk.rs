@@ -5,11 +5,11 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use controller::RobotConfig;
+use controller::ControllerConfig;
 use controller::options::RecordTarget;
 use platform::machine;
 
-use super::Finding;
+use super::HealthCheck;
 
 /// What is written to try the disk: so many pieces of so many bytes.
 const PIECES: usize = 32;
@@ -22,9 +22,9 @@ const MARGIN: f64 = 10.0;
 const HOURS: f64 = 24.0;
 
 /// Looks where recordings would go.
-pub(super) fn look(robot: &RobotConfig) -> Vec<Finding> {
+pub(super) fn look(robot: &ControllerConfig) -> Vec<HealthCheck> {
     let folder = match &robot.record {
-        RecordTarget::Off => return vec![Finding::good("recording", "off")],
+        RecordTarget::Off => return vec![HealthCheck::good("recording", "off")],
         RecordTarget::NewFileIn(folder) => folder.clone(),
         RecordTarget::File(file) => match file.parent() {
             Some(folder) if !folder.as_os_str().is_empty() => folder.to_owned(),
@@ -35,7 +35,7 @@ pub(super) fn look(robot: &RobotConfig) -> Vec<Finding> {
     let need = CYCLE_BYTES / robot.step.as_secs();
     match tried(&there) {
         Ok(speed) => vec![judged_speed(&folder, speed, need), room(&there, need)],
-        Err(error) => vec![Finding::bad(
+        Err(error) => vec![HealthCheck::bad(
             "recording",
             format!("nothing can be written into {}: {error}", there.display()),
             "choose another place with --record, or --record off",
@@ -97,7 +97,7 @@ fn write(mut file: File) -> io::Result<Speed> {
     })
 }
 
-fn judged_speed(folder: &Path, speed: Speed, need: f64) -> Finding {
+fn judged_speed(folder: &Path, speed: Speed, need: f64) -> HealthCheck {
     let found = format!(
         "{} takes {:.0} MB a second, one of them within {:.0} ms; a recording needs {:.2}",
         folder.display(),
@@ -106,38 +106,38 @@ fn judged_speed(folder: &Path, speed: Speed, need: f64) -> Finding {
         need / 1e6,
     );
     match speed.bytes_per_second < MARGIN * need {
-        true => Finding::poor(
+        true => HealthCheck::poor(
             "disk",
             found,
             "record onto another disk (--record): what it does not take in time is left out, and counted",
         ),
-        false => Finding::good("disk", found),
+        false => HealthCheck::good("disk", found),
     }
 }
 
-fn room(folder: &Path, need: f64) -> Finding {
+fn room(folder: &Path, need: f64) -> HealthCheck {
     let free = match machine::free_bytes(folder) {
         Ok(free) => free as f64,
         Err(error) => {
             let found = format!("{} does not tell its room: {error}", folder.display());
-            return Finding::good("room", found);
+            return HealthCheck::good("room", found);
         }
     };
     let hours = free / (need * 3600.0);
     let found = format!("{:.1} GB, {hours:.0} hours of a moving arm", free / 1e9);
     match hours < HOURS {
-        true => Finding::poor(
+        true => HealthCheck::poor(
             "room",
             found,
             "make room, or bound what recordings take with --record-budget and --record-rotate",
         ),
-        false => Finding::good("room", found),
+        false => HealthCheck::good("room", found),
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::Grade;
+    use super::super::CheckResult;
     use super::*;
 
     #[test]
@@ -158,7 +158,7 @@ mod tests {
         };
         let (slow, quick) = (speed(1e6), speed(1e9));
         let folder = Path::new("recordings");
-        assert_eq!(judged_speed(folder, slow, 2e5).grade, Grade::Poor);
-        assert_eq!(judged_speed(folder, quick, 2e5).grade, Grade::Good);
+        assert_eq!(judged_speed(folder, slow, 2e5).grade, CheckResult::Poor);
+        assert_eq!(judged_speed(folder, quick, 2e5).grade, CheckResult::Good);
     }
 }

@@ -60,7 +60,7 @@ pub enum FleetFileError {
 
 /// A fleet.
 #[derive(Clone, Debug)]
-pub struct Fleet {
+pub struct FleetConfig {
     /// Address of the page.
     pub bind: IpAddr,
     /// Its port.
@@ -68,12 +68,12 @@ pub struct Fleet {
     /// Names by which it may be called beside this machine's own.
     pub trusted_hosts: Vec<String>,
     /// The robots, in the order of the file.
-    pub robots: Vec<Plan>,
+    pub robots: Vec<RobotPlan>,
 }
 
 /// What a robot is started with.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Plan {
+pub struct RobotPlan {
     /// Its name.
     pub name: String,
     /// Its address.
@@ -86,7 +86,7 @@ pub struct Plan {
     pub config: String,
 }
 
-impl Fleet {
+impl FleetConfig {
     /// Reads and checks a file.
     ///
     /// # Errors
@@ -252,7 +252,7 @@ fn plan(
     defaults: &Table,
     folder: &Path,
     (index, count): (usize, usize),
-) -> Result<Plan, FleetFileError> {
+) -> Result<RobotPlan, FleetFileError> {
     let wrong = |what: String| FleetFileError::Wrong {
         path: path.to_owned(),
         what,
@@ -308,7 +308,7 @@ fn plan(
     let phase = micros * index as f64 / count as f64;
     table.insert("cycle-phase-us".to_owned(), Value::Integer(phase as i64));
     make_absolute(&mut table, &config);
-    Ok(Plan {
+    Ok(RobotPlan {
         folder: folder.join(&name),
         bind: config.bind,
         memory,
@@ -368,8 +368,8 @@ fn make_absolute(table: &mut Table, config: &ServeConfig) {
 mod tests {
     use super::*;
 
-    fn fleet(text: &str) -> Result<Fleet, String> {
-        Fleet::of_text(Path::new("cell.toml"), text).map_err(|error| error.to_string())
+    fn fleet(text: &str) -> Result<FleetConfig, String> {
+        FleetConfig::of_text(Path::new("cell.toml"), text).map_err(|error| error.to_string())
     }
 
     #[test]

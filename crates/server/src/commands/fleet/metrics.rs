@@ -5,18 +5,18 @@ use std::fmt::Write as _;
 
 /// Families of samples in the order in which they were first seen.
 #[derive(Default)]
-pub(super) struct Merged {
+pub(super) struct MergedMetrics {
     order: Vec<String>,
-    families: BTreeMap<String, Family>,
+    families: BTreeMap<String, MetricFamily>,
 }
 
 #[derive(Default)]
-struct Family {
+struct MetricFamily {
     head: String,
     samples: String,
 }
 
-impl Merged {
+impl MergedMetrics {
     /// Adds the page of a robot; lines that are none are left out.
     pub(super) fn add(&mut self, robot: &str, page: &str) {
         let mut family = String::new();
@@ -60,7 +60,7 @@ impl Merged {
         let _ = writeln!(entry.samples, "{name}{{robot=\"{robot}\"}} {value}");
     }
 
-    fn family(&mut self, name: &str) -> &mut Family {
+    fn family(&mut self, name: &str) -> &mut MetricFamily {
         if !self.families.contains_key(name) {
             self.order.push(name.to_owned());
         }
@@ -94,7 +94,7 @@ mod tests {
     fn families_stand_once_with_the_samples_of_all_robots() {
         let page = "# HELP a_total What.\n# TYPE a_total counter\na_total 1\na_total{port=\"x\"} 2\n\
                     # HELP b Time.\n# TYPE b histogram\nb_bucket{le=\"1\"} 3\nb_sum 4\nb_count 5\nc{} 6\n\n";
-        let mut merged = Merged::default();
+        let mut merged = MergedMetrics::default();
         merged.add("left", page);
         merged.add("right", page);
         merged.sample(("up", "gauge", "Runs."), "left", 1);

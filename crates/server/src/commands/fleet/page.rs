@@ -18,8 +18,8 @@ use tokio::net::TcpStream;
 use tokio::time::timeout;
 
 use super::log::end_of;
-use super::metrics::Merged;
-use super::robot::{Robot, Seen, State};
+use super::metrics::MergedMetrics;
+use super::robot::{ProcessState, ProcessStatus, RobotProcess};
 
 /// A robot has so long to answer.
 const ANSWER_WITHIN: Duration = Duration::from_secs(1);
@@ -28,7 +28,7 @@ const ANSWER_BYTES_MAX: u64 = 4 << 20;
 const LOG_BYTES_MAX: u64 = 64 << 10;
 
 /// All robots, for the pages.
-pub(super) type Robots = Arc<Vec<Arc<Robot>>>;
+pub(super) type Robots = Arc<Vec<Arc<RobotProcess>>>;
 
 pub(super) fn router(robots: Robots) -> Router {
     Router::new()
@@ -40,8 +40,11 @@ pub(super) fn router(robots: Robots) -> Router {
 }
 
 /// A robot with what it says of itself, in the order of the file.
-async fn asked(robots: &Robots, page: &'static str) -> Vec<(Arc<Robot>, Seen, Option<String>)> {
-    let asked = |robot: &Arc<Robot>| {
+async fn asked(
+    robots: &Robots,
+    page: &'static str,
+) -> Vec<(Arc<RobotProcess>, ProcessStatus, Option<String>)> {
+    let asked = |robot: &Arc<RobotProcess>| {
         let (robot, seen) = (robot.clone(), robot.seen());
         ThreadSupervisor::default().spawn(ThreadRole::Task, "question", async move {
             let bind = robot.plan().bind;
@@ -101,7 +104,7 @@ async fn health(Shared(robots): Shared<Robots>) -> Response {
         let own: Json = answer
             .and_then(|answer| serde_json::from_str(&answer).ok())
             .unwrap_or_default();
-        let robot_is_well = seen.state == State::Ready && own["status"] == "ok";
+        let robot_is_well = seen.state == ProcessState::Ready && own["status"] == "ok";
         is_well &= robot_is_well;
         let plan = robot.plan();
         all.insert(
@@ -129,10 +132,10 @@ async fn health(Shared(robots): Shared<Robots>) -> Response {
 }
 
 async fn metrics(Shared(robots): Shared<Robots>) -> Response {
-    let mut merged = Merged::default();
+    let mut merged = MergedMetrics::default();
     for (robot, seen, answer) in asked(&robots, "/metrics").await {
         let name = robot.plan().name;
-        let up = u64::from(seen.state == State::Ready && answer.is_some());
+        let up = u64::from(seen.state == ProcessState::Ready && answer.is_some());
         merged.sample(
             (
                 "elite_fleet_robot_up",
@@ -216,7 +219,7 @@ async fn table(Shared(robots): Shared<Robots>) -> Response {
     (heads, page).into_response()
 }
 
-fn row(robot: &Robot, seen: &Seen, health: &Json) -> String {
+fn row(robot: &RobotProcess, seen: &ProcessStatus, health: &Json) -> String {
     let plan = robot.plan();
     let state = seen.state.as_str();
     let (name, bind) = (&plan.name, plan.bind);
@@ -228,8 +231,8 @@ fn row(robot: &Robot, seen: &Seen, health: &Json) -> String {
         None => name.clone(),
     };
     let told = match (&seen.last_end, seen.state) {
-        (Some(why), State::Waiting) => format!("{state}: {}", escaped(why)),
-        (_, State::Ready) if health["status"] != "ok" => {
+        (Some(why), ProcessState::Waiting) => format!("{state}: {}", escaped(why)),
+        (_, ProcessState::Ready) if health["status"] != "ok" => {
             format!(
                 "{state}, {}",
                 escaped(health["status"].as_str().unwrap_or("no answer"))
@@ -238,7 +241,7 @@ fn row(robot: &Robot, seen: &Seen, health: &Json) -> String {
         _ => state.to_owned(),
     };
     let class = match seen.state {
-        State::Ready if health["status"] != "ok" => "bad",
+        ProcessState::Ready if health["status"] != "ok" => "bad",
         _ => state,
     };
     format!(

@@ -19,7 +19,7 @@ use tokio::sync::{mpsc, oneshot};
 use tokio::time::{Instant, sleep, timeout};
 use tokio_util::sync::CancellationToken;
 
-use super::file::Plan;
+use super::file::RobotPlan;
 use super::log::copy_lines;
 
 /// How often it is looked whether a robot is ready, and what it holds.
@@ -37,7 +37,7 @@ const WELL_AFTER: Duration = Duration::from_secs(60);
 
 /// What a robot does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum State {
+pub(super) enum ProcessState {
     /// Its process runs and its ports do not listen yet.
     Starting,
     /// Its ports listen.
@@ -48,7 +48,7 @@ pub(super) enum State {
     Stopped,
 }
 
-impl State {
+impl ProcessState {
     pub(super) const fn as_str(self) -> &'static str {
         match self {
             Self::Starting => "starting",
@@ -61,8 +61,8 @@ impl State {
 
 /// What is known of a robot.
 #[derive(Clone, Debug)]
-pub(super) struct Seen {
-    pub state: State,
+pub(super) struct ProcessStatus {
+    pub state: ProcessState,
     pub pid: Option<u32>,
     /// By service, from its ready file.
     pub ports: BTreeMap<String, u16>,
@@ -75,38 +75,38 @@ pub(super) struct Seen {
 }
 
 /// Start it anew with this plan; the answer comes when it is ready, or why it is not.
-pub(super) struct Renew(pub Plan, pub oneshot::Sender<Result<(), String>>);
+pub(super) struct RestartRequest(pub RobotPlan, pub oneshot::Sender<Result<(), String>>);
 
 /// A robot.
-pub(super) struct Robot {
-    plan: Mutex<Plan>,
-    seen: Mutex<Seen>,
+pub(super) struct RobotProcess {
+    plan: Mutex<RobotPlan>,
+    seen: Mutex<ProcessStatus>,
 }
 
 /// Why a process is over.
-enum Over {
+enum ProcessExit {
     /// By itself.
     Ended(String),
     /// It is to end for good.
     Stopped,
     /// It is to be started anew.
-    Renewed(Renew),
+    Renewed(RestartRequest),
 }
 
 /// A process.
-struct Process {
+struct ServerProcess {
     child: Child,
     /// Closed when it is to end.
     input: Option<ChildStdin>,
     ready_file: PathBuf,
 }
 
-impl Robot {
-    pub(super) fn new(plan: Plan) -> Self {
+impl RobotProcess {
+    pub(super) fn new(plan: RobotPlan) -> Self {
         Self {
             plan: Mutex::new(plan),
-            seen: Mutex::new(Seen {
-                state: State::Starting,
+            seen: Mutex::new(ProcessStatus {
+                state: ProcessState::Starting,
                 pid: None,
                 ports: BTreeMap::new(),
                 restarts: 0,
@@ -116,15 +116,15 @@ impl Robot {
         }
     }
 
-    pub(super) fn plan(&self) -> Plan {
+    pub(super) fn plan(&self) -> RobotPlan {
         lock(&self.plan).clone()
     }
 
-    pub(super) fn seen(&self) -> Seen {
+    pub(super) fn seen(&self) -> ProcessStatus {
         lock(&self.seen).clone()
     }
 
-    fn see(&self, change: impl FnOnce(&mut Seen)) {
+    fn see(&self, change: impl FnOnce(&mut ProcessStatus)) {
         change(&mut lock(&self.seen));
     }
 
@@ -132,7 +132,7 @@ impl Robot {
     pub(super) async fn keep(
         &self,
         program: &Path,
-        mut orders: mpsc::Receiver<Renew>,
+        mut orders: mpsc::Receiver<RestartRequest>,
         shutdown: &CancellationToken,
     ) {
         let name = self.plan().name;
@@ -142,22 +142,22 @@ impl Robot {
             let begun = Instant::now();
             let over = match start(program, &self.plan()) {
                 Ok(process) => self.watch(process, &mut orders, &mut asked, shutdown).await,
-                Err(error) => Over::Ended(format!("it cannot be started: {error}")),
+                Err(error) => ProcessExit::Ended(format!("it cannot be started: {error}")),
             };
-            let was_ready = self.seen().state == State::Ready;
+            let was_ready = self.seen().state == ProcessState::Ready;
             self.see(|seen| {
                 (seen.pid, seen.memory) = (None, 0);
                 seen.ports.clear();
             });
             let why = match over {
-                Over::Stopped => break,
-                Over::Renewed(Renew(plan, answer)) => {
+                ProcessExit::Stopped => break,
+                ProcessExit::Renewed(RestartRequest(plan, answer)) => {
                     *lock(&self.plan) = plan;
                     (asked, pause) = (Some(answer), FIRST_PAUSE);
-                    self.see(|seen| seen.state = State::Starting);
+                    self.see(|seen| seen.state = ProcessState::Starting);
                     continue;
                 }
-                Over::Ended(why) => why,
+                ProcessExit::Ended(why) => why,
             };
             if was_ready && begun.elapsed() >= WELL_AFTER {
                 pause = FIRST_PAUSE;
@@ -171,63 +171,63 @@ impl Robot {
                 let _ = answer.send(Err(why.clone()));
             }
             self.see(|seen| {
-                seen.state = State::Waiting;
+                seen.state = ProcessState::Waiting;
                 seen.restarts += 1;
                 seen.last_end = Some(why);
             });
             tokio::select! {
                 () = sleep(pause) => {}
                 () = shutdown.cancelled() => break,
-                Some(Renew(plan, answer)) = orders.recv() => {
+                Some(RestartRequest(plan, answer)) = orders.recv() => {
                     *lock(&self.plan) = plan;
                     (asked, pause) = (Some(answer), FIRST_PAUSE);
-                    self.see(|seen| seen.state = State::Starting);
+                    self.see(|seen| seen.state = ProcessState::Starting);
                     continue;
                 }
             }
             pause = (pause * 2).min(LONGEST_PAUSE);
-            self.see(|seen| seen.state = State::Starting);
+            self.see(|seen| seen.state = ProcessState::Starting);
         }
-        self.see(|seen| seen.state = State::Stopped);
+        self.see(|seen| seen.state = ProcessState::Stopped);
     }
 
     /// Looks after a process until it is over.
     async fn watch(
         &self,
-        mut process: Process,
-        orders: &mut mpsc::Receiver<Renew>,
+        mut process: ServerProcess,
+        orders: &mut mpsc::Receiver<RestartRequest>,
         asked: &mut Option<oneshot::Sender<Result<(), String>>>,
         shutdown: &CancellationToken,
-    ) -> Over {
+    ) -> ProcessExit {
         let pid = process.child.id();
-        self.see(|seen| (seen.state, seen.pid) = (State::Starting, pid));
+        self.see(|seen| (seen.state, seen.pid) = (ProcessState::Starting, pid));
         let begun = Instant::now();
         let (memory_max, mut measured) = (self.plan().memory, Instant::now());
         let mut is_ready = false;
         loop {
             let look = if is_ready { MEASURE_EVERY } else { LOOK_EVERY };
             tokio::select! {
-                ended = process.child.wait() => return Over::Ended(told(ended)),
+                ended = process.child.wait() => return ProcessExit::Ended(told(ended)),
                 () = shutdown.cancelled() => {
                     process.end().await;
-                    return Over::Stopped;
+                    return ProcessExit::Stopped;
                 }
                 Some(renew) = orders.recv() => {
                     process.end().await;
-                    return Over::Renewed(renew);
+                    return ProcessExit::Renewed(renew);
                 }
                 () = sleep(look) => {}
             }
             if !is_ready {
                 if let Some(ports) = ports_of(&process.ready_file, pid) {
                     is_ready = true;
-                    self.see(|seen| (seen.state, seen.ports) = (State::Ready, ports));
+                    self.see(|seen| (seen.state, seen.ports) = (ProcessState::Ready, ports));
                     if let Some(answer) = asked.take() {
                         let _ = answer.send(Ok(()));
                     }
                 } else if begun.elapsed() >= READY_WITHIN {
                     process.end().await;
-                    return Over::Ended(format!(
+                    return ProcessExit::Ended(format!(
                         "its ports did not listen within {} s",
                         READY_WITHIN.as_secs()
                     ));
@@ -239,7 +239,7 @@ impl Robot {
                 self.see(|seen| seen.memory = held);
                 if let Some(most) = memory_max.filter(|most| held > *most) {
                     process.end().await;
-                    return Over::Ended(format!(
+                    return ProcessExit::Ended(format!(
                         "it held {} MB, {} MB are allowed",
                         held / 1_000_000,
                         most / 1_000_000
@@ -250,7 +250,7 @@ impl Robot {
     }
 }
 
-impl Process {
+impl ServerProcess {
     /// Ends it in an orderly way, and by force when that takes too long.
     async fn end(&mut self) {
         drop(self.input.take());
@@ -262,7 +262,7 @@ impl Process {
 }
 
 /// Starts a process in the robot's own folder.
-fn start(program: &Path, plan: &Plan) -> io::Result<Process> {
+fn start(program: &Path, plan: &RobotPlan) -> io::Result<ServerProcess> {
     fs::create_dir_all(&plan.folder)?;
     let config = plan.folder.join("robot.toml");
     crate::ready_file::replace(&config, &plan.config)?;
@@ -289,7 +289,7 @@ fn start(program: &Path, plan: &Plan) -> io::Result<Process> {
         let copying = copy_lines(said, plan.folder.join("robot.log"));
         ThreadSupervisor::default().spawn(ThreadRole::Service, "robot-log", copying);
     }
-    Ok(Process {
+    Ok(ServerProcess {
         child,
         input,
         ready_file,

@@ -9,8 +9,8 @@ use elite_runtime::builtins::declare::Builtin;
 use rmcp::schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::tools::Answer;
-use super::workspace::{Stop, Workspace};
+use super::tools::ToolOutput;
+use super::workspace::{CancelFlag, Workspace};
 
 /// Functions that a search tells of.
 const FOUND_MAX: usize = 30;
@@ -19,7 +19,7 @@ const FOUND_MAX: usize = 30;
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[schemars(crate = "rmcp::schemars")]
 #[serde(deny_unknown_fields)]
-pub(super) struct Arguments {
+pub(super) struct BuiltinArguments {
     /// The name of one function, for its full text: movel
     #[serde(default)]
     name: Option<String>,
@@ -28,39 +28,43 @@ pub(super) struct Arguments {
     search: Option<String>,
     /// Language of the text: en (default) or zh
     #[serde(default)]
-    language: Option<Words>,
+    language: Option<LanguageArgument>,
 }
 
 /// A language of texts.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[schemars(crate = "rmcp::schemars", inline)]
 #[serde(rename_all = "lowercase")]
-enum Words {
+enum LanguageArgument {
     En,
     Zh,
 }
 
-pub(super) fn builtin(_: &Workspace, arguments: Arguments, _: &Stop) -> Result<Answer, String> {
+pub(super) fn builtin(
+    _: &Workspace,
+    arguments: BuiltinArguments,
+    _: &CancelFlag,
+) -> Result<ToolOutput, String> {
     let language = match arguments.language {
-        Some(Words::Zh) => Language::Chinese,
-        Some(Words::En) | None => Language::English,
+        Some(LanguageArgument::Zh) => Language::Chinese,
+        Some(LanguageArgument::En) | None => Language::English,
     };
     match (arguments.name, arguments.search) {
         (Some(_), Some(_)) => Err("give either name or search".to_owned()),
         (Some(name), None) => full_text(name.trim(), language),
         (None, Some(words)) => found(&words, language),
-        (None, None) => Ok(Answer::text(names())),
+        (None, None) => Ok(ToolOutput::text(names())),
     }
 }
 
-fn full_text(name: &str, language: Language) -> Result<Answer, String> {
+fn full_text(name: &str, language: Language) -> Result<ToolOutput, String> {
     let name = name.trim_end_matches("()");
     if let Some(builtin) = library::robot(name) {
-        return Ok(Answer::text(describe::robot(builtin, language)));
+        return Ok(ToolOutput::text(describe::robot(builtin, language)));
     }
     if library::is_python(name) {
         let text = format!("`{name}` is Python's own and does what Python 3 documents.");
-        return Ok(Answer::text(text));
+        return Ok(ToolOutput::text(text));
     }
     let shown: String = name.chars().take(80).collect();
     let near: Vec<&str> = all()
@@ -77,7 +81,7 @@ fn full_text(name: &str, language: Language) -> Result<Answer, String> {
     })
 }
 
-fn found(words: &str, language: Language) -> Result<Answer, String> {
+fn found(words: &str, language: Language) -> Result<ToolOutput, String> {
     let words: Vec<String> = words.split_whitespace().map(str::to_lowercase).collect();
     if words.is_empty() {
         return Err("search has no words".to_owned());
@@ -95,7 +99,7 @@ fn found(words: &str, language: Language) -> Result<Answer, String> {
     let count = hits.len();
     if count == 0 {
         let text = format!("no function has all of: {}", words.join(" "));
-        return Ok(Answer::text(shortened_words(text)));
+        return Ok(ToolOutput::text(shortened_words(text)));
     }
     let mut text = String::new();
     for (_, builtin) in hits.iter().take(FOUND_MAX) {
@@ -108,7 +112,7 @@ fn found(words: &str, language: Language) -> Result<Answer, String> {
             count - FOUND_MAX
         ));
     }
-    Ok(Answer::text(text))
+    Ok(ToolOutput::text(text))
 }
 
 fn shortened_words(text: String) -> String {

@@ -23,7 +23,7 @@ const AHEAD_MAX: usize = 16;
 
 /// What a line says.
 #[derive(Debug)]
-pub enum Said {
+pub enum IncomingLine {
     /// A message.
     Message(Box<ClientJsonRpcMessage>),
     /// No message; this is the answer.
@@ -33,10 +33,10 @@ pub enum Said {
 }
 
 /// Reads one line, with or without its end.
-pub fn read(line: &[u8]) -> Said {
+pub fn read(line: &[u8]) -> IncomingLine {
     let line = line.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(line);
     if line.iter().all(u8::is_ascii_whitespace) {
-        return Said::Nothing;
+        return IncomingLine::Nothing;
     }
     let value: Json = match serde_json::from_slice(line) {
         Ok(value) => value,
@@ -54,11 +54,11 @@ pub fn read(line: &[u8]) -> Said {
         .and_then(|id| serde_json::from_value::<RequestId>(id.clone()).ok());
     let is_notification = value.get("method").is_some() && value.get("id").is_none();
     match serde_json::from_value(value) {
-        Ok(message) => Said::Message(Box::new(message)),
+        Ok(message) => IncomingLine::Message(Box::new(message)),
         // Nobody waits for an answer to a notification, not even for this one.
         Err(error) if is_notification => {
             tracing::warn!("a notification that is none: {error}");
-            Said::Nothing
+            IncomingLine::Nothing
         }
         Err(_) => {
             let text = "this is no message of JSON-RPC 2.0: jsonrpc must be \"2.0\", id a whole number or a text, \
@@ -68,8 +68,8 @@ pub fn read(line: &[u8]) -> Said {
     }
 }
 
-fn wrong(error: ErrorData, id: Option<RequestId>) -> Said {
-    Said::Wrong(Box::new(ServerJsonRpcMessage::error(error, id)))
+fn wrong(error: ErrorData, id: Option<RequestId>) -> IncomingLine {
+    IncomingLine::Wrong(Box::new(ServerJsonRpcMessage::error(error, id)))
 }
 
 /// The next line of at most `most` bytes; of a longer one the length. `None` at the end.
@@ -102,7 +102,7 @@ fn next_line(input: &mut impl BufRead, most: usize) -> io::Result<Option<Result<
 
 /// Both streams.
 pub(super) struct Lines<W> {
-    read: Receiver<Said>,
+    read: Receiver<IncomingLine>,
     output: Arc<Mutex<W>>,
     /// A request has come: before it there is nothing that a notification could be about.
     is_begun: bool,
@@ -168,13 +168,13 @@ impl<W: Write + Send + 'static> Transport<RoleServer> for Lines<W> {
     async fn receive(&mut self) -> Option<ClientJsonRpcMessage> {
         loop {
             match self.read.recv().await? {
-                Said::Nothing => {}
-                Said::Wrong(answer) => {
+                IncomingLine::Nothing => {}
+                IncomingLine::Wrong(answer) => {
                     if Self::write(&self.output, &answer).is_err() {
                         return None;
                     }
                 }
-                Said::Message(message) => match *message {
+                IncomingLine::Message(message) => match *message {
                     message @ ClientJsonRpcMessage::Request(_) => {
                         self.is_begun = true;
                         return Some(message);
@@ -198,16 +198,16 @@ mod tests {
 
     fn answer(line: &[u8]) -> Json {
         match read(line) {
-            Said::Wrong(answer) => serde_json::to_value(&*answer).unwrap(),
+            IncomingLine::Wrong(answer) => serde_json::to_value(&*answer).unwrap(),
             other => panic!("{other:?}"),
         }
     }
 
     #[test]
     fn what_is_no_message_is_answered_with_the_number_of_the_request_if_it_has_one() {
-        assert!(matches!(read(b" \r\n"), Said::Nothing));
+        assert!(matches!(read(b" \r\n"), IncomingLine::Nothing));
         let message = read(b"{\"jsonrpc\":\"2.0\",\"id\":1,\"method\":\"tools/list\"}\n");
-        assert!(matches!(message, Said::Message(_)));
+        assert!(matches!(message, IncomingLine::Message(_)));
         assert_eq!(answer(b"{\"jsonrpc\":")["error"]["code"], -32700);
         assert_eq!(answer(b"\xff\xfe{}")["error"]["code"], -32700);
         let deep = "[".repeat(100_000);
@@ -222,7 +222,7 @@ mod tests {
         let wrong = answer(b"{\"jsonrpc\":\"2.0\",\"id\":5,\"method\":7}");
         assert_eq!(wrong["id"], 5);
         let noted = b"{\"jsonrpc\":\"2.0\",\"method\":\"notifications/cancelled\",\"params\":3}";
-        assert!(!matches!(read(noted), Said::Wrong(_)));
+        assert!(!matches!(read(noted), IncomingLine::Wrong(_)));
     }
 
     #[test]

@@ -7,10 +7,10 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use controller::options::{
-    Home, ModelChoice, Permission, PlantChoice, RecordTarget, StepMillis, Tcp,
+    HomeJoints, ModelChoice, Permission, PlantChoice, RecordTarget, StepMillis, Tcp,
 };
 use controller::outcome::ProgramResult;
-use controller::{Nobody, Patience, SteppedController};
+use controller::{NullObserver, SteppedController, WallTimeout};
 use elite_lang::SourceFile;
 use elite_runtime::{Preset, ProgramText};
 use kinematics::{JointPositions, RpyPose};
@@ -20,9 +20,9 @@ use serde::Deserialize;
 use serde_json::{Value as Json, json};
 
 use super::server::shortened;
-use super::tools::{Answer, within};
-use super::workspace::{Stop, Workspace};
-use crate::cli::{RunArgs, SharedArgs};
+use super::tools::{ToolOutput, within};
+use super::workspace::{CancelFlag, Workspace};
+use crate::cli::{ControllerArgs, RunArgs};
 use crate::commands::check::{findings_of, picture, row};
 use crate::commands::debug::literal;
 use crate::config::RunConfig;
@@ -134,8 +134,8 @@ fn program(
 pub(super) fn check(
     workspace: &Workspace,
     arguments: CheckArguments,
-    _: &Stop,
-) -> Result<Answer, String> {
+    _: &CancelFlag,
+) -> Result<ToolOutput, String> {
     let file = arguments.file.as_deref();
     let is_test =
         arguments.is_test || file.is_some_and(|file| script_test::is_test_file(Path::new(file)));
@@ -158,7 +158,7 @@ pub(super) fn check(
         .iter()
         .take(FINDINGS_MAX)
         .map(|finding| row(finding, &source));
-    Ok(Answer {
+    Ok(ToolOutput {
         text,
         structured: Some(json!({
             "count": findings.len(),
@@ -171,8 +171,8 @@ pub(super) fn check(
 pub(super) fn run(
     workspace: &Workspace,
     mut arguments: RunArguments,
-    stop: &Stop,
-) -> Result<Answer, String> {
+    stop: &CancelFlag,
+) -> Result<ToolOutput, String> {
     let time = within("time", arguments.time, TIME, 0.001, TIME_MAX)?;
     let wall = within(
         "wall_time",
@@ -188,7 +188,7 @@ pub(super) fn run(
     )?;
     let record = arguments.record.clone();
     let config = settings(workspace, arguments)?;
-    let controller = SteppedController::open(&config.robot, Arc::new(Nobody));
+    let controller = SteppedController::open(&config.robot, Arc::new(NullObserver));
     let controller = controller.map_err(|error| error.to_string())?;
     controller
         .controller()
@@ -196,7 +196,7 @@ pub(super) fn run(
         .set_presets(&config.presets);
     let began = Instant::now();
     let mut goes_on = || !stop.load(Ordering::Relaxed) && began.elapsed().as_secs_f64() < wall;
-    let mut patience = Patience {
+    let mut patience = WallTimeout {
         wall: STUCK,
         goes_on: &mut goes_on,
     };
@@ -232,7 +232,7 @@ pub(super) fn run(
         Some(path) => format!("{text}recording: {path}\n"),
         None => text,
     };
-    Ok(Answer {
+    Ok(ToolOutput {
         text,
         structured: Some(json!({
             "outcome": result.outcome.as_str(),
@@ -321,9 +321,9 @@ fn settings(workspace: &Workspace, arguments: RunArguments) -> Result<RunConfig,
         Some(path) => RecordTarget::File(path),
         None => RecordTarget::Off,
     };
-    let shared = SharedArgs {
+    let shared = ControllerArgs {
         model: parsed::<ModelChoice>("model", arguments.model.as_deref())?,
-        home: arguments.home.map(|q| Home(JointPositions(q))),
+        home: arguments.home.map(|q| HomeJoints(JointPositions(q))),
         tcp: arguments.tcp.map(|pose| Tcp(RpyPose::from_array(pose))),
         payload: parsed("payload", payload.as_deref())?,
         cell: path("cell", arguments.cell)?,
@@ -332,7 +332,7 @@ fn settings(workspace: &Workspace, arguments: RunArguments) -> Result<RunConfig,
         seed: arguments.seed,
         record: Some(record),
         allow: Some(allow),
-        ..SharedArgs::default()
+        ..ControllerArgs::default()
     };
     let args = RunArgs {
         file: Path::new("-").to_owned(),

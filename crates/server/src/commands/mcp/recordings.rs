@@ -7,9 +7,9 @@ use recorder::Recording;
 use rmcp::schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::tools::Answer;
-use super::workspace::{Stop, Workspace};
-use crate::ports::shown::Screen;
+use super::tools::ToolOutput;
+use super::workspace::{CancelFlag, Workspace};
+use crate::ports::escape::EscapingWriter;
 use crate::replay::{Question, answer_of, picture};
 
 /// Longest answer, bytes; what comes after it is not worked out.
@@ -19,7 +19,7 @@ const ANSWER_BYTES_MAX: usize = 150_000;
 #[derive(Debug, Deserialize, JsonSchema)]
 #[schemars(crate = "rmcp::schemars")]
 #[serde(deny_unknown_fields)]
-pub(super) struct Whole {
+pub(super) struct SummaryArguments {
     /// The path of the recording: arm.mcap
     recording: String,
     /// Add the programs, with when each line ran, how often and how long (default false)
@@ -31,7 +31,7 @@ pub(super) struct Whole {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[schemars(crate = "rmcp::schemars")]
 #[serde(deny_unknown_fields)]
-pub(super) struct Moment {
+pub(super) struct AtArguments {
     /// The path of the recording: arm.mcap
     recording: String,
     /// The moment, in seconds of the recording
@@ -42,7 +42,7 @@ pub(super) struct Moment {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[schemars(crate = "rmcp::schemars")]
 #[serde(deny_unknown_fields)]
-pub(super) struct Condition {
+pub(super) struct FindArguments {
     /// The path of the recording: arm.mcap
     recording: String,
     /// An expression: norm(tcp_force[0:3]) > 20
@@ -53,46 +53,54 @@ pub(super) struct Condition {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[schemars(crate = "rmcp::schemars")]
 #[serde(deny_unknown_fields)]
-pub(super) struct Plot {
+pub(super) struct PlotArguments {
     /// The path of the recording: arm.mcap
     recording: String,
 }
 
 pub(super) fn summary(
     workspace: &Workspace,
-    arguments: Whole,
-    stop: &Stop,
-) -> Result<Answer, String> {
+    arguments: SummaryArguments,
+    stop: &CancelFlag,
+) -> Result<ToolOutput, String> {
     let recording = workspace.recording(&arguments.recording, stop)?;
     let mut text = answered(&recording, &Question::Summary, stop)?;
     if arguments.script {
         text.push_str(&answered(&recording, &Question::Script, stop)?);
     }
-    Ok(Answer::text(text))
+    Ok(ToolOutput::text(text))
 }
 
-pub(super) fn at(workspace: &Workspace, arguments: Moment, stop: &Stop) -> Result<Answer, String> {
+pub(super) fn at(
+    workspace: &Workspace,
+    arguments: AtArguments,
+    stop: &CancelFlag,
+) -> Result<ToolOutput, String> {
     let recording = workspace.recording(&arguments.recording, stop)?;
     let question = Question::At(arguments.time);
-    Ok(Answer::text(answered(&recording, &question, stop)?))
+    Ok(ToolOutput::text(answered(&recording, &question, stop)?))
 }
 
 pub(super) fn find(
     workspace: &Workspace,
-    arguments: Condition,
-    stop: &Stop,
-) -> Result<Answer, String> {
+    arguments: FindArguments,
+    stop: &CancelFlag,
+) -> Result<ToolOutput, String> {
     let recording = workspace.recording(&arguments.recording, stop)?;
     let question = Question::Find(arguments.condition);
-    Ok(Answer::text(answered(&recording, &question, stop)?))
+    Ok(ToolOutput::text(answered(&recording, &question, stop)?))
 }
 
-pub(super) fn plot(workspace: &Workspace, arguments: Plot, stop: &Stop) -> Result<Answer, String> {
+pub(super) fn plot(
+    workspace: &Workspace,
+    arguments: PlotArguments,
+    stop: &CancelFlag,
+) -> Result<ToolOutput, String> {
     let recording = workspace.recording(&arguments.recording, stop)?;
     let png = picture(&recording);
     let ending = recording_note(&recording);
     check_running(stop)?;
-    Ok(Answer {
+    Ok(ToolOutput {
         text: format!("{}{ending}", recording.name()),
         structured: None,
         png: Some(png.map_err(|error| error.to_string())?),
@@ -100,8 +108,12 @@ pub(super) fn plot(workspace: &Workspace, arguments: Plot, stop: &Stop) -> Resul
 }
 
 /// The answer to a question, as text for people.
-fn answered(recording: &Recording, question: &Question, stop: &Stop) -> Result<String, String> {
-    let mut screen = Screen::new(Beginning::default());
+fn answered(
+    recording: &Recording,
+    question: &Question,
+    stop: &CancelFlag,
+) -> Result<String, String> {
+    let mut screen = EscapingWriter::new(TruncatingWriter::default());
     let answered = answer_of(recording, question, &mut screen);
     let flushed = screen.flush();
     let beginning = screen.into_inner();
@@ -119,11 +131,11 @@ fn answered(recording: &Recording, question: &Question, stop: &Stop) -> Result<S
 
 fn recording_note(recording: &Recording) -> String {
     match recording.trouble() {
-        None | Some(recorder::Ending::Complete) => String::new(),
-        Some(recorder::Ending::Cut) => {
+        None | Some(recorder::FileEnd::Complete) => String::new(),
+        Some(recorder::FileEnd::Cut) => {
             "\n(the recording ends in the middle; the answer is about what is there)\n".to_owned()
         }
-        Some(recorder::Ending::Damaged(reason)) => {
+        Some(recorder::FileEnd::Damaged(reason)) => {
             format!(
                 "\n(the recording is damaged, {reason}; the answer is about what comes before)\n"
             )
@@ -131,7 +143,7 @@ fn recording_note(recording: &Recording) -> String {
     }
 }
 
-fn check_running(stop: &Stop) -> Result<(), String> {
+fn check_running(stop: &CancelFlag) -> Result<(), String> {
     match stop.load(Ordering::Relaxed) {
         true => Err("the call was cancelled".to_owned()),
         false => Ok(()),
@@ -140,12 +152,12 @@ fn check_running(stop: &Stop) -> Result<(), String> {
 
 /// The beginning of a text; whoever writes more is told that nobody reads it.
 #[derive(Default)]
-struct Beginning {
+struct TruncatingWriter {
     text: Vec<u8>,
     is_full: bool,
 }
 
-impl Write for Beginning {
+impl Write for TruncatingWriter {
     fn write(&mut self, data: &[u8]) -> io::Result<usize> {
         let room = ANSWER_BYTES_MAX - self.text.len();
         let taken = data.len().min(room);

@@ -17,8 +17,8 @@ use rmcp::service::{RequestContext, RoleServer};
 use supervision::{ThreadRole, ThreadSupervisor, catch};
 use tokio::sync::{Semaphore, oneshot};
 
-use super::tools::{self, Answer, Tool};
-use super::workspace::{Stop, Workspace};
+use super::tools::{self, ToolOutput, ToolSpec};
+use super::workspace::{CancelFlag, Workspace};
 
 /// Calls at work at once.
 const AT_ONCE: usize = 2;
@@ -37,21 +37,21 @@ nothing moves), write tests in test_*.script and run them with `test`. A run wit
 No tool reaches a real robot or the network.";
 
 /// The server.
-pub(super) struct Server {
+pub(super) struct McpServer {
     workspace: Workspace,
     turns: Arc<Semaphore>,
     waiting: Arc<AtomicUsize>,
-    running: StopAll,
+    running: CallCanceller,
 }
 
 /// All calls, to be stopped at the end.
 #[derive(Clone, Default)]
-pub(super) struct StopAll {
+pub(super) struct CallCanceller {
     stops: Arc<Mutex<Vec<Weak<AtomicBool>>>>,
     at_work: Arc<AtomicUsize>,
 }
 
-impl StopAll {
+impl CallCanceller {
     /// Stops all and waits until they have noticed, for at most so long.
     pub(super) fn stop_and_wait(&self, most: Duration) {
         for stop in self.stops().iter().filter_map(Weak::upgrade) {
@@ -64,10 +64,10 @@ impl StopAll {
     }
 }
 
-impl StopAll {
+impl CallCanceller {
     /// The flag of one more call.
-    fn begin(&self) -> Stop {
-        let stop = Stop::default();
+    fn begin(&self) -> CancelFlag {
+        let stop = CancelFlag::default();
         let mut stops = self.stops();
         stops.retain(|stop| stop.strong_count() > 0);
         stops.push(Arc::downgrade(&stop));
@@ -81,42 +81,42 @@ impl StopAll {
 }
 
 /// One less when it goes.
-struct Counted(Arc<AtomicUsize>);
+struct CountGuard(Arc<AtomicUsize>);
 
-impl Counted {
+impl CountGuard {
     fn new(count: &Arc<AtomicUsize>) -> Self {
         count.fetch_add(1, Ordering::AcqRel);
         Self(count.clone())
     }
 }
 
-impl Drop for Counted {
+impl Drop for CountGuard {
     fn drop(&mut self) {
         self.0.fetch_sub(1, Ordering::AcqRel);
     }
 }
 
-impl Server {
+impl McpServer {
     pub(super) fn new(workspace: Workspace) -> Self {
         Self {
             workspace,
             turns: Arc::new(Semaphore::new(AT_ONCE)),
             waiting: Arc::default(),
-            running: StopAll::default(),
+            running: CallCanceller::default(),
         }
     }
 
-    pub(super) fn stop_all(&self) -> StopAll {
+    pub(super) fn stop_all(&self) -> CallCanceller {
         self.running.clone()
     }
 
     async fn call(
         &self,
-        tool: &'static Tool,
+        tool: &'static ToolSpec,
         arguments: JsonObject,
         context: &RequestContext<RoleServer>,
     ) -> CallToolResult {
-        let waits = Counted::new(&self.waiting);
+        let waits = CountGuard::new(&self.waiting);
         if self.waiting.load(Ordering::Acquire) > WAITING_MAX {
             return refused(format!(
                 "{WAITING_MAX} calls wait already; send this one again when they are answered"
@@ -131,7 +131,7 @@ impl Server {
         let stop = self.running.begin();
         let (sender, mut receiver) = oneshot::channel();
         let (workspace, stopped) = (self.workspace.clone(), stop.clone());
-        let at_work = Counted::new(&self.running.at_work);
+        let at_work = CountGuard::new(&self.running.at_work);
         let work = move || {
             let answer = catch(|| (tool.call)(&workspace, arguments, &stopped));
             let answer = answer.unwrap_or_else(|panicked| {
@@ -163,7 +163,7 @@ impl Server {
     }
 }
 
-fn told(answer: Answer) -> CallToolResult {
+fn told(answer: ToolOutput) -> CallToolResult {
     let mut content = vec![ContentBlock::text(bounded(answer.text))];
     if let Some(png) = answer.png {
         let data = base64::prelude::BASE64_STANDARD.encode(png);
@@ -198,7 +198,7 @@ pub(super) fn shortened(text: String, most: usize) -> String {
     )
 }
 
-impl ServerHandler for Server {
+impl ServerHandler for McpServer {
     fn get_info(&self) -> ServerConfig {
         let us = Implementation::new("eliteserver", env!("CARGO_PKG_VERSION"));
         ServerConfig::new(ServerCapabilities::builder().enable_tools().build())
@@ -212,7 +212,7 @@ impl ServerHandler for Server {
         _: RequestContext<RoleServer>,
     ) -> Result<ListToolsResult, ErrorData> {
         Ok(ListToolsResult::with_all_items(
-            tools::all().iter().map(Tool::declared).collect(),
+            tools::all().iter().map(ToolSpec::declared).collect(),
         ))
     }
 

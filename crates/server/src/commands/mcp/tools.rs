@@ -8,12 +8,12 @@ use rmcp::schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde_json::Value as Json;
 
-use super::workspace::{Stop, Workspace};
-use super::{builtins, programs, recordings, suite};
+use super::workspace::{CancelFlag, Workspace};
+use super::{builtins, programs, recordings, test_tool};
 
 /// What a tool has to say.
 #[derive(Debug, Default)]
-pub(super) struct Answer {
+pub(super) struct ToolOutput {
     /// For whoever reads.
     pub text: String,
     /// The same for a program.
@@ -22,7 +22,7 @@ pub(super) struct Answer {
     pub png: Option<Vec<u8>>,
 }
 
-impl Answer {
+impl ToolOutput {
     pub(super) fn text(text: impl Into<String>) -> Self {
         Self {
             text: text.into(),
@@ -32,7 +32,7 @@ impl Answer {
 }
 
 /// A tool.
-pub(super) struct Tool {
+pub(super) struct ToolSpec {
     pub name: &'static str,
     title: &'static str,
     about: &'static str,
@@ -40,10 +40,10 @@ pub(super) struct Tool {
     only_reads: bool,
     schema: fn() -> Result<Arc<JsonObject>, String>,
     /// An error is a sentence for whoever has called.
-    pub call: fn(&Workspace, JsonObject, &Stop) -> Result<Answer, String>,
+    pub call: fn(&Workspace, JsonObject, &CancelFlag) -> Result<ToolOutput, String>,
 }
 
-impl Tool {
+impl ToolSpec {
     /// As the client is told of it.
     pub(super) fn declared(&self) -> Declared {
         let hints = ToolAnnotations::with_title(self.title)
@@ -62,7 +62,7 @@ impl Tool {
 /// Calls a function with arguments of its own type.
 macro_rules! tool {
     ($name:literal, $title:literal, $reads:literal, $arguments:ty, $call:path, $about:literal) => {
-        Tool {
+        ToolSpec {
             name: $name,
             title: $title,
             about: $about,
@@ -76,13 +76,13 @@ macro_rules! tool {
 }
 
 /// All of them.
-pub(super) fn all() -> &'static [Tool] {
-    const TOOLS: &[Tool] = &[
+pub(super) fn all() -> &'static [ToolSpec] {
+    const TOOLS: &[ToolSpec] = &[
         tool!(
             "builtin",
             "Look up functions of the robot",
             true,
-            builtins::Arguments,
+            builtins::BuiltinArguments,
             builtins::builtin,
             "Functions of the script language: the full text of one (signature, units, ranges, defaults, what comes back, section \
              of the manual), or those that fit a search. Without arguments all names by category."
@@ -110,8 +110,8 @@ pub(super) fn all() -> &'static [Tool] {
             "test",
             "Run tests of programs",
             false,
-            suite::Arguments,
-            suite::test,
+            test_tool::TestArguments,
+            test_tool::test,
             "Runs test functions (def test_…():) of files test_*.script and *_test.script, each on a simulated arm of its own. In a \
              test the object `test` starts programs, sets inputs, plays machines on the network and checks what happened."
         ),
@@ -119,7 +119,7 @@ pub(super) fn all() -> &'static [Tool] {
             "replay_summary",
             "Summary of a recording",
             true,
-            recordings::Whole,
+            recordings::SummaryArguments,
             recordings::summary,
             "What a recording holds: duration, programs, commands, errors, protective stops, limits that were reached, peaks of \
              speed, torque and force; optionally the program with when each line ran."
@@ -128,7 +128,7 @@ pub(super) fn all() -> &'static [Tool] {
             "replay_at",
             "State at one moment",
             true,
-            recordings::Moment,
+            recordings::AtArguments,
             recordings::at,
             "Everything that is known of one moment of a recording: line of the script, command, joints, TCP, speeds, torques, \
              forces, inputs and outputs."
@@ -137,7 +137,7 @@ pub(super) fn all() -> &'static [Tool] {
             "replay_find",
             "When a condition held",
             true,
-            recordings::Condition,
+            recordings::FindArguments,
             recordings::find,
             "When a condition held in a recording, where the script was then and where the arm. Conditions are expressions over \
              the fields of a cycle: norm(tcp_force[0:3]) > 20, safety_mode != normal, actual_q[1] < -1.5 and line == 7."
@@ -146,7 +146,7 @@ pub(super) fn all() -> &'static [Tool] {
             "replay_plot",
             "Picture of a recording",
             true,
-            recordings::Plot,
+            recordings::PlotArguments,
             recordings::plot,
             "A picture (PNG) of joint positions, speeds, accelerations, torques and force over time, with lines and commands \
              marked."

@@ -7,11 +7,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use elite_runtime::{FolderAccessError, Folders, ProgramText};
+use elite_runtime::{ProgramText, SandboxError, SandboxRoots};
 use recorder::Recording;
 
 use crate::commands::check::program_of;
-use crate::ports::shown::Escaped;
+use crate::ports::escape::EscapedText;
 
 /// Why there are no other files, for people.
 const BECAUSE: &str = "the folder that eliteserver mcp was started in";
@@ -20,19 +20,19 @@ const BECAUSE: &str = "the folder that eliteserver mcp was started in";
 const PATH_BYTES_MAX: usize = 4096;
 
 /// Set when nobody waits for an answer any more.
-pub(super) type Stop = Arc<AtomicBool>;
+pub(super) type CancelFlag = Arc<AtomicBool>;
 
 /// The folder. Clones share it.
 #[derive(Clone)]
 pub(super) struct Workspace {
     root: PathBuf,
-    folders: Folders,
+    folders: SandboxRoots,
 }
 
 impl Workspace {
     /// Opens it.
-    pub(super) fn open(root: &Path) -> Result<Self, FolderAccessError> {
-        let folders = Folders::open_because(&[root.to_owned()], BECAUSE)?;
+    pub(super) fn open(root: &Path) -> Result<Self, SandboxError> {
+        let folders = SandboxRoots::open_because(&[root.to_owned()], BECAUSE)?;
         Ok(Self {
             root: std::path::absolute(root).unwrap_or_else(|_| root.to_owned()),
             folders,
@@ -45,7 +45,7 @@ impl Workspace {
     }
 
     /// It as the only place for files.
-    pub(super) const fn folders(&self) -> &Folders {
+    pub(super) const fn folders(&self) -> &SandboxRoots {
         &self.folders
     }
 
@@ -70,9 +70,9 @@ impl Workspace {
     }
 
     /// A recording that can be read any number of times, until `stop` is set.
-    pub(super) fn recording(&self, given: &str, stop: &Stop) -> Result<Recording, String> {
+    pub(super) fn recording(&self, given: &str, stop: &CancelFlag) -> Result<Recording, String> {
         let path = self.path("recording", given)?;
-        let shown = Escaped(given);
+        let shown = EscapedText(given);
         let place = self.folders.find(&path).and_then(|place| {
             regular(&place)?;
             Ok(place)
@@ -81,7 +81,10 @@ impl Workspace {
         let place = place.map_err(|error| format!("cannot read {shown}: {error}"))?;
         let stop = stop.clone();
         let open = move || -> io::Result<Box<dyn Read>> {
-            Ok(Box::new(UntilStopped(File::open(&place)?, stop.clone())))
+            Ok(Box::new(CancellableReader(
+                File::open(&place)?,
+                stop.clone(),
+            )))
         };
         Recording::from_opener(open, given).map_err(|error| error.to_string())
     }
@@ -99,9 +102,9 @@ fn regular(place: impl AsRef<Path>) -> io::Result<()> {
 }
 
 /// A file that ends when nobody wants it any more.
-struct UntilStopped(File, Stop);
+struct CancellableReader(File, CancelFlag);
 
-impl Read for UntilStopped {
+impl Read for CancellableReader {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         if self.1.load(Ordering::Relaxed) {
             return Err(io::Error::other("the call was cancelled"));

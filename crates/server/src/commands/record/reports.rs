@@ -1,7 +1,9 @@
 //! What a robot reports, as messages of the recording's log.
 
 use recorder::{LogLevel, RecorderHandle};
-use wire::primary::{Exception, Level, Numbered, RobotException, Source};
+use wire::primary::{
+    Exception, ExceptionLevel, ExceptionSource, RobotErrorDisplay, RobotException,
+};
 use wire::rtsi::TextLevel;
 
 /// Writes down what the robot reports, as our own controller's messages are.
@@ -25,12 +27,12 @@ pub(super) fn tell(handle: &RecorderHandle, time: f64, told: &RobotException) {
             data,
         } => {
             let level = match level {
-                Level::Info => LogLevel::Info,
-                Level::Warning => LogLevel::Warning,
-                Level::Error | Level::Fatal => LogLevel::Error,
+                ExceptionLevel::Info => LogLevel::Info,
+                ExceptionLevel::Warning => LogLevel::Warning,
+                ExceptionLevel::Error | ExceptionLevel::Fatal => LogLevel::Error,
             };
             let (code, sub_code) = (*code, *sub_code);
-            let numbered = Numbered {
+            let numbered = RobotErrorDisplay {
                 code,
                 sub_code,
                 data,
@@ -38,7 +40,7 @@ pub(super) fn tell(handle: &RecorderHandle, time: f64, told: &RobotException) {
             (level, numbered.to_string())
         }
     };
-    handle.log(time, level, Source::name(told.source), &text);
+    handle.log(time, level, ExceptionSource::name(told.source), &text);
 }
 
 /// The level of a text of RTSI.

@@ -2,25 +2,25 @@
 
 use std::time::Duration;
 
-use robot_client::observed::{EVERY, IN_A_CYCLE};
-use robot_client::{Arrival, Primary, RobotAddress, Rtsi, RtsiError};
+use robot_client::observed::{IN_A_CYCLE, KNOWN_VARIABLES};
+use robot_client::{PrimaryClient, RobotAddress, RtsiClient, RtsiError, RtsiMessage};
 use tokio::sync::mpsc;
 use tokio::time::sleep;
 use wire::primary::Message;
-use wire::rtsi::Kind;
+use wire::rtsi::RtsiType;
 
 /// Between two attempts to reach a robot that is gone.
 const RETRY: Duration = Duration::from_secs(1);
 
 /// Asks for every variable that is known. A controller that does not take so long a list is asked for those that a cycle
 /// has a place for.
-pub(super) async fn connect(address: &RobotAddress, rate: f64) -> Result<Rtsi, RtsiError> {
-    let every: Vec<&str> = EVERY.iter().map(String::as_str).collect();
-    match Rtsi::connect(address, rate, &every).await {
+pub(super) async fn connect(address: &RobotAddress, rate: f64) -> Result<RtsiClient, RtsiError> {
+    let every: Vec<&str> = KNOWN_VARIABLES.iter().map(String::as_str).collect();
+    match RtsiClient::connect(address, rate, &every).await {
         // Nobody there: nobody would be there again.
         Err(error @ RtsiError::Connect(_)) => Err(error),
         Err(error) => {
-            let short = Rtsi::connect(address, rate, IN_A_CYCLE).await;
+            let short = RtsiClient::connect(address, rate, IN_A_CYCLE).await;
             short.map_err(|_| error)
         }
         whole => whole,
@@ -29,36 +29,36 @@ pub(super) async fn connect(address: &RobotAddress, rate: f64) -> Result<Rtsi, R
 
 /// What comes of the connection for data.
 #[derive(Debug)]
-pub(super) enum News {
+pub(super) enum RtsiEvent {
     /// Values or a text.
-    Arrival(Arrival),
+    Arrival(RtsiMessage),
     /// It is gone, and why.
     Gone(RtsiError),
     /// It is there again, with these variables.
-    Again(Vec<(String, Kind)>),
+    Again(Vec<(String, RtsiType)>),
 }
 
 /// Takes what comes from a connection and goes on with a new one when it is gone. Ends when nobody listens.
 ///
 /// Has a channel of its own, so that whatever else happens meanwhile does not interrupt an attempt.
 pub(super) async fn follow(
-    mut rtsi: Rtsi,
+    mut rtsi: RtsiClient,
     address: RobotAddress,
     rate: f64,
-    sender: mpsc::Sender<News>,
+    sender: mpsc::Sender<RtsiEvent>,
 ) {
     loop {
         let why = loop {
             match rtsi.next().await {
                 Ok(arrival) => {
-                    if sender.send(News::Arrival(arrival)).await.is_err() {
+                    if sender.send(RtsiEvent::Arrival(arrival)).await.is_err() {
                         return;
                     }
                 }
                 Err(why) => break why,
             }
         };
-        if sender.send(News::Gone(why)).await.is_err() {
+        if sender.send(RtsiEvent::Gone(why)).await.is_err() {
             return;
         }
         rtsi = loop {
@@ -67,7 +67,7 @@ pub(super) async fn follow(
                 break rtsi;
             }
         };
-        let again = News::Again(rtsi.offered().to_vec());
+        let again = RtsiEvent::Again(rtsi.offered().to_vec());
         if sender.send(again).await.is_err() {
             return;
         }
@@ -77,7 +77,7 @@ pub(super) async fn follow(
 /// Listens to port 30001 for as long as there is somebody who takes it; comes back to a robot that was gone.
 pub(super) async fn listen(address: RobotAddress, sender: mpsc::Sender<Message>) {
     loop {
-        if let Ok(mut robot) = Primary::connect(&address).await {
+        if let Ok(mut robot) = PrimaryClient::connect(&address).await {
             while let Ok(message) = robot.next().await {
                 // States come again; what is reported comes once and has half of the room for itself.
                 let is_state = matches!(message, Message::State(_));
@@ -93,9 +93,12 @@ pub(super) async fn listen(address: RobotAddress, sender: mpsc::Sender<Message>)
 }
 
 /// Variables that are known and that the controller does not have, in words; registers by their groups.
-pub(super) fn not_offered(rtsi: &Rtsi) -> Option<String> {
+pub(super) fn not_offered(rtsi: &RtsiClient) -> Option<String> {
     let has = |name: &str| rtsi.offered().iter().any(|(offered, _)| offered == name);
-    let missing = EVERY.iter().map(String::as_str).filter(|name| !has(name));
+    let missing = KNOWN_VARIABLES
+        .iter()
+        .map(String::as_str)
+        .filter(|name| !has(name));
     in_words(missing)
 }
 

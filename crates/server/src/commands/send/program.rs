@@ -9,7 +9,7 @@ use elite_lang::{Diagnostic, Program, ProgramKind, SourceFile, compile};
 use elite_runtime::{Preset, PresetError};
 use thiserror::Error;
 
-use crate::ports::text::{StringTracker, is_end_line};
+use crate::ports::script_text::{StringTracker, is_end_line};
 use crate::sent_file::{Extent, SentFile};
 
 /// What the function around a file of plain statements is called where its name gives no better one.
@@ -21,7 +21,7 @@ const NAMES_BYTES_MAX: usize = 400;
 
 /// A program on its way to a controller.
 #[derive(Clone, Debug)]
-pub(super) struct Outgoing {
+pub(super) struct OutgoingProgram {
     /// What is sent, its last line end included.
     pub text: String,
     /// For every line of it: the line of the file that it is, and how many columns it was moved right.
@@ -37,7 +37,7 @@ pub(super) struct Outgoing {
 /// Why a file cannot be sent; each is a sentence.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-pub(super) enum SendError {
+pub(super) enum WrapError {
     /// A setting is none.
     #[error(transparent)]
     Setting(#[from] PresetError),
@@ -49,14 +49,14 @@ pub(super) enum SendError {
     NotWrapped(String),
 }
 
-impl Outgoing {
+impl OutgoingProgram {
     /// The file as a program for port 30001. `program` is the file compiled.
-    pub(super) fn new(program: &Program, settings: &[Preset]) -> Result<Self, SendError> {
+    pub(super) fn new(program: &Program, settings: &[Preset]) -> Result<Self, WrapError> {
         let text = program.file().text();
         if program.kind() == ProgramKind::Secondary {
             return match settings {
                 [] => Ok(Self::as_it_is(text, true)),
-                _ => Err(SendError::SecondarySet),
+                _ => Err(WrapError::SecondarySet),
             };
         }
         if settings.is_empty() && is_one_block(text) {
@@ -66,7 +66,7 @@ impl Outgoing {
         let file = SourceFile::new(program.file().name(), outgoing.text.clone());
         match compile(file.clone(), &elite_runtime::builtins::known_names()) {
             Ok(_) => Ok(outgoing),
-            Err(findings) => Err(SendError::NotWrapped(outgoing.told(&findings, &file))),
+            Err(findings) => Err(WrapError::NotWrapped(outgoing.told(&findings, &file))),
         }
     }
 
@@ -149,10 +149,10 @@ impl Outgoing {
     }
 
     /// The file whatever is in it, for a controller that knows more than we do.
-    pub(super) fn unchecked(file: &SourceFile, settings: &[Preset]) -> Result<Self, SendError> {
+    pub(super) fn unchecked(file: &SourceFile, settings: &[Preset]) -> Result<Self, WrapError> {
         match settings {
             [] => Ok(Self::as_it_is(file.text(), file.text().starts_with("sec "))),
-            [first, ..] => Err(SendError::Setting(PresetError {
+            [first, ..] => Err(WrapError::Setting(PresetError {
                 given: first.name().to_owned(),
                 why: "a text that is not checked is sent as it is; leave --no-check out",
             })),

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use wire::primary::State;
 
-use super::watched::Told;
+use super::rtsi_progress::RtsiProgress;
 use crate::logging;
 
 /// What every terminal has.
@@ -14,13 +14,13 @@ const COLUMNS: usize = 80;
 const REDRAW: Duration = Duration::from_millis(100);
 
 /// Standard error, with a line at its end that changes if it is a terminal.
-pub(super) struct Screen {
+pub(super) struct ProgressLine {
     is_terminal: bool,
     drawn: Option<Duration>,
     last: Option<(Duration, [f64; 3])>,
 }
 
-impl Screen {
+impl ProgressLine {
     /// Of a terminal, or of a pipe that gets no changing line.
     pub(super) const fn new(is_terminal: bool) -> Self {
         Self {
@@ -41,7 +41,13 @@ impl Screen {
     }
 
     /// How the robot is, so long after the program was sent. `place` is where the program is.
-    pub(super) fn state(&mut self, state: &State, told: Told, place: &str, moment: Duration) {
+    pub(super) fn state(
+        &mut self,
+        state: &State,
+        told: RtsiProgress,
+        place: &str,
+        moment: Duration,
+    ) {
         let between = self.tcp_speed(state, moment);
         let speed = told.speed.or(between);
         let Some(mode) = &state.mode else { return };

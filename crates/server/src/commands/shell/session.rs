@@ -9,19 +9,22 @@ use std::time::Duration;
 
 use robot_client::interpreter::{self, LEAVE};
 use robot_client::{
-    Interpreter, InterpreterError, Primary, PrimaryError, Reply, RobotAddress, Word, dashboard,
+    InterpreterClient, InterpreterError, InterpreterRequest, PrimaryClient, PrimaryError, Reply,
+    RobotAddress, dashboard,
 };
 use thiserror::Error;
 use tokio::sync::mpsc;
 use tokio::time::{Instant, sleep_until, timeout_at};
 use tokio_util::sync::CancellationToken;
-use wire::primary::{Exception, Level, Message, Numbered, RobotException, Source, State};
+use wire::primary::{
+    Exception, ExceptionLevel, ExceptionSource, Message, RobotErrorDisplay, RobotException, State,
+};
 
-use super::editor::Voice;
-use super::shown::{described, show};
-use crate::commands::robot;
+use super::line_input::Notifier;
+use super::output::{described, show};
+use crate::commands::robot_consent;
 use crate::logging;
-use crate::ports::shown::{Escaped, Lines};
+use crate::ports::escape::{EscapedLines, EscapedText};
 
 /// What the program that holds interpreter mode is called.
 const NAME: &str = "eliteserver_shell";
@@ -38,11 +41,11 @@ const REPORTS_MAX: usize = 1000;
 
 /// What the shell asks for.
 #[derive(Debug)]
-pub(super) enum Order {
+pub(super) enum SessionCommand {
     /// Send a statement.
     Statement(String),
     /// Send a word.
-    Word(Word),
+    Word(InterpreterRequest),
     /// Show how the robot is.
     State,
     /// Show variables.
@@ -55,7 +58,7 @@ pub(super) enum Order {
 
 /// What came of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Answer {
+pub(super) enum SessionReply {
     /// It was done.
     Done,
     /// The robot discarded it.
@@ -65,7 +68,7 @@ pub(super) enum Answer {
 }
 
 /// An order with the way back.
-pub(super) type Asked = (Order, SyncSender<Answer>);
+pub(super) type SessionRequest = (SessionCommand, SyncSender<SessionReply>);
 
 /// Why there is no session, or none any more; each is a sentence.
 #[derive(Debug, Error)]
@@ -93,14 +96,14 @@ pub(super) enum SessionError {
 }
 
 /// A session.
-pub(super) struct Session {
-    primary: Primary,
-    interpreter: Interpreter,
+pub(super) struct ShellSession {
+    primary: PrimaryClient,
+    interpreter: InterpreterClient,
     dashboard: RobotAddress,
     /// Lines before the mode is entered.
     body: String,
     /// Something happens beside the line that is typed.
-    voice: Option<Voice>,
+    voice: Option<Notifier>,
     stop: CancellationToken,
     state: Option<State>,
     /// When no program was seen to run any more, after its own did. One state may be late or come twice.
@@ -113,7 +116,7 @@ pub(super) struct Session {
     has_failed: bool,
 }
 
-impl Session {
+impl ShellSession {
     /// Connects and enters interpreter mode.
     pub(super) async fn open(
         address: &RobotAddress,
@@ -123,8 +126,8 @@ impl Session {
         stop: CancellationToken,
     ) -> Result<Self, SessionError> {
         let mut session = Self {
-            primary: Primary::connect(address).await?,
-            interpreter: Interpreter::connect(interpreter).await?,
+            primary: PrimaryClient::connect(address).await?,
+            interpreter: InterpreterClient::connect(interpreter).await?,
             dashboard,
             body,
             voice: None,
@@ -141,7 +144,7 @@ impl Session {
         // Whoever answers there is one who knows interpreter mode.
         let mut beside = Vec::new();
         let interpreter = &mut session.interpreter;
-        let asked = interpreter.ask(Word::Unexecuted, WORD_PATIENCE, &mut beside);
+        let asked = interpreter.ask(InterpreterRequest::Unexecuted, WORD_PATIENCE, &mut beside);
         match asked.await {
             Ok(_) => Ok(session),
             Err(error) => {
@@ -155,7 +158,7 @@ impl Session {
     async fn given_up(&mut self, error: SessionError) -> SessionError {
         let what = match &error {
             SessionError::Interpreter(_) | SessionError::Unanswered(_) => {
-                let stopped = robot::stop(&mut self.primary).await;
+                let stopped = robot_consent::stop(&mut self.primary).await;
                 stopped.unwrap_or("its program may go on")
             }
             SessionError::Primary(_) => "its program may go on",
@@ -166,14 +169,14 @@ impl Session {
     }
 
     /// From now on things are said beside the line that is typed.
-    pub(super) fn speak_with(&mut self, voice: Option<Voice>) {
+    pub(super) fn speak_with(&mut self, voice: Option<Notifier>) {
         self.voice = voice;
     }
 
     /// Does what is asked until it is told to leave, or the robot is gone. True if something failed.
     pub(super) async fn serve(
         &mut self,
-        orders: &mut mpsc::Receiver<Asked>,
+        orders: &mut mpsc::Receiver<SessionRequest>,
     ) -> Result<bool, SessionError> {
         match self.served(orders).await {
             Ok(has_failed) => Ok(has_failed),
@@ -181,7 +184,10 @@ impl Session {
         }
     }
 
-    async fn served(&mut self, orders: &mut mpsc::Receiver<Asked>) -> Result<bool, SessionError> {
+    async fn served(
+        &mut self,
+        orders: &mut mpsc::Receiver<SessionRequest>,
+    ) -> Result<bool, SessionError> {
         let stop = self.stop.clone();
         loop {
             tokio::select! {
@@ -192,7 +198,7 @@ impl Session {
                     let done = self.done(order).await?;
                     // Who asked waits for it.
                     let _ = answer.send(done);
-                    if let Answer::Left { has_failed } = done {
+                    if let SessionReply::Left { has_failed } = done {
                         return Ok(has_failed);
                     }
                 }
@@ -203,38 +209,38 @@ impl Session {
         }
     }
 
-    async fn done(&mut self, order: Order) -> Result<Answer, SessionError> {
+    async fn done(&mut self, order: SessionCommand) -> Result<SessionReply, SessionError> {
         match order {
-            Order::Statement(text) => return self.statement(&text).await,
-            Order::Word(word) => {
+            SessionCommand::Statement(text) => return self.statement(&text).await,
+            SessionCommand::Word(word) => {
                 let number = self.ask(word).await?;
                 match self.voice.is_some() {
                     true => show(&format!("  {}: {number}", word.text())),
                     false => show(&format!("state: {number}: {}", word.text())),
                 }
             }
-            Order::State => self.show_state().await?,
-            Order::Variables(names) => {
+            SessionCommand::State => self.show_state().await?,
+            SessionCommand::Variables(names) => {
                 let values = dashboard::variables(&self.dashboard, &names).await;
                 for (name, value) in names.iter().zip(values) {
                     match value {
-                        Some(value) => show(&format!("  {name} = {}", Escaped(&value))),
+                        Some(value) => show(&format!("  {name} = {}", EscapedText(&value))),
                         None => show(&format!(
                             "  {name}: not told; robots tell globals only, and --set NAME=VALUE makes one"
                         )),
                     }
                 }
             }
-            Order::Log(count) => {
+            SessionCommand::Log(count) => {
                 let first = self.reports.len().saturating_sub(count);
                 self.reports.iter().skip(first).for_each(|line| show(line));
             }
-            Order::Leave => {
+            SessionCommand::Leave => {
                 let has_failed = self.leave().await?;
-                return Ok(Answer::Left { has_failed });
+                return Ok(SessionReply::Left { has_failed });
             }
         }
-        Ok(Answer::Done)
+        Ok(SessionReply::Done)
     }
 
     /// Begins the program that holds interpreter mode, unless another program runs.
@@ -285,7 +291,7 @@ impl Session {
             .is_some_and(|since| since.elapsed() >= LAST_WORDS)
     }
 
-    async fn statement(&mut self, text: &str) -> Result<Answer, SessionError> {
+    async fn statement(&mut self, text: &str) -> Result<SessionReply, SessionError> {
         // In a pipe what follows an error is not for a program that knows nothing of what was before it.
         if self.is_over() && self.voice.is_some() {
             show(
@@ -310,7 +316,7 @@ impl Session {
                 () = sleep_until(patience) => {
                     // It may wait for a clear_interpreter() before it (manual 2.5); a word is answered all the same.
                     let mut beside = Vec::new();
-                    let asked = self.interpreter.ask(Word::Unexecuted, WORD_PATIENCE, &mut beside);
+                    let asked = self.interpreter.ask(InterpreterRequest::Unexecuted, WORD_PATIENCE, &mut beside);
                     let waiting = asked.await?;
                     for reply in beside {
                         if let Some(answer) = self.answered(reply, text) {
@@ -329,14 +335,14 @@ impl Session {
     }
 
     /// What a reply says of the statement that waits for one; nothing if it is not its.
-    fn answered(&mut self, reply: Reply, text: &str) -> Option<Answer> {
+    fn answered(&mut self, reply: Reply, text: &str) -> Option<SessionReply> {
         let answer = match &reply {
             Reply::Ack { .. } if self.last.as_ref() == Some(&reply) => return None,
-            Reply::Ack { .. } => Some(Answer::Done),
-            Reply::Discard { .. } => Some(Answer::Discarded),
+            Reply::Ack { .. } => Some(SessionReply::Done),
+            Reply::Discard { .. } => Some(SessionReply::Discarded),
             Reply::State { .. } | Reply::Other(_) => None,
         };
-        self.has_failed |= answer == Some(Answer::Discarded);
+        self.has_failed |= answer == Some(SessionReply::Discarded);
         self.tell(&reply, text);
         if answer.is_some() {
             self.last = Some(reply);
@@ -349,17 +355,17 @@ impl Session {
         let is_terminal = self.voice.is_some();
         match reply {
             Reply::Ack { id, .. } if is_terminal => show(&format!("  ack {id}")),
-            Reply::Ack { id, statement } => show(&format!("ack: {id}: {}", Escaped(statement))),
+            Reply::Ack { id, statement } => show(&format!("ack: {id}: {}", EscapedText(statement))),
             Reply::Discard { about } if is_terminal => {
                 let reason = about.strip_suffix(text.trim()).unwrap_or(about);
                 let reason = reason.trim_end().trim_end_matches(':').trim_end();
-                show(&format!("  discarded: {}", Escaped(reason)));
+                show(&format!("  discarded: {}", EscapedText(reason)));
             }
-            Reply::Discard { about } => show(&format!("discard: {}", Escaped(about))),
+            Reply::Discard { about } => show(&format!("discard: {}", EscapedText(about))),
             Reply::State { number, word } => {
-                show(&format!("state: {number}: {}", Escaped(word)));
+                show(&format!("state: {number}: {}", EscapedText(word)));
             }
-            Reply::Other(line) => show(&format!("{}", Escaped(line))),
+            Reply::Other(line) => show(&format!("{}", EscapedText(line))),
         }
     }
 
@@ -370,12 +376,12 @@ impl Session {
         }
         if let Reply::Discard { about } = &reply {
             self.has_failed = true;
-            let line = format!("discarded: {}", Escaped(about));
+            let line = format!("discarded: {}", EscapedText(about));
             self.say(line);
         }
     }
 
-    async fn ask(&mut self, word: Word) -> Result<u64, SessionError> {
+    async fn ask(&mut self, word: InterpreterRequest) -> Result<u64, SessionError> {
         let mut beside = Vec::new();
         let asked = self.interpreter.ask(word, WORD_PATIENCE, &mut beside);
         let number = asked.await?;
@@ -387,7 +393,11 @@ impl Session {
 
     async fn show_state(&mut self) -> Result<(), SessionError> {
         self.fresh_state().await?;
-        let numbers = [Word::LastExecuted, Word::LastInterpreted, Word::Unexecuted];
+        let numbers = [
+            InterpreterRequest::LastExecuted,
+            InterpreterRequest::LastInterpreted,
+            InterpreterRequest::Unexecuted,
+        ];
         let mut counts = [0; 3];
         for (count, word) in counts.iter_mut().zip(numbers) {
             *count = self.ask(word).await?;
@@ -432,18 +442,21 @@ impl Session {
                 data,
             } => {
                 let (code, sub_code) = (*code, *sub_code);
-                let numbered = Numbered {
+                let numbered = RobotErrorDisplay {
                     code,
                     sub_code,
                     data,
                 };
-                let source = Source::name(told.source);
+                let source = ExceptionSource::name(told.source);
                 let text = format!("{source}: {} {numbered}", level.name());
-                (matches!(level, Level::Error | Level::Fatal), text)
+                (
+                    matches!(level, ExceptionLevel::Error | ExceptionLevel::Fatal),
+                    text,
+                )
             }
         };
         self.has_failed |= is_failure;
-        let text = Lines(&text).to_string();
+        let text = EscapedLines(&text).to_string();
         if self.reports.len() == REPORTS_MAX {
             self.reports.pop_front();
         }
@@ -490,6 +503,8 @@ impl Session {
             return Ok(SessionError::Stopped("the shell was ended"));
         }
         logging::say("stopping the program on the robot");
-        Ok(SessionError::Stopped(robot::stop(&mut self.primary).await?))
+        Ok(SessionError::Stopped(
+            robot_consent::stop(&mut self.primary).await?,
+        ))
     }
 }

@@ -31,7 +31,7 @@ pub const SPEED_PERCENT: core::ops::RangeInclusive<u32> = 2..=100;
 
 /// What a client asks.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Command {
+pub enum DashboardCommand {
     /// `echo`
     Echo,
     /// `robotControl -on` or `-off`
@@ -114,7 +114,7 @@ pub enum Command {
 
 /// Why a line is no command.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Mistake {
+pub enum CommandError {
     /// No such command.
     Unknown,
     /// The command exists, its argument is wrong; with how it is used.
@@ -161,18 +161,18 @@ fn usage_of(name: &str) -> Option<&'static str> {
 /// Reads a line.
 ///
 /// # Errors
-/// [`Mistake`] for what is no command.
-pub fn parse(line: &str) -> Result<Command, Mistake> {
+/// [`CommandError`] for what is no command.
+pub fn parse(line: &str) -> Result<DashboardCommand, CommandError> {
     let line = line.trim();
     let (name, rest) = match line.split_once(char::is_whitespace) {
         Some((name, rest)) => (name, rest.trim()),
         None => (line, ""),
     };
-    let usage = usage_of(name).ok_or(Mistake::Unknown)?;
-    command(name, rest).ok_or(Mistake::Usage(usage))
+    let usage = usage_of(name).ok_or(CommandError::Unknown)?;
+    command(name, rest).ok_or(CommandError::Usage(usage))
 }
 
-fn command(name: &str, rest: &str) -> Option<Command> {
+fn command(name: &str, rest: &str) -> Option<DashboardCommand> {
     let (flag, argument) = match rest.split_once(char::is_whitespace) {
         Some((flag, argument)) => (flag, argument.trim()),
         None => (rest, ""),
@@ -180,67 +180,67 @@ fn command(name: &str, rest: &str) -> Option<Command> {
     let text = || (!argument.is_empty()).then(|| argument.to_owned());
     Some(match (name, flag) {
         ("help" | "usage", _) => {
-            Command::Help(rest.split_whitespace().map(str::to_owned).collect())
+            DashboardCommand::Help(rest.split_whitespace().map(str::to_owned).collect())
         }
         // The SDK writes the text right after `-s`; people leave a blank, which is no part of it.
         ("popup", _) if rest.starts_with("-s") => {
             let text = &rest[2..];
-            Command::ShowPopup(text.strip_prefix(' ').unwrap_or(text).to_owned())
+            DashboardCommand::ShowPopup(text.strip_prefix(' ').unwrap_or(text).to_owned())
         }
-        ("log", "-a") => Command::Log(argument.replace("\\n", "\n")),
-        ("task", "-p") => Command::LoadTask(text()?),
-        ("configuration", "-p") => Command::LoadConfiguration(text()?),
-        ("variable", "-get") => Command::GetVariable(text()?),
+        ("log", "-a") => DashboardCommand::Log(argument.replace("\\n", "\n")),
+        ("task", "-p") => DashboardCommand::LoadTask(text()?),
+        ("configuration", "-p") => DashboardCommand::LoadConfiguration(text()?),
+        ("variable", "-get") => DashboardCommand::GetVariable(text()?),
         ("variable", "-set") => {
             let (name, value) = argument.split_once(char::is_whitespace)?;
-            Command::SetVariable(name.to_owned(), value.trim().to_owned())
+            DashboardCommand::SetVariable(name.to_owned(), value.trim().to_owned())
         }
         ("speed", "-v") => {
             let percent = argument.trim_end_matches('%').trim_end().parse().ok()?;
             SPEED_PERCENT
                 .contains(&percent)
-                .then_some(Command::SetSpeed(percent))?
+                .then_some(DashboardCommand::SetSpeed(percent))?
         }
         // Everything below takes no argument.
         _ if !argument.is_empty() => return None,
-        ("echo", "") => Command::Echo,
-        ("popup", "-c") => Command::ClosePopup,
-        ("robotControl", "-on") => Command::Power(true),
-        ("robotControl", "-off") => Command::Power(false),
-        ("brakeRelease", "") => Command::BrakeRelease,
-        ("closeSafetyDialog", "") => Command::CloseSafetyDialog,
-        ("unlockProtectiveStop", "") => Command::UnlockProtectiveStop,
-        ("safety", "-r") => Command::RestartSafetyBoard,
-        ("safety", "-m") => Command::SafetyMode,
-        ("safety", "-s") => Command::SafetyStatus,
-        ("robotMode", "") => Command::RobotMode,
-        ("status", "") => Command::Status,
-        ("speed", "") => Command::Speed,
-        ("version", "") => Command::Version,
-        ("robot", "-t") => Command::RobotType,
-        ("robot", "-s") => Command::SerialNumber,
-        ("robot", "-id") => Command::RobotId,
-        ("task", "") => Command::TaskPath,
-        ("task", "-s") => Command::TaskStatus,
-        ("task", "-r") => Command::TaskIsRunning,
-        ("task", "-ss") => Command::TaskIsSaved,
-        ("play", "") => Command::Play,
-        ("pause", "") => Command::Pause,
-        ("stop", "") => Command::Stop,
-        ("configuration", "") => Command::ConfigurationPath,
-        ("configuration", "-s") => Command::ConfigurationIsModified,
-        ("remoteControl", "-on") => Command::SetRemoteControl(true),
-        ("remoteControl", "-off") => Command::SetRemoteControl(false),
-        ("remoteControl", "-s" | "-status") => Command::RemoteControl,
-        ("clear", "-a") => Command::ClearAlarms,
-        ("quit", "") => Command::Quit,
-        ("reboot", "") => Command::Reboot,
-        ("shutdown", "") => Command::Shutdown,
+        ("echo", "") => DashboardCommand::Echo,
+        ("popup", "-c") => DashboardCommand::ClosePopup,
+        ("robotControl", "-on") => DashboardCommand::Power(true),
+        ("robotControl", "-off") => DashboardCommand::Power(false),
+        ("brakeRelease", "") => DashboardCommand::BrakeRelease,
+        ("closeSafetyDialog", "") => DashboardCommand::CloseSafetyDialog,
+        ("unlockProtectiveStop", "") => DashboardCommand::UnlockProtectiveStop,
+        ("safety", "-r") => DashboardCommand::RestartSafetyBoard,
+        ("safety", "-m") => DashboardCommand::SafetyMode,
+        ("safety", "-s") => DashboardCommand::SafetyStatus,
+        ("robotMode", "") => DashboardCommand::RobotMode,
+        ("status", "") => DashboardCommand::Status,
+        ("speed", "") => DashboardCommand::Speed,
+        ("version", "") => DashboardCommand::Version,
+        ("robot", "-t") => DashboardCommand::RobotType,
+        ("robot", "-s") => DashboardCommand::SerialNumber,
+        ("robot", "-id") => DashboardCommand::RobotId,
+        ("task", "") => DashboardCommand::TaskPath,
+        ("task", "-s") => DashboardCommand::TaskStatus,
+        ("task", "-r") => DashboardCommand::TaskIsRunning,
+        ("task", "-ss") => DashboardCommand::TaskIsSaved,
+        ("play", "") => DashboardCommand::Play,
+        ("pause", "") => DashboardCommand::Pause,
+        ("stop", "") => DashboardCommand::Stop,
+        ("configuration", "") => DashboardCommand::ConfigurationPath,
+        ("configuration", "-s") => DashboardCommand::ConfigurationIsModified,
+        ("remoteControl", "-on") => DashboardCommand::SetRemoteControl(true),
+        ("remoteControl", "-off") => DashboardCommand::SetRemoteControl(false),
+        ("remoteControl", "-s" | "-status") => DashboardCommand::RemoteControl,
+        ("clear", "-a") => DashboardCommand::ClearAlarms,
+        ("quit", "") => DashboardCommand::Quit,
+        ("reboot", "") => DashboardCommand::Reboot,
+        ("shutdown", "") => DashboardCommand::Shutdown,
         _ => return None,
     })
 }
 
-impl Command {
+impl DashboardCommand {
     /// Whether the answer depends on what commands of the same kind before this one have made of the task.
     pub const fn concerns_the_task(&self) -> bool {
         matches!(
@@ -272,14 +272,14 @@ impl Command {
 }
 
 /// The reply to a line that is no command.
-pub fn mistake(line: &str, mistake: &Mistake) -> String {
+pub fn mistake(line: &str, mistake: &CommandError) -> String {
     match mistake {
-        Mistake::Unknown => {
+        CommandError::Unknown => {
             let word = line.split_whitespace().next().unwrap_or_default();
             let word: String = word.chars().take(60).collect();
             format!("Command [{word}] is not found. Please use \"help\".")
         }
-        Mistake::Usage(usage) => format!("Usage: {usage}"),
+        CommandError::Usage(usage) => format!("Usage: {usage}"),
     }
 }
 
@@ -293,7 +293,7 @@ pub fn help(names: &[String]) -> String {
         .iter()
         .map(|name| match usage_of(name) {
             Some(usage) => format!("Usage: {usage}"),
-            None => mistake(name, &Mistake::Unknown),
+            None => mistake(name, &CommandError::Unknown),
         })
         .collect();
     lines.join("\r\n")
@@ -370,60 +370,72 @@ mod tests {
     fn what_the_sdk_sends_is_understood() {
         let text = |text: &str| text.to_owned();
         for (line, command) in [
-            ("echo", Command::Echo),
-            ("robotControl -on", Command::Power(true)),
-            ("robotControl  -off ", Command::Power(false)),
-            ("brakeRelease", Command::BrakeRelease),
-            ("closeSafetyDialog", Command::CloseSafetyDialog),
-            ("unlockProtectiveStop", Command::UnlockProtectiveStop),
-            ("safety -r", Command::RestartSafetyBoard),
-            ("safety -m", Command::SafetyMode),
-            ("safety -s", Command::SafetyStatus),
-            ("robotMode", Command::RobotMode),
-            ("status", Command::Status),
-            ("speed -v 50", Command::SetSpeed(50)),
-            ("speed", Command::Speed),
-            ("version", Command::Version),
-            ("robot -t", Command::RobotType),
-            ("robot -s", Command::SerialNumber),
-            ("robot -id", Command::RobotId),
-            (r"log -a two\nlines", Command::Log(text("two\nlines"))),
+            ("echo", DashboardCommand::Echo),
+            ("robotControl -on", DashboardCommand::Power(true)),
+            ("robotControl  -off ", DashboardCommand::Power(false)),
+            ("brakeRelease", DashboardCommand::BrakeRelease),
+            ("closeSafetyDialog", DashboardCommand::CloseSafetyDialog),
+            (
+                "unlockProtectiveStop",
+                DashboardCommand::UnlockProtectiveStop,
+            ),
+            ("safety -r", DashboardCommand::RestartSafetyBoard),
+            ("safety -m", DashboardCommand::SafetyMode),
+            ("safety -s", DashboardCommand::SafetyStatus),
+            ("robotMode", DashboardCommand::RobotMode),
+            ("status", DashboardCommand::Status),
+            ("speed -v 50", DashboardCommand::SetSpeed(50)),
+            ("speed", DashboardCommand::Speed),
+            ("version", DashboardCommand::Version),
+            ("robot -t", DashboardCommand::RobotType),
+            ("robot -s", DashboardCommand::SerialNumber),
+            ("robot -id", DashboardCommand::RobotId),
+            (
+                r"log -a two\nlines",
+                DashboardCommand::Log(text("two\nlines")),
+            ),
             (
                 "popup -shello there",
-                Command::ShowPopup(text("hello there")),
+                DashboardCommand::ShowPopup(text("hello there")),
             ),
-            ("popup -s hello", Command::ShowPopup(text("hello"))),
-            ("popup -s", Command::ShowPopup(text(""))),
-            ("popup -c", Command::ClosePopup),
+            ("popup -s hello", DashboardCommand::ShowPopup(text("hello"))),
+            ("popup -s", DashboardCommand::ShowPopup(text(""))),
+            ("popup -c", DashboardCommand::ClosePopup),
             (
                 "task -p my tasks/a.task",
-                Command::LoadTask(text("my tasks/a.task")),
+                DashboardCommand::LoadTask(text("my tasks/a.task")),
             ),
-            ("task", Command::TaskPath),
-            ("task -s", Command::TaskStatus),
-            ("task -r", Command::TaskIsRunning),
-            ("task -ss", Command::TaskIsSaved),
-            ("play", Command::Play),
-            ("pause", Command::Pause),
-            ("stop", Command::Stop),
+            ("task", DashboardCommand::TaskPath),
+            ("task -s", DashboardCommand::TaskStatus),
+            ("task -r", DashboardCommand::TaskIsRunning),
+            ("task -ss", DashboardCommand::TaskIsSaved),
+            ("play", DashboardCommand::Play),
+            ("pause", DashboardCommand::Pause),
+            ("stop", DashboardCommand::Stop),
             (
                 "configuration -p a.configuration",
-                Command::LoadConfiguration(text("a.configuration")),
+                DashboardCommand::LoadConfiguration(text("a.configuration")),
             ),
-            ("configuration", Command::ConfigurationPath),
-            ("configuration -s", Command::ConfigurationIsModified),
-            ("help a b", Command::Help(vec![text("a"), text("b")])),
-            ("usage", Command::Help(vec![])),
-            ("quit", Command::Quit),
-            ("reboot", Command::Reboot),
-            ("shutdown", Command::Shutdown),
-            ("remoteControl -status", Command::RemoteControl),
-            ("variable -get a", Command::GetVariable(text("a"))),
+            ("configuration", DashboardCommand::ConfigurationPath),
+            (
+                "configuration -s",
+                DashboardCommand::ConfigurationIsModified,
+            ),
+            (
+                "help a b",
+                DashboardCommand::Help(vec![text("a"), text("b")]),
+            ),
+            ("usage", DashboardCommand::Help(vec![])),
+            ("quit", DashboardCommand::Quit),
+            ("reboot", DashboardCommand::Reboot),
+            ("shutdown", DashboardCommand::Shutdown),
+            ("remoteControl -status", DashboardCommand::RemoteControl),
+            ("variable -get a", DashboardCommand::GetVariable(text("a"))),
             (
                 "variable -set a [1, 2]",
-                Command::SetVariable(text("a"), text("[1, 2]")),
+                DashboardCommand::SetVariable(text("a"), text("[1, 2]")),
             ),
-            ("clear -a", Command::ClearAlarms),
+            ("clear -a", DashboardCommand::ClearAlarms),
         ] {
             assert_eq!(parse(line), Ok(command), "{line}");
         }
@@ -457,7 +469,7 @@ mod tests {
             greeting(),
             help(&[]),
             help(&names),
-            mistake(&"x".repeat(9999), &Mistake::Unknown),
+            mistake(&"x".repeat(9999), &CommandError::Unknown),
         ] {
             assert!(encode(&reply).len() <= REPLY_BYTES_MAX, "{reply}");
         }

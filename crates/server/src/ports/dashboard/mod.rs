@@ -1,6 +1,6 @@
 //! Port 29999, the dashboard: one-line commands, one reply each.
 //!
-//! Owns words, replies and clients. Tasks, power and variables are behind [`Dashboard`].
+//! Owns words, replies and clients. Tasks, power and variables are behind [`DashboardBackend`].
 
 pub mod codec;
 pub mod session;
@@ -17,7 +17,7 @@ use crate::ports::listen::{PortMeter, serve_sessions};
 
 /// Something to be done that has no answer of its own; clients watch the modes.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Order {
+pub enum DashboardOrder {
     /// Arm power on: power off → idle.
     PowerOn,
     /// Arm power off.
@@ -51,7 +51,7 @@ pub enum Order {
 }
 
 /// What this port asks of the controller. Errors are one sentence without a line break.
-pub trait Dashboard: Send + Sync + 'static {
+pub trait DashboardBackend: Send + Sync + 'static {
     /// The latest snapshot.
     fn state(&self) -> RobotState;
     /// What the main task is doing.
@@ -65,7 +65,7 @@ pub trait Dashboard: Send + Sync + 'static {
     /// The configuration that is loaded, as its name was given.
     fn loaded_configuration(&self) -> Option<String>;
     /// Carries out an order; returns when it is on its way.
-    fn order(&self, order: Order) -> impl Future<Output = ()> + Send;
+    fn order(&self, order: DashboardOrder) -> impl Future<Output = ()> + Send;
     /// Loads a task by its path in the task folder.
     fn load_task(&self, path: &str) -> impl Future<Output = Result<(), String>> + Send;
     /// Loads a configuration by its path in the task folder.
@@ -85,7 +85,7 @@ pub trait Dashboard: Send + Sync + 'static {
 }
 
 /// Serves the port until `shutdown`; returns when every client is closed.
-pub async fn serve<D: Dashboard>(
+pub async fn serve<D: DashboardBackend>(
     listener: TcpListener,
     dashboard: Arc<D>,
     meter: PortMeter,

@@ -17,10 +17,10 @@ use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::sync::Mutex;
 
 use super::codec::{
-    Command, LINE_BYTES_MAX, encode, greeting, help, mistake, needs_remote_control, parse, percent,
-    robot_mode_word, status,
+    DashboardCommand, LINE_BYTES_MAX, encode, greeting, help, mistake, needs_remote_control, parse,
+    percent, robot_mode_word, status,
 };
-use super::{Dashboard, Order};
+use super::{DashboardBackend, DashboardOrder};
 use crate::ports::ClientId;
 use crate::ports::description::{CONTROLLER_VERSION, TaskStatus};
 use crate::ports::lines::{Line, LineFramer};
@@ -55,11 +55,11 @@ const TOO_MANY_WAIT: &str = "Failed to execute: too many lines wait";
 pub async fn serve(
     stream: impl AsyncRead + AsyncWrite + Unpin,
     client: ClientId,
-    dashboard: &impl Dashboard,
+    dashboard: &impl DashboardBackend,
 ) -> io::Result<()> {
     let (reader, mut writer) = tokio::io::split(stream);
-    let mut input = Input::new(reader);
-    let mut waiting = Waiting::default();
+    let mut input = LineReader::new(reader);
+    let mut waiting = InputQueue::default();
     let desk = Desk {
         client,
         dashboard,
@@ -138,7 +138,7 @@ impl Replies {
 }
 
 /// What comes from the client.
-struct Input<R> {
+struct LineReader<R> {
     reader: R,
     framer: LineFramer,
     buffer: Vec<u8>,
@@ -146,7 +146,7 @@ struct Input<R> {
     has_ended: bool,
 }
 
-impl<R: AsyncRead + Unpin> Input<R> {
+impl<R: AsyncRead + Unpin> LineReader<R> {
     fn new(reader: R) -> Self {
         Self {
             reader,
@@ -168,7 +168,7 @@ impl<R: AsyncRead + Unpin> Input<R> {
 
 /// A line whose turn has not come.
 #[derive(Debug)]
-enum Entry {
+enum QueuedLine {
     /// To be carried out and answered.
     Line(Line),
     /// To be answered, so many times: it was carried out when it came, or is not at all. In its turn the order is given
@@ -176,11 +176,11 @@ enum Entry {
     Answered {
         reply: String,
         times: usize,
-        again: Option<Order>,
+        again: Option<DashboardOrder>,
     },
 }
 
-impl Entry {
+impl QueuedLine {
     fn not_carried_out(reply: &str) -> Self {
         Self::Answered {
             reply: reply.to_owned(),
@@ -198,7 +198,7 @@ impl Entry {
         ENTRY_BYTES + text
     }
 
-    fn command(&self) -> Option<Command> {
+    fn command(&self) -> Option<DashboardCommand> {
         match self {
             Self::Line(Line::Text(text)) => parse(text).ok(),
             Self::Line(Line::TooLong) | Self::Answered { .. } => None,
@@ -206,33 +206,33 @@ impl Entry {
     }
 
     fn is_play(&self) -> bool {
-        self.command() == Some(Command::Play)
+        self.command() == Some(DashboardCommand::Play)
     }
 
     /// What ends the connection or the controller must not take the replies of others with it.
     fn comes_last(&self) -> bool {
         matches!(
             self.command(),
-            Some(Command::Quit | Command::Reboot | Command::Shutdown)
+            Some(DashboardCommand::Quit | DashboardCommand::Reboot | DashboardCommand::Shutdown)
         )
     }
 }
 
 /// What was received and not begun yet, in order.
 #[derive(Default)]
-struct Waiting {
-    entries: VecDeque<Entry>,
+struct InputQueue {
+    entries: VecDeque<QueuedLine>,
     bytes: usize,
     plays: usize,
 }
 
-impl Waiting {
+impl InputQueue {
     /// Adds what came. Behind others, waiting or (`is_busy`) begun, `stop` and `pause` act now.
     async fn take_in(
         &mut self,
         line: Line,
         is_busy: bool,
-        desk: &Desk<'_, impl Dashboard>,
+        desk: &Desk<'_, impl DashboardBackend>,
     ) -> io::Result<()> {
         let order = match &line {
             Line::Text(text) if is_busy || !self.entries.is_empty() => {
@@ -244,14 +244,14 @@ impl Waiting {
             (Some(order), Line::Text(text)) => {
                 self.refuse_plays();
                 let (reply, _) = answer(&text, desk.client, desk.dashboard).await;
-                Entry::Answered {
+                QueuedLine::Answered {
                     reply,
                     times: 1,
                     again: Some(order),
                 }
             }
-            _ if self.bytes > HELD_BYTES_MAX => Entry::not_carried_out(TOO_MANY_WAIT),
-            (_, line) => Entry::Line(line),
+            _ if self.bytes > HELD_BYTES_MAX => QueuedLine::not_carried_out(TOO_MANY_WAIT),
+            (_, line) => QueuedLine::Line(line),
         };
         self.push(entry);
         if self.bytes > HELD_BYTES_TOO_MANY {
@@ -264,15 +264,15 @@ impl Waiting {
     fn refuse_plays(&mut self) {
         if core::mem::take(&mut self.plays) > 0 {
             for entry in self.entries.iter_mut().filter(|entry| entry.is_play()) {
-                *entry = Entry::not_carried_out(PLAY_REFUSED);
+                *entry = QueuedLine::not_carried_out(PLAY_REFUSED);
             }
-            self.bytes = self.entries.iter().map(Entry::bytes).sum();
+            self.bytes = self.entries.iter().map(QueuedLine::bytes).sum();
         }
     }
 
-    fn push(&mut self, entry: Entry) {
-        if let Entry::Answered { reply, again, .. } = &entry
-            && let Some(Entry::Answered {
+    fn push(&mut self, entry: QueuedLine) {
+        if let QueuedLine::Answered { reply, again, .. } = &entry
+            && let Some(QueuedLine::Answered {
                 reply: before,
                 again: order_before,
                 times,
@@ -289,11 +289,11 @@ impl Waiting {
     }
 
     /// The next to begin. While others are being carried out, what must come last is not it.
-    fn next(&mut self, is_alone: bool) -> Option<Entry> {
+    fn next(&mut self, is_alone: bool) -> Option<QueuedLine> {
         if !is_alone && self.entries.front()?.comes_last() {
             return None;
         }
-        if let Some(Entry::Answered {
+        if let Some(QueuedLine::Answered {
             reply,
             times,
             again,
@@ -301,7 +301,7 @@ impl Waiting {
             && *times > 1
         {
             *times -= 1;
-            return Some(Entry::Answered {
+            return Some(QueuedLine::Answered {
                 reply: reply.clone(),
                 times: 1,
                 again: again.clone(),
@@ -316,10 +316,12 @@ impl Waiting {
 
 /// The order that a line is if it makes a running task stand still and may do so now. A `pause` of a task that a `play` is
 /// yet to start has its turn after that.
-fn urgent_order(line: &str, dashboard: &impl Dashboard) -> Option<Order> {
+fn urgent_order(line: &str, dashboard: &impl DashboardBackend) -> Option<DashboardOrder> {
     let order = match parse(line) {
-        Ok(Command::Stop) => Order::Stop,
-        Ok(Command::Pause) if dashboard.task_status() == TaskStatus::Running => Order::Pause,
+        Ok(DashboardCommand::Stop) => DashboardOrder::Stop,
+        Ok(DashboardCommand::Pause) if dashboard.task_status() == TaskStatus::Running => {
+            DashboardOrder::Pause
+        }
         _ => return None,
     };
     (dashboard.control() == ControlMode::Remote).then_some(order)
@@ -333,22 +335,22 @@ struct Desk<'a, D> {
     task: Mutex<()>,
 }
 
-impl<D: Dashboard> Desk<'_, D> {
+impl<D: DashboardBackend> Desk<'_, D> {
     /// The reply to an entry, and whether the connection ends with it.
-    async fn deal_with(&self, entry: Entry) -> (String, bool) {
+    async fn deal_with(&self, entry: QueuedLine) -> (String, bool) {
         match entry {
-            Entry::Line(Line::Text(text)) => {
+            QueuedLine::Line(Line::Text(text)) => {
                 let _turn = match parse(&text) {
                     Ok(command) if command.concerns_the_task() => Some(self.task.lock().await),
                     _ => None,
                 };
                 answer(&text, self.client, self.dashboard).await
             }
-            Entry::Line(Line::TooLong) => {
+            QueuedLine::Line(Line::TooLong) => {
                 let kib = LINE_BYTES_MAX / 1024;
                 (format!("The line is longer than {kib} KiB."), false)
             }
-            Entry::Answered { reply, again, .. } => {
+            QueuedLine::Answered { reply, again, .. } => {
                 if let Some(order) = again {
                     // Behind a `play` that has begun, so that its program is met as well.
                     let _turn = self.task.lock().await;
@@ -361,7 +363,7 @@ impl<D: Dashboard> Desk<'_, D> {
 }
 
 /// The reply to a line, and whether the connection ends with it.
-async fn answer(line: &str, client: ClientId, dashboard: &impl Dashboard) -> (String, bool) {
+async fn answer(line: &str, client: ClientId, dashboard: &impl DashboardBackend) -> (String, bool) {
     let command = match parse(line) {
         Ok(command) => command,
         Err(found) => return (mistake(line, &found), false),
@@ -372,7 +374,10 @@ async fn answer(line: &str, client: ClientId, dashboard: &impl Dashboard) -> (St
         return (needs_remote_control(word, dashboard.control()), false);
     }
     tracing::debug!(%client, ?command, "dashboard");
-    let closes = matches!(command, Command::Quit | Command::Reboot | Command::Shutdown);
+    let closes = matches!(
+        command,
+        DashboardCommand::Quit | DashboardCommand::Reboot | DashboardCommand::Shutdown
+    );
     let reply = match question(&command, dashboard) {
         Some(reply) => reply,
         None => carry_out(command, dashboard).await,
@@ -381,15 +386,17 @@ async fn answer(line: &str, client: ClientId, dashboard: &impl Dashboard) -> (St
 }
 
 /// The reply to a command that changes nothing.
-fn question(command: &Command, dashboard: &impl Dashboard) -> Option<String> {
+fn question(command: &DashboardCommand, dashboard: &impl DashboardBackend) -> Option<String> {
     let state = || dashboard.state();
     let task = || dashboard.task_status();
     Some(match command {
-        Command::Echo => "Hello ELITE ROBOTS.".to_owned(),
-        Command::SafetyMode => format!("Safety mode: {}", state().safety_mode.name()),
-        Command::SafetyStatus => format!("Safety status: {}", state().safety_mode.name()),
-        Command::RobotMode => format!("robotMode: {}", robot_mode_word(state().robot_mode)),
-        Command::Status => {
+        DashboardCommand::Echo => "Hello ELITE ROBOTS.".to_owned(),
+        DashboardCommand::SafetyMode => format!("Safety mode: {}", state().safety_mode.name()),
+        DashboardCommand::SafetyStatus => format!("Safety status: {}", state().safety_mode.name()),
+        DashboardCommand::RobotMode => {
+            format!("robotMode: {}", robot_mode_word(state().robot_mode))
+        }
+        DashboardCommand::Status => {
             let state = state();
             status(
                 state.robot_mode,
@@ -398,85 +405,96 @@ fn question(command: &Command, dashboard: &impl Dashboard) -> Option<String> {
                 state.target_speed_fraction,
             )
         }
-        Command::Speed => format!("speed: {}", percent(state().target_speed_fraction)),
-        Command::Version => CONTROLLER_VERSION.map(|part| part.to_string()).join("."),
-        Command::RobotType => dashboard.description().name.clone(),
+        DashboardCommand::Speed => format!("speed: {}", percent(state().target_speed_fraction)),
+        DashboardCommand::Version => CONTROLLER_VERSION.map(|part| part.to_string()).join("."),
+        DashboardCommand::RobotType => dashboard.description().name.clone(),
         // A simulated arm has no plate to read these from.
-        Command::SerialNumber => format!("SIM-{}", dashboard.description().robot_type),
-        Command::RobotId => "1".to_owned(),
-        Command::TaskPath => format!(
+        DashboardCommand::SerialNumber => format!("SIM-{}", dashboard.description().robot_type),
+        DashboardCommand::RobotId => "1".to_owned(),
+        DashboardCommand::TaskPath => format!(
             "Relative path:{}",
             dashboard.loaded_task().unwrap_or_default()
         ),
-        Command::TaskStatus => format!("Task is {}", task().name()),
-        Command::TaskIsRunning => match task() {
+        DashboardCommand::TaskStatus => format!("Task is {}", task().name()),
+        DashboardCommand::TaskIsRunning => match task() {
             TaskStatus::Running => "Task is running".to_owned(),
             TaskStatus::Stopped | TaskStatus::Paused => "Task is not running".to_owned(),
         },
         // Tasks are files: what is loaded is what is on disk.
-        Command::TaskIsSaved => "Task is saved".to_owned(),
-        Command::ConfigurationPath => format!(
+        DashboardCommand::TaskIsSaved => "Task is saved".to_owned(),
+        DashboardCommand::ConfigurationPath => format!(
             "configuration: Relative path:{}",
             dashboard.loaded_configuration().unwrap_or_default()
         ),
-        Command::ConfigurationIsModified => "configuration is not modified".to_owned(),
-        Command::RemoteControl => (dashboard.control() == ControlMode::Remote).to_string(),
-        Command::Help(names) => help(names),
-        Command::Quit => "Disconnected".to_owned(),
+        DashboardCommand::ConfigurationIsModified => "configuration is not modified".to_owned(),
+        DashboardCommand::RemoteControl => (dashboard.control() == ControlMode::Remote).to_string(),
+        DashboardCommand::Help(names) => help(names),
+        DashboardCommand::Quit => "Disconnected".to_owned(),
         _ => return None,
     })
 }
 
 /// Does what the command says and gives its reply.
-async fn carry_out(command: Command, dashboard: &impl Dashboard) -> String {
+async fn carry_out(command: DashboardCommand, dashboard: &impl DashboardBackend) -> String {
     let (order, reply) = match command {
-        Command::Power(true) => (Order::PowerOn, "Powering on".to_owned()),
-        Command::Power(false) => (Order::PowerOff, "Powering off".to_owned()),
-        Command::BrakeRelease if dashboard.state().robot_mode == RobotMode::Running => {
+        DashboardCommand::Power(true) => (DashboardOrder::PowerOn, "Powering on".to_owned()),
+        DashboardCommand::Power(false) => (DashboardOrder::PowerOff, "Powering off".to_owned()),
+        DashboardCommand::BrakeRelease if dashboard.state().robot_mode == RobotMode::Running => {
             return "Brake is released.".to_owned();
         }
-        Command::BrakeRelease => (Order::ReleaseBrakes, "Brake Releasing".to_owned()),
-        Command::CloseSafetyDialog => {
-            (Order::CloseSafetyDialog, "closing safety dialog".to_owned())
+        DashboardCommand::BrakeRelease => {
+            (DashboardOrder::ReleaseBrakes, "Brake Releasing".to_owned())
         }
-        Command::UnlockProtectiveStop => (
-            Order::UnlockProtectiveStop,
+        DashboardCommand::CloseSafetyDialog => (
+            DashboardOrder::CloseSafetyDialog,
+            "closing safety dialog".to_owned(),
+        ),
+        DashboardCommand::UnlockProtectiveStop => (
+            DashboardOrder::UnlockProtectiveStop,
             "Protective stop unlocking...".to_owned(),
         ),
-        Command::RestartSafetyBoard => (
-            Order::RestartSafetyBoard,
+        DashboardCommand::RestartSafetyBoard => (
+            DashboardOrder::RestartSafetyBoard,
             "Restarting safety board".to_owned(),
         ),
-        Command::ClearAlarms => (Order::UnlockProtectiveStop, "clear alarm".to_owned()),
-        Command::SetSpeed(percent) => (
-            Order::SetSpeed(f64::from(percent) / 100.0),
+        DashboardCommand::ClearAlarms => (
+            DashboardOrder::UnlockProtectiveStop,
+            "clear alarm".to_owned(),
+        ),
+        DashboardCommand::SetSpeed(percent) => (
+            DashboardOrder::SetSpeed(f64::from(percent) / 100.0),
             format!("Setting speed: {percent}"),
         ),
-        Command::Log(text) => (Order::Log(text), "Log has been added.".to_owned()),
-        Command::ShowPopup(text) => {
-            let reply = format!("Showing popup with text:{text}");
-            (Order::ShowPopup(text), reply)
+        DashboardCommand::Log(text) => {
+            (DashboardOrder::Log(text), "Log has been added.".to_owned())
         }
-        Command::ClosePopup => (Order::ClosePopup, "Closing popup".to_owned()),
+        DashboardCommand::ShowPopup(text) => {
+            let reply = format!("Showing popup with text:{text}");
+            (DashboardOrder::ShowPopup(text), reply)
+        }
+        DashboardCommand::ClosePopup => (DashboardOrder::ClosePopup, "Closing popup".to_owned()),
         // The setting is the pendant's; the dashboard only switches where it is enabled.
-        Command::SetRemoteControl(_) if dashboard.control() == ControlMode::Mixed => {
+        DashboardCommand::SetRemoteControl(_) if dashboard.control() == ControlMode::Mixed => {
             return needs_remote_control("remoteControl", ControlMode::Mixed);
         }
-        Command::SetRemoteControl(on) => {
+        DashboardCommand::SetRemoteControl(on) => {
             let (mode, word) = match on {
                 true => (ControlMode::Remote, "on"),
                 false => (ControlMode::Local, "off"),
             };
-            (Order::Control(mode), format!("Remote control is {word}"))
+            (
+                DashboardOrder::Control(mode),
+                format!("Remote control is {word}"),
+            )
         }
         // The SDK wants this also when nothing runs.
-        Command::Stop => (Order::Stop, "Stopping task".to_owned()),
-        Command::Pause if dashboard.task_status() != TaskStatus::Running => {
+        DashboardCommand::Stop => (DashboardOrder::Stop, "Stopping task".to_owned()),
+        DashboardCommand::Pause if dashboard.task_status() != TaskStatus::Running => {
             return "Failed to execute: pause".to_owned();
         }
-        Command::Pause => (Order::Pause, "Pausing task".to_owned()),
-        Command::Reboot => (Order::Reboot, "Rebooting".to_owned()),
-        Command::Shutdown => (Order::Shutdown, "Shutting down".to_owned()),
+        DashboardCommand::Pause => (DashboardOrder::Pause, "Pausing task".to_owned()),
+        DashboardCommand::Reboot => (DashboardOrder::Reboot, "Rebooting".to_owned()),
+        DashboardCommand::Shutdown => (DashboardOrder::Shutdown, "Shutting down".to_owned()),
         other => return attempt(other, dashboard).await,
     };
     dashboard.order(order).await;
@@ -484,9 +502,9 @@ async fn carry_out(command: Command, dashboard: &impl Dashboard) -> String {
 }
 
 /// Does what may fail.
-async fn attempt(command: Command, dashboard: &impl Dashboard) -> String {
+async fn attempt(command: DashboardCommand, dashboard: &impl DashboardBackend) -> String {
     match command {
-        Command::Play => {
+        DashboardCommand::Play => {
             if dashboard.plays_loaded_task() {
                 return "Failed to execute: play".to_owned();
             }
@@ -495,22 +513,26 @@ async fn attempt(command: Command, dashboard: &impl Dashboard) -> String {
                 Err(reason) => format!("Failed to execute: play ({reason})"),
             }
         }
-        Command::LoadTask(path) => match dashboard.load_task(&path).await {
+        DashboardCommand::LoadTask(path) => match dashboard.load_task(&path).await {
             Ok(()) => format!("Loaded task: {path}"),
             Err(reason) => format!("Failed to load the task: {reason}"),
         },
-        Command::LoadConfiguration(path) => match dashboard.load_configuration(&path).await {
-            Ok(()) => format!("Loading Configuration : {path}"),
-            Err(reason) => format!("Failed to load the configuration: {reason}"),
-        },
-        Command::GetVariable(name) => match dashboard.variable(&name).await {
+        DashboardCommand::LoadConfiguration(path) => {
+            match dashboard.load_configuration(&path).await {
+                Ok(()) => format!("Loading Configuration : {path}"),
+                Err(reason) => format!("Failed to load the configuration: {reason}"),
+            }
+        }
+        DashboardCommand::GetVariable(name) => match dashboard.variable(&name).await {
             Ok(value) => value,
             Err(reason) => format!("Error: {reason}"),
         },
-        Command::SetVariable(name, value) => match dashboard.set_variable(&name, &value).await {
-            Ok(()) => format!("{name}, {value}"),
-            Err(reason) => format!("Error: {reason}"),
-        },
+        DashboardCommand::SetVariable(name, value) => {
+            match dashboard.set_variable(&name, &value).await {
+                Ok(()) => format!("{name}, {value}"),
+                Err(reason) => format!("Error: {reason}"),
+            }
+        }
         // Every other command was answered above.
         other => format!("Failed to execute: {other:?}"),
     }

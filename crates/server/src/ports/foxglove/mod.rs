@@ -11,15 +11,15 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use prost::Message as _;
-use recorder::{Topic, Viewer};
+use recorder::{Topic, ViewerMessages};
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::TcpListener;
 use tokio::sync::broadcast;
 use tokio_util::sync::CancellationToken;
 
-use crate::ports::callers::Callers;
+use crate::ports::allowed_hosts::AllowedHosts;
 use crate::ports::listen::{PortMeter, serve_port};
-use crate::ports::peer::{Peer, Speaks};
+use crate::ports::peer::{Peer, PortProtocol};
 use crate::ports::sample::Sample;
 
 /// Topics that clients can follow.
@@ -36,12 +36,12 @@ const TOPICS: [Topic; 6] = [
 const BACKLOG: usize = 1024;
 
 pub use controller::LogLine;
-pub use controller::chronicle::LOG_BYTES_MAX;
+pub use controller::recording_observer::LOG_BYTES_MAX;
 
 /// What is shown.
-pub struct View {
+pub struct FoxgloveSource {
     /// Makes the messages; knows arm, obstacles and epoch.
-    pub viewer: Viewer,
+    pub viewer: ViewerMessages,
     /// Every cycle.
     pub samples: broadcast::Receiver<Arc<Sample>>,
     /// Every message for people.
@@ -51,17 +51,17 @@ pub struct View {
 /// Serves the port until `shutdown`; returns when every client is closed.
 pub async fn serve(
     listener: TcpListener,
-    view: View,
+    view: FoxgloveSource,
     meter: PortMeter,
-    callers: Callers,
+    callers: AllowedHosts,
     shutdown: CancellationToken,
 ) {
-    let stage = Arc::new(Stage::new(view.viewer.nanos(0.0)));
+    let stage = Arc::new(FoxgloveBroadcast::new(view.viewer.nanos(0.0)));
     // The desktop app of the makers is a page on the disk.
     let callers = Arc::new(callers.with_files());
     let clients = serve_port(
         listener,
-        Speaks::Http,
+        PortProtocol::Http,
         meter,
         shutdown.clone(),
         |peer, _, shutdown| {
@@ -69,9 +69,9 @@ pub async fn serve(
             async move { stage.attend(peer, &callers, &shutdown).await }
         },
     );
-    let mut feed = Feed {
+    let mut feed = MessageEncoder {
         stage: Arc::clone(&stage),
-        cycle: recorder::Cycle::default(),
+        cycle: recorder::CycleMessage::default(),
         encoded: Vec::new(),
     };
     tokio::join!(clients, feed.run(view, &shutdown));
@@ -91,7 +91,7 @@ enum Packet {
 }
 
 /// What all clients of the port see.
-pub struct Stage {
+pub struct FoxgloveBroadcast {
     packets: broadcast::Sender<Packet>,
     /// What every client is told first.
     greeting: [Arc<str>; 2],
@@ -101,7 +101,7 @@ pub struct Stage {
     newcomer: AtomicBool,
 }
 
-impl Stage {
+impl FoxgloveBroadcast {
     /// A stage on which nothing happens yet. Clients tell sessions apart by the number.
     pub fn new(session: u64) -> Self {
         Self {
@@ -116,8 +116,12 @@ impl Stage {
     }
 
     /// Serves one client, over any stream, until it leaves or `shutdown`.
-    pub async fn attend<S>(&self, peer: Peer<S>, callers: &Callers, shutdown: &CancellationToken)
-    where
+    pub async fn attend<S>(
+        &self,
+        peer: Peer<S>,
+        callers: &AllowedHosts,
+        shutdown: &CancellationToken,
+    ) where
         S: AsyncRead + AsyncWrite + Unpin + Send + 'static,
     {
         session::serve(peer, callers, self, shutdown).await;
@@ -163,15 +167,15 @@ impl Stage {
 }
 
 /// Makes the messages.
-struct Feed {
-    stage: Arc<Stage>,
-    cycle: recorder::Cycle,
+struct MessageEncoder {
+    stage: Arc<FoxgloveBroadcast>,
+    cycle: recorder::CycleMessage,
     encoded: Vec<u8>,
 }
 
-impl Feed {
+impl MessageEncoder {
     /// Shows what happens until `shutdown`.
-    async fn run(&mut self, mut view: View, shutdown: &CancellationToken) {
+    async fn run(&mut self, mut view: FoxgloveSource, shutdown: &CancellationToken) {
         loop {
             tokio::select! {
                 () = shutdown.cancelled() => return,
@@ -192,7 +196,7 @@ impl Feed {
         }
     }
 
-    fn show(&mut self, viewer: &mut Viewer, sample: &Sample) {
+    fn show(&mut self, viewer: &mut ViewerMessages, sample: &Sample) {
         if !self.stage.is_followed() {
             return;
         }
@@ -201,7 +205,7 @@ impl Feed {
         }
         let state = &sample.state;
         let at = viewer.nanos(state.time);
-        self.cycle.set(state);
+        self.cycle.set_from_state(state);
         self.encoded.clear();
         self.cycle.encode_raw(&mut self.encoded);
         self.stage.send(Topic::Cycle, at, &self.encoded);
@@ -217,7 +221,7 @@ impl Feed {
         }
     }
 
-    fn log(&self, viewer: &mut Viewer, line: &LogLine) {
+    fn log(&self, viewer: &mut ViewerMessages, line: &LogLine) {
         if !self.stage.is_followed() {
             return;
         }

@@ -9,7 +9,7 @@ use recorder::Topic;
 use serde::Deserialize;
 use serde_json::json;
 
-use crate::ports::shown::Shown;
+use crate::ports::escape::EscapedLine;
 
 /// The protocol's names in the handshake, the one that we prefer first. The app and the SDK say the first; the second is
 /// what the same messages were called before 2025, and what older versions and viewers that came of them still offer.
@@ -88,9 +88,9 @@ pub struct Subscriptions(Vec<(u32, usize)>);
 
 #[derive(Deserialize)]
 #[serde(tag = "op", rename_all = "camelCase")]
-enum FromClient {
+enum ClientMessage {
     Subscribe {
-        subscriptions: Vec<Subscription>,
+        subscriptions: Vec<SubscribeRequest>,
     },
     Unsubscribe {
         #[serde(rename = "subscriptionIds")]
@@ -102,7 +102,7 @@ enum FromClient {
 
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
-struct Subscription {
+struct SubscribeRequest {
     id: u32,
     channel_id: u32,
 }
@@ -127,17 +127,17 @@ impl Subscriptions {
     pub fn take(&mut self, text: &str, topics: usize) -> Result<(), String> {
         let said = serde_json::from_str(text);
         match said.map_err(|error| format!("not understood: {error}"))? {
-            FromClient::Subscribe { subscriptions } => {
-                for Subscription { id, channel_id } in subscriptions {
+            ClientMessage::Subscribe { subscriptions } => {
+                for SubscribeRequest { id, channel_id } in subscriptions {
                     self.subscribe(id, channel_id, topics)?;
                 }
                 Ok(())
             }
-            FromClient::Unsubscribe { ids } => {
+            ClientMessage::Unsubscribe { ids } => {
                 self.0.retain(|(id, _)| !ids.contains(id));
                 Ok(())
             }
-            FromClient::Other => {
+            ClientMessage::Other => {
                 Err("nothing but subscribe and unsubscribe is possible".to_owned())
             }
         }
@@ -161,7 +161,7 @@ impl Subscriptions {
 
 /// The warning that answers a mistake.
 pub fn answer_to(mistake: &str) -> String {
-    warning(&Shown(mistake).to_string())
+    warning(&EscapedLine(mistake).to_string())
 }
 
 #[cfg(test)]

@@ -16,8 +16,8 @@ use tokio_util::sync::CancellationToken;
 use super::protocol::{
     MESSAGE_BYTES_MAX, SUBPROTOCOLS, Subscriptions, answer_to, message_data, time,
 };
-use super::{Packet, Stage, TOPICS};
-use crate::ports::callers::Callers;
+use super::{FoxgloveBroadcast, Packet, TOPICS};
+use crate::ports::allowed_hosts::AllowedHosts;
 use crate::ports::http::connection;
 use crate::ports::peer::Peer;
 use crate::ports::websocket::Upgrade;
@@ -25,8 +25,8 @@ use crate::ports::websocket::Upgrade;
 /// Serves one client until it leaves or the server ends.
 pub(super) async fn serve<S>(
     peer: Peer<S>,
-    callers: &Callers,
-    stage: &Stage,
+    callers: &AllowedHosts,
+    stage: &FoxgloveBroadcast,
     shutdown: &CancellationToken,
 ) where
     S: AsyncRead + AsyncWrite + Unpin + Send + 'static,
@@ -52,22 +52,26 @@ pub(super) async fn serve<S>(
     }
 }
 
-type Socket = WebSocketStream<TokioIo<Upgraded>>;
+type FoxgloveStream = WebSocketStream<TokioIo<Upgraded>>;
 
 /// Shows what the client follows, and does what it says.
-async fn talk(stream: Upgraded, stage: &Stage, shutdown: &CancellationToken) -> Result<(), Error> {
+async fn talk(
+    stream: Upgraded,
+    stage: &FoxgloveBroadcast,
+    shutdown: &CancellationToken,
+) -> Result<(), Error> {
     let config = WebSocketConfig::default()
         .max_message_size(Some(MESSAGE_BYTES_MAX))
         .max_frame_size(Some(MESSAGE_BYTES_MAX))
         .read_buffer_size(16 * 1024)
         .write_buffer_size(0);
-    let mut socket: Socket =
+    let mut socket: FoxgloveStream =
         WebSocketStream::from_raw_socket(TokioIo::new(stream), Role::Server, Some(config)).await;
     let mut packets = stage.subscribe();
     for text in stage.greeting() {
         socket.send(Message::text(text.as_ref())).await?;
     }
-    let mut following = Following::new(stage);
+    let mut following = ClientSubscriptions::new(stage);
     loop {
         tokio::select! {
             () = shutdown.cancelled() => return close(socket).await,
@@ -100,18 +104,18 @@ async fn talk(stream: Upgraded, stage: &Stage, shutdown: &CancellationToken) -> 
     }
 }
 
-async fn close(mut socket: Socket) -> Result<(), Error> {
+async fn close(mut socket: FoxgloveStream) -> Result<(), Error> {
     socket.close(None).await
 }
 
 /// What a client follows; counted for the stage while it does.
-struct Following<'s> {
-    stage: &'s Stage,
+struct ClientSubscriptions<'s> {
+    stage: &'s FoxgloveBroadcast,
     subscriptions: Subscriptions,
 }
 
-impl<'s> Following<'s> {
-    fn new(stage: &'s Stage) -> Self {
+impl<'s> ClientSubscriptions<'s> {
+    fn new(stage: &'s FoxgloveBroadcast) -> Self {
         Self {
             stage,
             subscriptions: Subscriptions::default(),
@@ -136,7 +140,7 @@ impl<'s> Following<'s> {
         }
     }
 
-    async fn show(&self, socket: &mut Socket, packet: &Packet) -> Result<(), Error> {
+    async fn show(&self, socket: &mut FoxgloveStream, packet: &Packet) -> Result<(), Error> {
         match packet {
             Packet::Time(at) => socket.send(Message::binary(time(*at))).await,
             Packet::Message { place, at, payload } => {
@@ -150,7 +154,7 @@ impl<'s> Following<'s> {
     }
 }
 
-impl Drop for Following<'_> {
+impl Drop for ClientSubscriptions<'_> {
     fn drop(&mut self) {
         if !self.subscriptions.is_empty() {
             self.stage.end_following();

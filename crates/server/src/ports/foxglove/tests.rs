@@ -14,7 +14,7 @@ use tokio_tungstenite::tungstenite::{Error, Message};
 use tokio_tungstenite::{WebSocketStream, client_async};
 
 use super::*;
-use crate::ports::callers::tests::FOREIGN_HOSTS;
+use crate::ports::allowed_hosts::tests::FOREIGN_HOSTS;
 use crate::ports::listen::CLIENTS_MAX;
 use crate::ports::rtsi::outputs::tests::sample;
 
@@ -31,13 +31,13 @@ async fn rig() -> Rig {
     let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
     let address = listener.local_addr().unwrap();
     let (samples, log) = (broadcast::Sender::new(64), broadcast::Sender::new(64));
-    let view = View {
-        viewer: Viewer::new(RobotModel::built_in("cs66").unwrap(), Vec::new(), 0),
+    let view = FoxgloveSource {
+        viewer: ViewerMessages::new(RobotModel::built_in("cs66").unwrap(), Vec::new(), 0),
         samples: samples.subscribe(),
         log: log.subscribe(),
     };
     let (meter, shutdown) = (PortMeter::new("foxglove"), CancellationToken::new());
-    let callers = Callers::of(address.ip(), None, &[]);
+    let callers = AllowedHosts::of(address.ip(), None, &[]);
     let served = serve(listener, view, meter.clone(), callers, shutdown.clone());
     let port = tokio::spawn(served);
     Rig {
@@ -135,7 +135,7 @@ async fn a_client_is_told_what_there_is_and_shown_what_it_follows() {
     rig.samples.send(Arc::new(sample())).unwrap();
     let shown = socket.next().await.unwrap().unwrap().into_data();
     assert_eq!(shown[..5], [1, 40, 0, 0, 0]);
-    let cycle = recorder::Cycle::decode(&shown[13..]).unwrap();
+    let cycle = recorder::CycleMessage::decode(&shown[13..]).unwrap();
     assert_eq!(cycle.cycle, sample().state.cycle);
     rig.log
         .send(LogLine {

@@ -1,6 +1,6 @@
 //! One connection that speaks HTTP, whichever port it came in on: limits of time and size, and who may ask at all.
 //!
-//! Every request goes through [`Callers`] before anything else looks at it, so no page can forget to.
+//! Every request goes through [`AllowedHosts`] before anything else looks at it, so no page can forget to.
 
 use core::convert::Infallible;
 use std::future::Future;
@@ -16,7 +16,7 @@ use tokio::io::{AsyncRead, AsyncWrite};
 use tokio_util::sync::CancellationToken;
 
 use super::refuse;
-use crate::ports::callers::Callers;
+use crate::ports::allowed_hosts::AllowedHosts;
 use crate::ports::peer::Peer;
 
 /// A client has so long for the head of a request; also how long an idle connection is kept.
@@ -29,7 +29,7 @@ pub const HEAD_BYTES_MAX: usize = 16 * 1024;
 /// protocol's; whoever answered the request has it then.
 pub async fn serve<S, F>(
     peer: Peer<S>,
-    callers: &Callers,
+    callers: &AllowedHosts,
     shutdown: &CancellationToken,
     answer: impl Fn(Request<Incoming>) -> F,
 ) where

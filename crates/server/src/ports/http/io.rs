@@ -7,8 +7,8 @@ use motion_api::{IoChange, IoConfig, RegisterImages, RobotState};
 use serde_json::{Map, Value, json};
 use thiserror::Error;
 
-use controller::cell::point::{Direction, Group, Point};
-use controller::points::{PointChange, PointError, PointValue, RegisterValue};
+use controller::cell::point::{IoDirection, IoGroup, IoPointName};
+use controller::io_values::{PointChange, PointError, PointValue, RegisterValue};
 
 /// What a request wants to be changed.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -87,14 +87,14 @@ fn shown(value: &Value) -> String {
 /// All points with their values, the cycle they are of, and what is kept with them. A float register that is no number is null.
 pub fn describe(state: &RobotState, registers: &RegisterImages) -> Value {
     let mut points = Map::new();
-    for direction in [Direction::In, Direction::Out] {
+    for direction in [IoDirection::In, IoDirection::Out] {
         let (digital, analog, bank) = match direction {
-            Direction::In => (state.digital_in, &state.analog_in, &registers.input),
-            Direction::Out => (state.digital_out, &state.analog_out, &registers.output),
+            IoDirection::In => (state.digital_in, &state.analog_in, &registers.input),
+            IoDirection::Out => (state.digital_out, &state.analog_out, &registers.output),
         };
-        let mut group = |group: Group, count: u8, value: &dyn Fn(u8) -> Value| {
+        let mut group = |group: IoGroup, count: u8, value: &dyn Fn(u8) -> Value| {
             for index in 0..count {
-                let point = Point {
+                let point = IoPointName {
                     group,
                     direction,
                     index,
@@ -103,28 +103,30 @@ pub fn describe(state: &RobotState, registers: &RegisterImages) -> Value {
             }
         };
         for digital_group in [
-            Group::StandardDigital,
-            Group::ConfigurableDigital,
-            Group::ToolDigital,
+            IoGroup::StandardDigital,
+            IoGroup::ConfigurableDigital,
+            IoGroup::ToolDigital,
         ] {
             let first = match digital_group {
-                Group::StandardDigital => 0,
-                Group::ConfigurableDigital => 16,
+                IoGroup::StandardDigital => 0,
+                IoGroup::ConfigurableDigital => 16,
                 _ => 24,
             };
             group(digital_group, digital_group.points(), &|n| {
                 json!(digital >> (first + n) & 1 == 1)
             });
         }
-        group(Group::StandardAnalog, 2, &|n| json!(analog[usize::from(n)]));
-        group(Group::ToolAnalog, 1, &|_| json!(analog[2]));
-        group(Group::BooleanRegister, BOOLEAN_REGISTERS, &|n| {
+        group(IoGroup::StandardAnalog, 2, &|n| {
+            json!(analog[usize::from(n)])
+        });
+        group(IoGroup::ToolAnalog, 1, &|_| json!(analog[2]));
+        group(IoGroup::BooleanRegister, BOOLEAN_REGISTERS, &|n| {
             json!(bank.boolean(n))
         });
-        group(Group::IntegerRegister, INTEGER_REGISTERS, &|n| {
+        group(IoGroup::IntegerRegister, INTEGER_REGISTERS, &|n| {
             json!(bank.integer(n))
         });
-        group(Group::FloatRegister, FLOAT_REGISTERS, &|n| {
+        group(IoGroup::FloatRegister, FLOAT_REGISTERS, &|n| {
             json!(bank.float(n))
         });
     }
@@ -164,7 +166,7 @@ mod tests {
         changes
             .registers
             .iter()
-            .for_each(|value| value.write(Direction::In, &registers));
+            .for_each(|value| value.write(IoDirection::In, &registers));
         let bank = &registers.input;
         assert!(bank.boolean(127));
         assert_eq!((bank.integer(0), bank.float(47)), (i32::MIN, -1e300));
@@ -243,7 +245,7 @@ mod tests {
         let points = page["points"].as_object().unwrap();
         assert_eq!(points.len(), 2 * (16 + 8 + 4 + 2 + 1 + 128 + 48 + 48));
         for name in points.keys() {
-            assert_eq!(name.parse::<Point>().unwrap().to_string(), *name);
+            assert_eq!(name.parse::<IoPointName>().unwrap().to_string(), *name);
         }
         let high: Vec<&String> = points
             .iter()

@@ -4,7 +4,7 @@ use core::fmt::{Display, Write};
 
 use motion::histogram::{BUCKETS_US, HistogramSnapshot};
 use motion_api::RobotState;
-use recorder::RecorderMeter;
+use recorder::RecorderMetrics;
 use supervision::ThreadRole;
 
 use crate::ports::description::TaskStatus;
@@ -70,7 +70,7 @@ pub struct RecordingFigures {
 
 impl RecordingFigures {
     /// The figures now.
-    pub fn of(meter: &RecorderMeter) -> Self {
+    pub fn of(meter: &RecorderMetrics) -> Self {
         Self {
             bytes: meter.bytes(),
             records_waiting: meter.records_waiting(),
@@ -84,7 +84,7 @@ impl RecordingFigures {
 
 /// The page.
 pub fn render(m: &Measurements<'_>) -> String {
-    let mut page = Page::default();
+    let mut page = MetricsText::default();
     page.counter("cycles_total", "Control cycles since start.", m.state.cycle);
     page.counter(
         "cycle_overruns_total",
@@ -208,9 +208,9 @@ pub fn render(m: &Measurements<'_>) -> String {
 }
 
 #[derive(Default)]
-struct Page(String);
+struct MetricsText(String);
 
-impl Page {
+impl MetricsText {
     fn counter(&mut self, name: &str, help: &str, value: u64) {
         self.head(name, help, "counter");
         self.line(format_args!("elite_{name} {value}"));

@@ -1,10 +1,10 @@
 //! The http port: `/healthz`, `/metrics`, `/panel`, and `/api` for inputs and outputs.
 //!
-//! Owns the routes; the numbers come from [`Source`], their text form from `metrics`, the limits of a connection and who may
+//! Owns the routes; the numbers come from [`HttpBackend`], their text form from `metrics`, the limits of a connection and who may
 //! ask at all from `connection`.
 
 pub mod connection;
-pub mod guard;
+pub mod cross_site;
 pub mod io;
 pub mod metrics;
 pub mod page;
@@ -28,13 +28,13 @@ use tokio::net::TcpListener;
 use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
 
-use crate::ports::callers::Callers;
+use crate::ports::allowed_hosts::AllowedHosts;
 use crate::ports::description::TaskStatus;
 use crate::ports::listen::{PortMeter, serve_port};
-use crate::ports::peer::{Peer, Speaks};
+use crate::ports::peer::{Peer, PortProtocol};
 use crate::ports::websocket::Upgrade;
 use metrics::{Figures, Measurements, render};
-use page::{Cockpit, Live, Page};
+use page::{LiveEndpoint, Page, PageBackend};
 
 /// Largest body of a request, bytes: several times what all inputs take.
 const BODY_BYTES_MAX: usize = 64 * 1024;
@@ -51,7 +51,7 @@ const LOOK_AGAIN: Duration = Duration::from_millis(1);
 const STANDSTILL: Duration = Duration::from_secs(1);
 
 /// What this port asks of the controller.
-pub trait Source: Send + Sync + 'static {
+pub trait HttpBackend: Send + Sync + 'static {
     /// The latest snapshot.
     fn state(&self) -> RobotState;
     /// What the main task is doing.
@@ -69,13 +69,13 @@ pub trait Source: Send + Sync + 'static {
     /// Sets inputs, as if somebody had wired them, all or none; must not wait.
     ///
     /// # Errors
-    /// [`NotSet`]: nothing was changed.
-    fn set_inputs(&self, changes: &io::InputChanges) -> Result<(), NotSet>;
+    /// [`SetInputsError`]: nothing was changed.
+    fn set_inputs(&self, changes: &io::InputChanges) -> Result<(), SetInputsError>;
 }
 
 /// Why inputs were not set: a sentence.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum NotSet {
+pub enum SetInputsError {
     /// Never here.
     ReadOnly(String),
     /// Not now.
@@ -83,7 +83,7 @@ pub enum NotSet {
 }
 
 /// What the handlers share.
-struct Shared<S> {
+struct HttpShared<S> {
     source: Arc<S>,
     ports: Vec<PortMeter>,
     /// The cycle counter when it was last seen to move, and when that was.
@@ -93,15 +93,15 @@ struct Shared<S> {
 /// Serves the port until `shutdown`; returns when every client is closed.
 pub async fn serve(
     listener: TcpListener,
-    pages: Pages,
+    pages: HttpService,
     meter: PortMeter,
-    callers: Callers,
+    callers: AllowedHosts,
     shutdown: CancellationToken,
 ) {
     let callers = Arc::new(callers);
     serve_port(
         listener,
-        Speaks::Http,
+        PortProtocol::Http,
         meter,
         shutdown,
         |peer, _, shutdown| {
@@ -114,14 +114,14 @@ pub async fn serve(
 
 /// Every page, for any number of clients.
 #[derive(Clone)]
-pub struct Pages {
+pub struct HttpService {
     router: Router,
-    live: Option<Arc<dyn Live>>,
+    live: Option<Arc<dyn LiveEndpoint>>,
 }
 
-impl Pages {
+impl HttpService {
     /// The pages of a controller; `ports` are those whose clients are counted.
-    pub fn of<S: Source>(source: Arc<S>, ports: Vec<PortMeter>) -> Self {
+    pub fn of<S: HttpBackend>(source: Arc<S>, ports: Vec<PortMeter>) -> Self {
         Self {
             router: router(source, ports),
             live: None,
@@ -134,7 +134,7 @@ impl Pages {
     }
 
     /// With the pendant page.
-    pub fn with_page<C: Cockpit>(self, page: Arc<Page<C>>) -> Self {
+    pub fn with_page<C: PageBackend>(self, page: Arc<Page<C>>) -> Self {
         Self {
             router: self.router.merge(page::router(Arc::clone(&page))),
             live: Some(page),
@@ -142,8 +142,12 @@ impl Pages {
     }
 
     /// Answers the requests of one client, over any stream, until it leaves, is too slow, or `shutdown`.
-    pub async fn serve<T>(&self, peer: Peer<T>, callers: &Callers, shutdown: &CancellationToken)
-    where
+    pub async fn serve<T>(
+        &self,
+        peer: Peer<T>,
+        callers: &AllowedHosts,
+        shutdown: &CancellationToken,
+    ) where
         T: AsyncRead + AsyncWrite + Unpin + Send + 'static,
     {
         let service = TowerToHyperService::new(self.router.clone());
@@ -180,7 +184,7 @@ impl Pages {
     }
 }
 
-impl<S> Shared<S> {
+impl<S> HttpShared<S> {
     /// For how long the cycle counter has been seen to stand at `cycle`.
     fn standing(&self, cycle: u64) -> Duration {
         let now = Instant::now();
@@ -196,8 +200,8 @@ impl<S> Shared<S> {
     }
 }
 
-fn router<S: Source>(source: Arc<S>, ports: Vec<PortMeter>) -> Router {
-    let shared = Arc::new(Shared {
+fn router<S: HttpBackend>(source: Arc<S>, ports: Vec<PortMeter>) -> Router {
+    let shared = Arc::new(HttpShared {
         source,
         ports,
         pulse: Mutex::default(),
@@ -212,7 +216,7 @@ fn router<S: Source>(source: Arc<S>, ports: Vec<PortMeter>) -> Router {
 }
 
 /// 200 while the control cycle runs; 503 once it has been standing still between two requests. Details as JSON.
-async fn healthz<S: Source>(State(shared): State<Arc<Shared<S>>>) -> Response {
+async fn healthz<S: HttpBackend>(State(shared): State<Arc<HttpShared<S>>>) -> Response {
     let state = shared.source.state();
     let standing = shared.standing(state.cycle);
     let fault = shared.source.fault();
@@ -251,21 +255,24 @@ async fn healthz<S: Source>(State(shared): State<Arc<Shared<S>>>) -> Response {
 }
 
 /// What people see of the program that runs, as JSON.
-async fn panel_page<S: Source>(State(shared): State<Arc<Shared<S>>>) -> Response {
+async fn panel_page<S: HttpBackend>(State(shared): State<Arc<HttpShared<S>>>) -> Response {
     let text = format!("{}\n", shared.source.panel());
     ([(header::CONTENT_TYPE, "application/json")], text).into_response()
 }
 
 /// Every input and output, as JSON.
-async fn io_page<S: Source>(State(shared): State<Arc<Shared<S>>>) -> Response {
+async fn io_page<S: HttpBackend>(State(shared): State<Arc<HttpShared<S>>>) -> Response {
     let page = io::describe(&shared.source.state(), &shared.source.registers());
     answer(StatusCode::OK, &page)
 }
 
 /// Sets inputs: an object from names to values, all of it or nothing.
-async fn set_inputs<S: Source>(State(shared): State<Arc<Shared<S>>>, request: Request) -> Response {
+async fn set_inputs<S: HttpBackend>(
+    State(shared): State<Arc<HttpShared<S>>>,
+    request: Request,
+) -> Response {
     let (head, body) = request.into_parts();
-    if let Err(turned_away) = guard::check(&head.headers) {
+    if let Err(turned_away) = cross_site::check(&head.headers) {
         return refuse(turned_away.status(), &turned_away.to_string());
     }
     let body = match tokio::time::timeout(BODY_TIMEOUT, to_bytes(body, BODY_BYTES_MAX)).await {
@@ -287,8 +294,8 @@ async fn set_inputs<S: Source>(State(shared): State<Arc<Shared<S>>>, request: Re
     };
     match shared.source.set_inputs(&changes) {
         Ok(()) => {}
-        Err(NotSet::ReadOnly(reason)) => return refuse(StatusCode::CONFLICT, &reason),
-        Err(NotSet::Unavailable(reason)) => {
+        Err(SetInputsError::ReadOnly(reason)) => return refuse(StatusCode::CONFLICT, &reason),
+        Err(SetInputsError::Unavailable(reason)) => {
             return refuse(StatusCode::SERVICE_UNAVAILABLE, &reason);
         }
     }
@@ -303,7 +310,7 @@ async fn set_inputs<S: Source>(State(shared): State<Arc<Shared<S>>>, request: Re
 }
 
 /// True once a cycle that began after `cycle` has ended; false when none does.
-async fn is_taken(source: &impl Source, cycle: u64) -> bool {
+async fn is_taken(source: &impl HttpBackend, cycle: u64) -> bool {
     let patience = Instant::now() + TAKEN_WITHIN;
     while source.state().cycle <= cycle {
         if Instant::now() >= patience {
@@ -324,7 +331,7 @@ fn refuse(status: StatusCode, reason: &str) -> Response {
     answer(status, &json!({"error": reason}))
 }
 
-async fn metrics_page<S: Source>(State(shared): State<Arc<Shared<S>>>) -> Response {
+async fn metrics_page<S: HttpBackend>(State(shared): State<Arc<HttpShared<S>>>) -> Response {
     let text = render(&Measurements {
         state: &shared.source.state(),
         task: shared.source.task_status(),

@@ -10,19 +10,19 @@ use tokio::task::JoinHandle;
 
 use super::connection::{HEAD_BYTES_MAX, HEAD_TIMEOUT};
 use super::*;
-use crate::ports::callers::tests::FOREIGN_HOSTS;
+use crate::ports::allowed_hosts::tests::FOREIGN_HOSTS;
 
 #[derive(Default)]
 struct Fake {
     cycle: AtomicU64,
     set: Mutex<Vec<io::InputChanges>>,
     /// Why inputs cannot be set.
-    not_set: Mutex<Option<NotSet>>,
+    not_set: Mutex<Option<SetInputsError>>,
     /// No cycle comes any more.
     stands: AtomicBool,
 }
 
-impl Source for Fake {
+impl HttpBackend for Fake {
     fn state(&self) -> RobotState {
         let mut state = RobotState::at_start(JointPositions::ZERO, 0.004);
         state.cycle = self.cycle.load(Ordering::Relaxed);
@@ -68,7 +68,7 @@ impl Source for Fake {
     fn registers(&self) -> RegisterImages {
         RegisterImages::default()
     }
-    fn set_inputs(&self, changes: &io::InputChanges) -> Result<(), NotSet> {
+    fn set_inputs(&self, changes: &io::InputChanges) -> Result<(), SetInputsError> {
         if let Some(reason) = self.not_set.lock().unwrap().clone() {
             return Err(reason);
         }
@@ -86,10 +86,10 @@ async fn port(source: Arc<Fake>) -> (SocketAddr, CancellationToken, JoinHandle<(
     let shutdown = CancellationToken::new();
     let meter = PortMeter::new("http");
     let ports = vec![PortMeter::new("primary"), meter.clone()];
-    let callers = Callers::of(address.ip(), None, &[]);
+    let callers = AllowedHosts::of(address.ip(), None, &[]);
     let served = serve(
         listener,
-        Pages::of(source, ports),
+        HttpService::of(source, ports),
         meter,
         callers,
         shutdown.clone(),
@@ -137,7 +137,7 @@ async fn metrics_are_in_the_text_format() {
 async fn health_is_a_cycle_counter_that_moves() {
     let source = Arc::new(Fake::default());
     let shared = || {
-        State(Arc::new(Shared {
+        State(Arc::new(HttpShared {
             source: Arc::clone(&source),
             ports: Vec::new(),
             pulse: Mutex::default(),
@@ -369,8 +369,11 @@ async fn inputs_that_were_not_taken_are_not_said_to_be_set() {
     let source = Arc::new(Fake::default());
     let (address, _shutdown, _port) = port(source.clone()).await;
     for (reason, status) in [
-        (NotSet::ReadOnly("a recording".to_owned()), 409),
-        (NotSet::Unavailable("nothing was set: full".to_owned()), 503),
+        (SetInputsError::ReadOnly("a recording".to_owned()), 409),
+        (
+            SetInputsError::Unavailable("nothing was set: full".to_owned()),
+            503,
+        ),
     ] {
         *source.not_set.lock().unwrap() = Some(reason);
         let page = post_inputs(address, JSON, "{}").await;

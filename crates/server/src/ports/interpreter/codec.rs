@@ -7,7 +7,7 @@
 use core::fmt;
 use std::borrow::Cow;
 
-use crate::ports::text::{StringTracker, is_end_line, statements_of_line};
+use crate::ports::script_text::{StringTracker, is_end_line, statements_of_line};
 
 /// The longest line, bytes.
 pub const LINE_BYTES_MAX: usize = 64 * 1024;
@@ -20,7 +20,7 @@ const REPEATED_CHARS: usize = 80;
 
 /// A word that is carried out at once and never queued (manual 2.3 to 2.6).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Command {
+pub enum InterpreterCommand {
     /// Skip everything received and not yet executed.
     SkipBuffer,
     /// Which statement was executed last, or is being executed.
@@ -35,7 +35,7 @@ pub enum Command {
     Abort,
 }
 
-impl Command {
+impl InterpreterCommand {
     const ALL: [Self; 6] = [
         Self::SkipBuffer,
         Self::StateLastExecuted,
@@ -117,7 +117,7 @@ fn one_line(text: &str) -> String {
 
 /// Why something a client sent is not even compiled.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Rejection {
+pub enum StatementRejection {
     /// A line longer than [`LINE_BYTES_MAX`]; it is skipped to its end.
     LineTooLong {
         /// How it begins.
@@ -135,7 +135,7 @@ pub enum Rejection {
     },
 }
 
-impl Rejection {
+impl StatementRejection {
     /// The reply to the client.
     pub fn reply(&self) -> String {
         let (reason, start) = match self {
@@ -155,29 +155,29 @@ impl Rejection {
 
 /// One thing a client sent.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Frame {
+pub enum StatementFrame {
     /// To be compiled and queued; without the newline at its end.
     Statement(String),
     /// To be carried out at once.
-    Command(Command),
+    Command(InterpreterCommand),
     /// To be reported.
-    Rejected(Rejection),
+    Rejected(StatementRejection),
 }
 
 /// Cuts the bytes of one connection.
 #[derive(Debug)]
-pub struct Framer {
-    state: State,
+pub struct StatementFramer {
+    state: StatementFramerState,
     /// The statement so far, the unfinished line included.
     text: Vec<u8>,
-    /// Where the unfinished line begins in `text`.
+    /// Where the unfinished line begins in `script_text`.
     line_start: usize,
     /// Strings of the block up to the beginning of the unfinished line.
     strings: StringTracker,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum State {
+enum StatementFramerState {
     /// Between statements.
     Between,
     /// In a block whose header stands at this column, counted in bytes.
@@ -188,10 +188,10 @@ enum State {
     SkippingLine,
 }
 
-impl Default for Framer {
+impl Default for StatementFramer {
     fn default() -> Self {
         Self {
-            state: State::Between,
+            state: StatementFramerState::Between,
             text: Vec::new(),
             line_start: 0,
             strings: StringTracker::default(),
@@ -199,9 +199,9 @@ impl Default for Framer {
     }
 }
 
-impl Framer {
+impl StatementFramer {
     /// Takes what was received and adds what is complete now to `frames`.
-    pub fn push(&mut self, bytes: &[u8], frames: &mut Vec<Frame>) {
+    pub fn push(&mut self, bytes: &[u8], frames: &mut Vec<StatementFrame>) {
         for piece in bytes.split_inclusive(|byte| *byte == b'\n') {
             self.append(piece, frames);
             if piece.ends_with(b"\n") {
@@ -211,22 +211,22 @@ impl Framer {
     }
 
     /// The client sends no more: what is unfinished is taken as it stands, and whoever compiles it decides.
-    pub fn finish(&mut self, frames: &mut Vec<Frame>) {
+    pub fn finish(&mut self, frames: &mut Vec<StatementFrame>) {
         if self.text.len() > self.line_start {
             self.push(b"\n", frames);
         }
-        if let State::Block { .. } = self.state {
+        if let StatementFramerState::Block { .. } = self.state {
             self.emit(frames);
         }
     }
 
     /// True when nothing is unfinished.
     pub fn is_between(&self) -> bool {
-        self.state == State::Between && self.text.is_empty()
+        self.state == StatementFramerState::Between && self.text.is_empty()
     }
 
-    fn append(&mut self, piece: &[u8], frames: &mut Vec<Frame>) {
-        if self.state == State::SkippingLine {
+    fn append(&mut self, piece: &[u8], frames: &mut Vec<StatementFrame>) {
+        if self.state == StatementFramerState::SkippingLine {
             return;
         }
         self.text.extend(piece);
@@ -236,19 +236,23 @@ impl Framer {
     }
 
     /// The unfinished line is too long. In a block that ends the block as well: half of it is of no use.
-    fn skip_line(&mut self, frames: &mut Vec<Frame>) {
+    fn skip_line(&mut self, frames: &mut Vec<StatementFrame>) {
         let start = beginning(&self.text);
         match self.state {
-            State::Block { indent } => {
-                frames.push(Frame::Rejected(Rejection::BlockTooLong { start }));
+            StatementFramerState::Block { indent } => {
+                frames.push(StatementFrame::Rejected(StatementRejection::BlockTooLong {
+                    start,
+                }));
                 self.skip_block(indent);
             }
             // Whatever the line is, an `end` it is not; a string that it opens is lost sight of.
-            State::SkippingBlock { .. } => self.text.clear(),
+            StatementFramerState::SkippingBlock { .. } => self.text.clear(),
             _ => {
-                frames.push(Frame::Rejected(Rejection::LineTooLong { start }));
+                frames.push(StatementFrame::Rejected(StatementRejection::LineTooLong {
+                    start,
+                }));
                 self.text = Vec::new();
-                self.state = State::SkippingLine;
+                self.state = StatementFramerState::SkippingLine;
             }
         }
     }
@@ -257,14 +261,14 @@ impl Framer {
         self.text = self.text.split_off(self.line_start);
         self.text.truncate(LINE_BYTES_MAX);
         self.line_start = 0;
-        self.state = State::SkippingBlock { indent };
+        self.state = StatementFramerState::SkippingBlock { indent };
     }
 
-    fn end_line(&mut self, frames: &mut Vec<Frame>) {
+    fn end_line(&mut self, frames: &mut Vec<StatementFrame>) {
         match self.state {
-            State::SkippingLine => self.state = State::Between,
-            State::Between => self.end_line_between(frames),
-            State::Block { indent } => {
+            StatementFramerState::SkippingLine => self.state = StatementFramerState::Between,
+            StatementFramerState::Between => self.end_line_between(frames),
+            StatementFramerState::Block { indent } => {
                 let ended = self.is_end_of_block(indent);
                 self.follow_strings();
                 self.line_start = self.text.len();
@@ -272,11 +276,13 @@ impl Framer {
                     self.emit(frames);
                 } else if self.text.len() > BLOCK_BYTES_MAX {
                     let start = beginning(&self.text);
-                    frames.push(Frame::Rejected(Rejection::BlockTooLong { start }));
+                    frames.push(StatementFrame::Rejected(StatementRejection::BlockTooLong {
+                        start,
+                    }));
                     self.skip_block(indent);
                 }
             }
-            State::SkippingBlock { indent } => {
+            StatementFramerState::SkippingBlock { indent } => {
                 let ended = self.is_end_of_block(indent);
                 self.follow_strings();
                 self.text.clear();
@@ -287,20 +293,20 @@ impl Framer {
         }
     }
 
-    fn end_line_between(&mut self, frames: &mut Vec<Frame>) {
+    fn end_line_between(&mut self, frames: &mut Vec<StatementFrame>) {
         if self.text.trim_ascii().is_empty() {
             self.text.clear();
             return;
         }
         let line = String::from_utf8_lossy(&self.text);
-        if let Some(command) = Command::parse(&line) {
-            frames.push(Frame::Command(command));
+        if let Some(command) = InterpreterCommand::parse(&line) {
+            frames.push(StatementFrame::Command(command));
             self.reset();
         } else if opens_block(&line) {
             let indent = line.len() - line.trim_start().len();
             self.follow_strings();
             self.line_start = self.text.len();
-            self.state = State::Block { indent };
+            self.state = StatementFramerState::Block { indent };
         } else {
             self.emit(frames);
         }
@@ -320,12 +326,12 @@ impl Framer {
         }
     }
 
-    fn emit(&mut self, frames: &mut Vec<Frame>) {
+    fn emit(&mut self, frames: &mut Vec<StatementFrame>) {
         let bytes = core::mem::take(&mut self.text);
         self.reset();
         frames.push(match String::from_utf8(bytes) {
-            Ok(text) => Frame::Statement(text.trim_end().replace("\r\n", "\n")),
-            Err(error) => Frame::Rejected(Rejection::NotUtf8 {
+            Ok(text) => StatementFrame::Statement(text.trim_end().replace("\r\n", "\n")),
+            Err(error) => StatementFrame::Rejected(StatementRejection::NotUtf8 {
                 start: beginning(error.as_bytes()),
             }),
         });

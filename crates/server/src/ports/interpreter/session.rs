@@ -14,10 +14,10 @@ use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::sync::mpsc;
 use tokio_util::sync::CancellationToken;
 
-use super::codec::{Discard, Frame, Framer, LINE_BYTES_MAX, ack, discard};
-use super::{Interpreter, Verdict};
+use super::codec::{Discard, LINE_BYTES_MAX, StatementFrame, StatementFramer, ack, discard};
+use super::{InterpreterBackend, StatementReply};
 use crate::ports::ClientId;
-use crate::ports::shown::Shown;
+use crate::ports::escape::EscapedLine;
 
 /// What is read at once.
 const READ_BYTES: usize = 16 * 1024;
@@ -55,7 +55,7 @@ pub struct Statement {
     pub client: ClientId,
     /// The text, without the newline at its end.
     pub text: Arc<str>,
-    replies: WeakReplies,
+    replies: WeakReplySender,
 }
 
 impl Statement {
@@ -71,12 +71,12 @@ impl Statement {
 pub async fn serve(
     stream: impl AsyncRead + AsyncWrite,
     client: ClientId,
-    interpreter: &impl Interpreter,
+    interpreter: &impl InterpreterBackend,
     shutdown: CancellationToken,
 ) -> SessionEnd {
     let (reader, writer) = tokio::io::split(stream);
-    let (replies, to_write) = Replies::new(client);
-    let (backlog, to_hand_over) = Backlog::new();
+    let (replies, to_write) = ReplySender::new(client);
+    let (backlog, to_hand_over) = StatementSender::new();
     // Each ends when the one before it has: reading at the end of the stream, then the rest.
     let reading = read_lines(reader, interpreter, backlog, replies.clone());
     let handing_over = hand_over(to_hand_over, interpreter, replies);
@@ -89,22 +89,22 @@ pub async fn serve(
 }
 
 /// Texts of statements on their way from reading to handing over, bounded in bytes.
-struct Backlog {
+struct StatementSender {
     texts: mpsc::UnboundedSender<Arc<str>>,
     bytes: Arc<AtomicUsize>,
 }
 
 /// Where they come out.
-struct ToHandOver {
+struct StatementReceiver {
     texts: mpsc::UnboundedReceiver<Arc<str>>,
     bytes: Arc<AtomicUsize>,
 }
 
-impl Backlog {
-    fn new() -> (Self, ToHandOver) {
+impl StatementSender {
+    fn new() -> (Self, StatementReceiver) {
         let (texts, receiver) = mpsc::unbounded_channel();
         let bytes = Arc::default();
-        let to_hand_over = ToHandOver {
+        let to_hand_over = StatementReceiver {
             texts: receiver,
             bytes: Arc::clone(&bytes),
         };
@@ -130,7 +130,7 @@ impl Backlog {
     }
 }
 
-impl ToHandOver {
+impl StatementReceiver {
     async fn next(&mut self) -> Option<Arc<str>> {
         let text = self.texts.recv().await?;
         self.bytes
@@ -141,11 +141,11 @@ impl ToHandOver {
 
 async fn read_lines(
     mut reader: impl AsyncRead + Unpin,
-    interpreter: &impl Interpreter,
-    backlog: Backlog,
-    replies: Replies,
+    interpreter: &impl InterpreterBackend,
+    backlog: StatementSender,
+    replies: ReplySender,
 ) -> SessionEnd {
-    let mut framer = Framer::default();
+    let mut framer = StatementFramer::default();
     let mut frames = Vec::new();
     let mut buffer = vec![0; READ_BYTES];
     let mut shed = 0;
@@ -158,18 +158,18 @@ async fn read_lines(
         }
         for frame in frames.drain(..) {
             match frame {
-                Frame::Statement(text) => {
+                StatementFrame::Statement(text) => {
                     if let Err(text) = backlog.add(text) {
                         replies.send(discard(&Discard::TooMany, &text));
                     }
                 }
-                Frame::Command(command) => {
+                StatementFrame::Command(command) => {
                     let number = interpreter.command(command).await;
                     replies.send(command.reply(number));
                 }
-                Frame::Rejected(rejection) => {
+                StatementFrame::Rejected(rejection) => {
                     let reply = rejection.reply();
-                    tracing::warn!(client = %replies.client, "interpreter: {}", Shown(reply.trim_end()));
+                    tracing::warn!(client = %replies.client, "interpreter: {}", EscapedLine(reply.trim_end()));
                     replies.send(reply);
                 }
             }
@@ -188,7 +188,11 @@ async fn read_lines(
     }
 }
 
-async fn hand_over(mut statements: ToHandOver, interpreter: &impl Interpreter, replies: Replies) {
+async fn hand_over(
+    mut statements: StatementReceiver,
+    interpreter: &impl InterpreterBackend,
+    replies: ReplySender,
+) {
     while let Some(text) = statements.next().await {
         let statement = Statement {
             client: replies.client,
@@ -196,13 +200,13 @@ async fn hand_over(mut statements: ToHandOver, interpreter: &impl Interpreter, r
             replies: replies.downgrade(),
         };
         replies.send(match interpreter.submit(statement).await {
-            Verdict::Ack(id) => ack(id, &text),
-            Verdict::Discard(reason) => discard(&reason, &text),
+            StatementReply::Ack(id) => ack(id, &text),
+            StatementReply::Discard(reason) => discard(&reason, &text),
         });
     }
 }
 
-async fn write_replies(mut writer: impl AsyncWrite + Unpin, mut replies: ToWrite) {
+async fn write_replies(mut writer: impl AsyncWrite + Unpin, mut replies: ReplyReceiver) {
     while let Some(reply) = replies.next_batch().await {
         let written: io::Result<()> = writer.write_all(reply.as_bytes()).await;
         if let Err(error) = written {
@@ -217,7 +221,7 @@ async fn write_replies(mut writer: impl AsyncWrite + Unpin, mut replies: ToWrite
 
 /// Where replies to one client go in. Never waits: what a client does not read in time, it misses.
 #[derive(Clone, Debug)]
-struct Replies {
+struct ReplySender {
     client: ClientId,
     lines: mpsc::Sender<String>,
     bytes: Arc<AtomicUsize>,
@@ -225,23 +229,23 @@ struct Replies {
 
 /// Replies for as long as the session lives, without keeping it alive.
 #[derive(Clone, Debug)]
-struct WeakReplies {
+struct WeakReplySender {
     client: ClientId,
     lines: mpsc::WeakSender<String>,
     bytes: Arc<AtomicUsize>,
 }
 
 /// Where they come out.
-struct ToWrite {
+struct ReplyReceiver {
     lines: mpsc::Receiver<String>,
     bytes: Arc<AtomicUsize>,
 }
 
-impl Replies {
-    fn new(client: ClientId) -> (Self, ToWrite) {
+impl ReplySender {
+    fn new(client: ClientId) -> (Self, ReplyReceiver) {
         let (lines, receiver) = mpsc::channel(REPLIES_WAITING_MAX);
         let bytes = Arc::default();
-        let to_write = ToWrite {
+        let to_write = ReplyReceiver {
             lines: receiver,
             bytes: Arc::clone(&bytes),
         };
@@ -262,8 +266,8 @@ impl Replies {
         }
     }
 
-    fn downgrade(&self) -> WeakReplies {
-        WeakReplies {
+    fn downgrade(&self) -> WeakReplySender {
+        WeakReplySender {
             client: self.client,
             lines: self.lines.downgrade(),
             bytes: Arc::clone(&self.bytes),
@@ -271,9 +275,9 @@ impl Replies {
     }
 }
 
-impl WeakReplies {
-    fn upgrade(&self) -> Option<Replies> {
-        Some(Replies {
+impl WeakReplySender {
+    fn upgrade(&self) -> Option<ReplySender> {
+        Some(ReplySender {
             client: self.client,
             lines: self.lines.upgrade()?,
             bytes: Arc::clone(&self.bytes),
@@ -281,7 +285,7 @@ impl WeakReplies {
     }
 }
 
-impl ToWrite {
+impl ReplyReceiver {
     /// What waits, in order, up to about [`BATCH_BYTES`]: a client that streams statements gets many replies a write.
     async fn next_batch(&mut self) -> Option<String> {
         let mut batch = self.lines.recv().await?;

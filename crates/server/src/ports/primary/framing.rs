@@ -7,7 +7,7 @@
 
 use core::fmt;
 
-use crate::ports::text::{StringTracker, is_end_line, statements_of_line};
+use crate::ports::script_text::{StringTracker, is_end_line, statements_of_line};
 
 /// The longest program, bytes.
 pub const PROGRAM_BYTES_MAX: usize = 8 * 1024 * 1024;
@@ -28,7 +28,7 @@ pub enum ProgramKind {
 
 /// How the end of a program was recognised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum EndedBy {
+pub enum ProgramEnd {
     /// By its own last line.
     ItsText,
     /// The client sends no more.
@@ -39,13 +39,13 @@ pub enum EndedBy {
 
 /// A program as received: lines end with `\n`, line 1 is its first line.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Program {
+pub struct ReceivedProgram {
     /// The text.
     pub text: String,
     /// What it is.
     pub kind: ProgramKind,
     /// How its end was found.
-    pub ended_by: EndedBy,
+    pub ended_by: ProgramEnd,
 }
 
 /// A plain line that is an order to the controller, not a statement.
@@ -87,7 +87,7 @@ impl ControlPhrase {
 
 /// Why something a client sent is not run. Each is one sentence for the client and the log.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Rejection {
+pub enum ScriptRejection {
     /// Longer than [`PROGRAM_BYTES_MAX`]; it is skipped to its end.
     TooLong,
     /// So much of this client waits already that there is no room for more.
@@ -116,7 +116,7 @@ pub enum Rejection {
     },
 }
 
-impl fmt::Display for Rejection {
+impl fmt::Display for ScriptRejection {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::TooLong => write!(
@@ -148,22 +148,22 @@ impl fmt::Display for Rejection {
 
 /// One thing a client sent.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Frame {
+pub enum ScriptFrame {
     /// To be compiled and run.
-    Program(Program),
+    Program(ReceivedProgram),
     /// To be done at once.
     Control(ControlPhrase),
     /// To be reported.
-    Rejected(Rejection),
+    Rejected(ScriptRejection),
 }
 
 /// Cuts the bytes of one connection.
 #[derive(Debug)]
-pub struct Framer {
-    state: State,
+pub struct ScriptFramer {
+    state: ProgramFramerState,
     /// The program so far, the unfinished line included. When skipping: the beginning of the unfinished line.
     text: Vec<u8>,
-    /// Where the unfinished line begins in `text`.
+    /// Where the unfinished line begins in `script_text`.
     line_start: usize,
     /// Strings of the block up to the last byte received.
     strings: StringTracker,
@@ -173,7 +173,7 @@ pub struct Framer {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum State {
+enum ProgramFramerState {
     /// Between programs.
     Between,
     /// In a block.
@@ -182,17 +182,17 @@ enum State {
     Skipping { block: bool },
 }
 
-impl Default for Framer {
+impl Default for ScriptFramer {
     fn default() -> Self {
         Self::with_limit(PROGRAM_BYTES_MAX)
     }
 }
 
-impl Framer {
+impl ScriptFramer {
     /// A framer for programs of at most `limit` bytes.
     pub fn with_limit(limit: usize) -> Self {
         Self {
-            state: State::Between,
+            state: ProgramFramerState::Between,
             text: Vec::new(),
             line_start: 0,
             strings: StringTracker::default(),
@@ -202,11 +202,11 @@ impl Framer {
     }
 
     /// Takes what was received and adds what is complete now to `frames`. Holds at most the limit and one such piece.
-    pub fn push(&mut self, bytes: &[u8], frames: &mut Vec<Frame>) {
+    pub fn push(&mut self, bytes: &[u8], frames: &mut Vec<ScriptFrame>) {
         for piece in bytes.split_inclusive(|byte| *byte == b'\n') {
             self.append(piece, frames);
             if piece.ends_with(b"\n") {
-                self.end_line(EndedBy::ItsText, frames);
+                self.end_line(ProgramEnd::ItsText, frames);
             }
         }
     }
@@ -219,9 +219,9 @@ impl Framer {
     /// True while something is unfinished: a block, or a line without its end.
     pub fn is_open(&self) -> bool {
         match self.state {
-            State::Block(_) => true,
-            State::Between => !is_nothing(&self.text),
-            State::Skipping { .. } => false,
+            ProgramFramerState::Block(_) => true,
+            ProgramFramerState::Between => !is_nothing(&self.text),
+            ProgramFramerState::Skipping { .. } => false,
         }
     }
 
@@ -234,23 +234,23 @@ impl Framer {
 
     /// Gives the unfinished program up for lack of room: it is reported and skipped to its end. What is still short stays:
     /// it may be an order.
-    pub fn give_up(&mut self, frames: &mut Vec<Frame>) {
+    pub fn give_up(&mut self, frames: &mut Vec<ScriptFrame>) {
         if self.is_open() && self.text.len() > SKIPPED_LINE_BYTES {
-            frames.push(Frame::Rejected(Rejection::TooMuchWaits));
+            frames.push(ScriptFrame::Rejected(ScriptRejection::TooMuchWaits));
             self.skip_the_rest(&[]);
         }
     }
 
     /// Ends what is unfinished, if anything is.
-    pub fn finish(&mut self, ended_by: EndedBy, frames: &mut Vec<Frame>) {
+    pub fn finish(&mut self, ended_by: ProgramEnd, frames: &mut Vec<ScriptFrame>) {
         if self.is_open() && !self.text.ends_with(b"\n") {
             self.append(b"\n", frames);
             self.end_line(ended_by, frames);
         }
-        if let State::Block(kind) = self.state {
-            if ended_by == EndedBy::PeerClosed && closes_blocks(&self.text) {
+        if let ProgramFramerState::Block(kind) = self.state {
+            if ended_by == ProgramEnd::PeerClosed && closes_blocks(&self.text) {
                 let lines = self.text.iter().filter(|byte| **byte == b'\n').count();
-                frames.push(Frame::Rejected(Rejection::CutOff { lines }));
+                frames.push(ScriptFrame::Rejected(ScriptRejection::CutOff { lines }));
                 self.reset();
             } else {
                 self.emit(kind, ended_by, frames);
@@ -259,9 +259,9 @@ impl Framer {
     }
 
     /// Adds a piece of the unfinished line.
-    fn append(&mut self, piece: &[u8], frames: &mut Vec<Frame>) {
+    fn append(&mut self, piece: &[u8], frames: &mut Vec<ScriptFrame>) {
         match self.state {
-            State::Skipping { block } => {
+            ProgramFramerState::Skipping { block } => {
                 let room = SKIPPED_LINE_BYTES.saturating_sub(self.text.len());
                 self.text.extend(piece.iter().take(room));
                 if block {
@@ -269,12 +269,12 @@ impl Framer {
                 }
                 return;
             }
-            State::Block(_) => self.follow_strings(piece),
-            State::Between => {}
+            ProgramFramerState::Block(_) => self.follow_strings(piece),
+            ProgramFramerState::Between => {}
         }
         let too_much = self.hold(piece);
         if self.text.len() > self.limit {
-            frames.push(Frame::Rejected(Rejection::TooLong));
+            frames.push(ScriptFrame::Rejected(ScriptRejection::TooLong));
             self.skip_the_rest(too_much);
         }
     }
@@ -298,7 +298,7 @@ impl Framer {
     /// Begins to skip; `too_much` is what was received beyond the text.
     fn skip_the_rest(&mut self, too_much: &[u8]) {
         let block = match self.state {
-            State::Block(_) => true,
+            ProgramFramerState::Block(_) => true,
             // A header alone longer than the limit: its block is as unwanted as it is.
             _ => {
                 let header = block_opened_by(&self.text).is_some();
@@ -314,12 +314,12 @@ impl Framer {
         let line = &self.text[self.line_start..];
         self.text = line[..line.len().min(SKIPPED_LINE_BYTES)].to_vec();
         self.line_start = 0;
-        self.state = State::Skipping { block };
+        self.state = ProgramFramerState::Skipping { block };
     }
 
-    fn end_line(&mut self, ended_by: EndedBy, frames: &mut Vec<Frame>) {
+    fn end_line(&mut self, ended_by: ProgramEnd, frames: &mut Vec<ScriptFrame>) {
         match self.state {
-            State::Skipping { block } => {
+            ProgramFramerState::Skipping { block } => {
                 let ended = !block || (is_end_line(trim_line(&self.text)) && !self.line_in_string);
                 self.text.clear();
                 self.line_in_string = self.strings.in_string();
@@ -327,7 +327,7 @@ impl Framer {
                     self.reset();
                 }
             }
-            State::Block(kind) => {
+            ProgramFramerState::Block(kind) => {
                 drop_carriage_return(&mut self.text);
                 let line = trim_line(&self.text[self.line_start..]);
                 if is_end_line(line) && !self.line_in_string {
@@ -337,12 +337,12 @@ impl Framer {
                     self.line_in_string = self.strings.in_string();
                 }
             }
-            State::Between => self.end_line_between(ended_by, frames),
+            ProgramFramerState::Between => self.end_line_between(ended_by, frames),
         }
     }
 
     /// A whole line outside a block: nothing, an order, a header or a program of its own.
-    fn end_line_between(&mut self, ended_by: EndedBy, frames: &mut Vec<Frame>) {
+    fn end_line_between(&mut self, ended_by: ProgramEnd, frames: &mut Vec<ScriptFrame>) {
         drop_carriage_return(&mut self.text);
         if let Some(without_mark) = self.text.strip_prefix(b"\xEF\xBB\xBF") {
             self.text = without_mark.to_vec();
@@ -361,7 +361,7 @@ impl Framer {
             if ends_on_its_own_line(&self.text) {
                 self.emit(kind, ended_by, frames);
             } else {
-                self.state = State::Block(kind);
+                self.state = ProgramFramerState::Block(kind);
                 self.line_start = self.text.len();
                 self.line_in_string = self.strings.in_string();
             }
@@ -380,11 +380,11 @@ impl Framer {
         }
     }
 
-    fn emit(&mut self, kind: ProgramKind, ended_by: EndedBy, frames: &mut Vec<Frame>) {
+    fn emit(&mut self, kind: ProgramKind, ended_by: ProgramEnd, frames: &mut Vec<ScriptFrame>) {
         let bytes = core::mem::take(&mut self.text);
         self.reset();
         frames.push(match String::from_utf8(bytes) {
-            Ok(text) => Frame::Program(Program {
+            Ok(text) => ScriptFrame::Program(ReceivedProgram {
                 text,
                 kind,
                 ended_by,
@@ -395,7 +395,7 @@ impl Framer {
                     .iter()
                     .rposition(|b| *b == b'\n')
                     .map_or(0, |at| at + 1);
-                Frame::Rejected(Rejection::NotUtf8 {
+                ScriptFrame::Rejected(ScriptRejection::NotUtf8 {
                     line: 1 + valid.iter().filter(|b| **b == b'\n').count(),
                     column: 1 + valid.len() - line_start,
                 })
@@ -470,7 +470,7 @@ fn ends_on_its_own_line(line: &[u8]) -> bool {
 }
 
 /// The order that a line is, if it is one.
-fn control_phrase(line: &[u8]) -> Option<Frame> {
+fn control_phrase(line: &[u8]) -> Option<ScriptFrame> {
     let line = core::str::from_utf8(line).ok()?;
     let words: Vec<&str> = line.split_whitespace().collect();
     let phrase = match words.as_slice() {
@@ -488,12 +488,12 @@ fn control_phrase(line: &[u8]) -> Option<Frame> {
             Ok(fraction) if (0.0..=1.0).contains(&fraction) => ControlPhrase::SetSpeed(fraction),
             _ => {
                 let given = given.chars().take(40).collect();
-                return Some(Frame::Rejected(Rejection::Speed { given }));
+                return Some(ScriptFrame::Rejected(ScriptRejection::Speed { given }));
             }
         },
         _ => return None,
     };
-    Some(Frame::Control(phrase))
+    Some(ScriptFrame::Control(phrase))
 }
 
 #[cfg(test)]

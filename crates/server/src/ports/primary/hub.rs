@@ -10,13 +10,13 @@ use tokio::sync::{broadcast, watch};
 use tokio::time::timeout;
 use tokio_util::sync::CancellationToken;
 
-use super::Backend;
+use super::PrimaryBackend;
 use super::state_message::encode_state;
 use crate::ports::ClientId;
 use crate::ports::description::RobotDescription;
 use crate::ports::sample::Sample;
 use wire::primary::exception::encode_exception;
-use wire::primary::{Exception, Source};
+use wire::primary::{Exception, ExceptionSource};
 
 /// Between two beats, when simulated time keeps wall pace.
 const STATE_PERIOD: Duration = Duration::from_millis(100);
@@ -25,39 +25,39 @@ const STATE_PERIOD: Duration = Duration::from_millis(100);
 const EXCEPTIONS_WAITING_MAX: usize = 256;
 
 /// One message as bytes, shared by all sessions.
-pub type Message = Arc<[u8]>;
+pub type MessageBytes = Arc<[u8]>;
 
 /// The sending side. Cloning gives another handle to the same hub.
 #[derive(Clone, Debug)]
-pub struct Hub {
-    state: watch::Sender<Option<Published>>,
-    exceptions: broadcast::Sender<Addressed>,
+pub struct StateHub {
+    state: watch::Sender<Option<TimedMessage>>,
+    exceptions: broadcast::Sender<AddressedMessage>,
 }
 
 /// A state, and when it was, s.
 #[derive(Clone, Debug)]
-pub(super) struct Published {
+pub(super) struct TimedMessage {
     pub(super) time: f64,
-    pub(super) message: Message,
+    pub(super) message: MessageBytes,
 }
 
 /// A message for every client, or for one.
 #[derive(Clone, Debug)]
-pub(super) struct Addressed {
+pub(super) struct AddressedMessage {
     pub(super) to: Option<ClientId>,
-    pub(super) message: Message,
+    pub(super) message: MessageBytes,
 }
 
 /// The receiving side of one session.
 #[derive(Debug)]
 pub struct Subscription {
-    pub(super) state: watch::Receiver<Option<Published>>,
-    pub(super) exceptions: broadcast::Receiver<Addressed>,
+    pub(super) state: watch::Receiver<Option<TimedMessage>>,
+    pub(super) exceptions: broadcast::Receiver<AddressedMessage>,
     /// Sent before anything else. The state that is published next may be of an earlier cycle; it is left out then.
-    pub(super) first: Option<Published>,
+    pub(super) first: Option<TimedMessage>,
 }
 
-impl Published {
+impl TimedMessage {
     fn of(sample: &Sample, robot: &RobotDescription) -> Self {
         Self {
             time: sample.state.time,
@@ -66,7 +66,7 @@ impl Published {
     }
 }
 
-impl Default for Hub {
+impl Default for StateHub {
     fn default() -> Self {
         Self {
             state: watch::Sender::new(None),
@@ -75,16 +75,16 @@ impl Default for Hub {
     }
 }
 
-impl Hub {
+impl StateHub {
     /// What a new client hears from now on. Once states are published it gets one at once, as the controller is now: the
     /// latest beat may be older than what the client has heard on another port.
-    pub fn subscribe(&self, backend: &impl Backend) -> Subscription {
+    pub fn subscribe(&self, backend: &impl PrimaryBackend) -> Subscription {
         let (mut state, exceptions) = (self.state.subscribe(), self.exceptions.subscribe());
         let is_published = state.borrow_and_update().is_some();
         let first = is_published.then(|| {
             let mut sample = backend.sample();
             sample.peripherals.tool_serial = backend.tool_serial();
-            Published::of(&sample, backend.description())
+            TimedMessage::of(&sample, backend.description())
         });
         Subscription {
             state,
@@ -94,7 +94,7 @@ impl Hub {
     }
 
     /// Tells every client; with nobody connected nobody hears it. `unix_millis` is when it happened.
-    pub fn announce(&self, unix_millis: u64, source: Source, exception: &Exception) {
+    pub fn announce(&self, unix_millis: u64, source: ExceptionSource, exception: &Exception) {
         self.tell(None, unix_millis, source, exception);
     }
 
@@ -103,26 +103,33 @@ impl Hub {
         &self,
         client: ClientId,
         unix_millis: u64,
-        source: Source,
+        source: ExceptionSource,
         exception: &Exception,
     ) {
         self.tell(Some(client), unix_millis, source, exception);
     }
 
-    fn tell(&self, to: Option<ClientId>, unix_millis: u64, source: Source, exception: &Exception) {
+    fn tell(
+        &self,
+        to: Option<ClientId>,
+        unix_millis: u64,
+        source: ExceptionSource,
+        exception: &Exception,
+    ) {
         let message = encode_exception(unix_millis, source, exception).into();
         // An error only says that no client is connected.
-        let _ = self.exceptions.send(Addressed { to, message });
+        let _ = self.exceptions.send(AddressedMessage { to, message });
     }
 
     /// Replaces the state that clients are sent.
     pub fn publish_state(&self, sample: &Sample, robot: &RobotDescription) {
-        self.state.send_replace(Some(Published::of(sample, robot)));
+        self.state
+            .send_replace(Some(TimedMessage::of(sample, robot)));
     }
 
     /// Publishes a state in every beat until `shutdown`; without a beat for a while, the state as it is. (A virtual clock
     /// may stand still, or run ahead of the wall: then clients get the latest state, at most twice as often.)
-    pub async fn publish_states(&self, backend: &impl Backend, shutdown: CancellationToken) {
+    pub async fn publish_states(&self, backend: &impl PrimaryBackend, shutdown: CancellationToken) {
         let mut beats = backend.beats();
         beats.mark_changed(); // the first state goes out at once
         loop {

@@ -1,7 +1,7 @@
 //! Port 30001, the primary interface: scripts in; robot state, script errors and robot errors out.
 //!
 //! Owns the wire format, the cutting of text into programs and the clients. What a program does, and whether it may run
-//! now, is decided behind [`Backend`].
+//! now, is decided behind [`PrimaryBackend`].
 
 pub mod framing;
 pub mod hub;
@@ -19,10 +19,10 @@ use tokio_util::sync::CancellationToken;
 use crate::ports::ClientId;
 use crate::ports::description::{RobotDescription, ToolSerial};
 use crate::ports::listen::{PortMeter, serve_port};
-use crate::ports::peer::Speaks;
+use crate::ports::peer::PortProtocol;
 use crate::ports::sample::Sample;
-use framing::{ControlPhrase, Program};
-pub use hub::Hub;
+use framing::{ControlPhrase, ReceivedProgram};
+pub use hub::StateHub;
 
 /// A client of this port, and where it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,12 +55,12 @@ pub struct Submission {
     /// Who sent it.
     pub sender: Sender,
     /// What.
-    pub program: Program,
+    pub program: ReceivedProgram,
 }
 
-/// What this port asks of the controller. Errors of programs come back through the [`Hub`]: there is no reply to a
+/// What this port asks of the controller. Errors of programs come back through the [`StateHub`]: there is no reply to a
 /// script on this port.
-pub trait Backend: Send + Sync + 'static {
+pub trait PrimaryBackend: Send + Sync + 'static {
     /// One cycle in a tenth of a second, to be shown to every client.
     fn beats(&self) -> watch::Receiver<Option<Arc<Sample>>>;
     /// The controller as it is now.
@@ -86,16 +86,16 @@ pub trait Backend: Send + Sync + 'static {
 }
 
 /// Serves the port until `shutdown`; returns when every client is closed. States are published by whoever has the hub.
-pub async fn serve<B: Backend>(
+pub async fn serve<B: PrimaryBackend>(
     listener: TcpListener,
     backend: Arc<B>,
-    hub: Hub,
+    hub: StateHub,
     meter: PortMeter,
     shutdown: CancellationToken,
 ) {
     serve_port(
         listener,
-        Speaks::Its,
+        PortProtocol::Its,
         meter,
         shutdown,
         |stream, client, shutdown| {

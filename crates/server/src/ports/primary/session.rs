@@ -15,13 +15,13 @@ use tokio::sync::broadcast::error::RecvError;
 use tokio::time::{Instant, sleep, sleep_until, timeout, timeout_at};
 use tokio_util::sync::CancellationToken;
 
-use super::framing::{EndedBy, Frame, Framer, Rejection};
-use super::hub::{Addressed, Hub, Message, Subscription};
-use super::{Backend, Sender, Submission};
+use super::framing::{ProgramEnd, ScriptFrame, ScriptFramer, ScriptRejection};
+use super::hub::{AddressedMessage, MessageBytes, StateHub, Subscription};
+use super::{PrimaryBackend, Sender, Submission};
 use crate::ports::ClientId;
-use crate::ports::shown::Shown;
+use crate::ports::escape::EscapedLine;
 use wire::primary::exception::encode_exception;
-use wire::primary::{Exception, Source};
+use wire::primary::{Exception, ExceptionSource};
 
 /// After this much silence an open block that is a whole program as it stands is run.
 const SILENCE: Duration = Duration::from_secs(2);
@@ -68,8 +68,8 @@ const FAREWELL: Duration = Duration::from_millis(500);
 pub async fn serve(
     stream: impl AsyncRead + AsyncWrite,
     sender: impl Into<Sender>,
-    backend: &impl Backend,
-    hub: &Hub,
+    backend: &impl PrimaryBackend,
+    hub: &StateHub,
     shutdown: CancellationToken,
 ) -> SessionEnd {
     let sender = sender.into();
@@ -105,7 +105,7 @@ pub async fn serve(
         column: 1,
         text: LOCAL_MODE.to_owned(),
     };
-    let message = encode_exception(backend.unix_millis(), Source::Controller, &reason);
+    let message = encode_exception(backend.unix_millis(), ExceptionSource::Controller, &reason);
     let farewell = async {
         writer.write_all(&message).await?;
         writer.shutdown().await?;
@@ -119,12 +119,12 @@ pub async fn serve(
 async fn read_scripts(
     reader: impl AsyncRead + Unpin,
     sender: Sender,
-    backend: &impl Backend,
-    hub: &Hub,
+    backend: &impl PrimaryBackend,
+    hub: &StateHub,
 ) {
     let client = sender.client;
-    let mut input = Input::new(reader);
-    let mut waiting = Waiting::default();
+    let mut input = ScriptReader::new(reader);
+    let mut waiting = FrameQueue::default();
     let mut shed = 0;
     loop {
         let Some(frame) = waiting.next() else {
@@ -143,7 +143,7 @@ async fn read_scripts(
                         "primary: nothing came for {} s, so the open block is run without its `end`",
                         SILENCE.as_secs()
                     );
-                    waiting.add(input.finish(EndedBy::Silence), 0);
+                    waiting.add(input.finish(ProgramEnd::Silence), 0);
                 } else {
                     tracing::info!(%client, "primary: an open block waits for its `end`");
                 }
@@ -184,9 +184,14 @@ async fn read_scripts(
 }
 
 /// Adds what was received behind something that is being carried out. What must not wait acts now.
-fn take_in(frames: Vec<Frame>, held: usize, waiting: &mut Waiting, backend: &impl Backend) {
+fn take_in(
+    frames: Vec<ScriptFrame>,
+    held: usize,
+    waiting: &mut FrameQueue,
+    backend: &impl PrimaryBackend,
+) {
     for frame in &frames {
-        if let Frame::Control(phrase) = frame
+        if let ScriptFrame::Control(phrase) = frame
             && phrase.is_urgent()
         {
             backend.hurry(*phrase);
@@ -197,17 +202,17 @@ fn take_in(frames: Vec<Frame>, held: usize, waiting: &mut Waiting, backend: &imp
 
 /// What was received and not begun yet, in order.
 #[derive(Default)]
-struct Waiting {
-    frames: VecDeque<Frame>,
+struct FrameQueue {
+    frames: VecDeque<ScriptFrame>,
     bytes: usize,
     programs: usize,
 }
 
-impl Waiting {
+impl FrameQueue {
     /// Adds what came while `held` bytes of the client are held elsewhere. A stop makes programs before it needless.
-    fn add(&mut self, frames: Vec<Frame>, held: usize) {
+    fn add(&mut self, frames: Vec<ScriptFrame>, held: usize) {
         for frame in frames {
-            let is_stop = matches!(frame, Frame::Control(phrase) if phrase.ends_programs());
+            let is_stop = matches!(frame, ScriptFrame::Control(phrase) if phrase.ends_programs());
             if is_stop {
                 self.drop_programs();
             }
@@ -217,10 +222,10 @@ impl Waiting {
             } else if is_stop {
                 // Whatever else waits gives way to it.
                 *self = Self::default();
-                self.push(Frame::Rejected(Rejection::TooMuchWaits));
+                self.push(ScriptFrame::Rejected(ScriptRejection::TooMuchWaits));
                 self.push(frame);
             } else if !self.refuses_more() {
-                self.push(Frame::Rejected(Rejection::TooMuchWaits));
+                self.push(ScriptFrame::Rejected(ScriptRejection::TooMuchWaits));
             }
         }
     }
@@ -229,23 +234,23 @@ impl Waiting {
     fn refuses_more(&self) -> bool {
         matches!(
             self.frames.back(),
-            Some(Frame::Rejected(Rejection::TooMuchWaits))
+            Some(ScriptFrame::Rejected(ScriptRejection::TooMuchWaits))
         )
     }
 
-    fn push(&mut self, frame: Frame) {
+    fn push(&mut self, frame: ScriptFrame) {
         self.count(&frame);
         self.frames.push_back(frame);
     }
 
-    fn push_front(&mut self, frame: Option<Frame>) {
+    fn push_front(&mut self, frame: Option<ScriptFrame>) {
         if let Some(frame) = frame {
             self.count(&frame);
             self.frames.push_front(frame);
         }
     }
 
-    fn count(&mut self, frame: &Frame) {
+    fn count(&mut self, frame: &ScriptFrame) {
         self.bytes += bytes_of(frame);
         self.programs += usize::from(is_program(frame));
     }
@@ -256,11 +261,11 @@ impl Waiting {
         if programs > 0 {
             self.frames.retain(|frame| !is_program(frame));
             self.bytes = self.frames.iter().map(bytes_of).sum();
-            self.push(Frame::Rejected(Rejection::Stopped { programs }));
+            self.push(ScriptFrame::Rejected(ScriptRejection::Stopped { programs }));
         }
     }
 
-    fn next(&mut self) -> Option<Frame> {
+    fn next(&mut self) -> Option<ScriptFrame> {
         let frame = self.frames.pop_front()?;
         self.bytes -= bytes_of(&frame);
         self.programs -= usize::from(is_program(&frame));
@@ -268,22 +273,22 @@ impl Waiting {
     }
 }
 
-const fn is_program(frame: &Frame) -> bool {
-    matches!(frame, Frame::Program(_))
+const fn is_program(frame: &ScriptFrame) -> bool {
+    matches!(frame, ScriptFrame::Program(_))
 }
 
-fn bytes_of(frame: &Frame) -> usize {
+fn bytes_of(frame: &ScriptFrame) -> usize {
     let text = match frame {
-        Frame::Program(program) => program.text.capacity(),
-        Frame::Control(_) | Frame::Rejected(_) => 0,
+        ScriptFrame::Program(program) => program.text.capacity(),
+        ScriptFrame::Control(_) | ScriptFrame::Rejected(_) => 0,
     };
     FRAME_BYTES + text
 }
 
 /// What comes from the client.
-struct Input<R> {
+struct ScriptReader<R> {
     reader: R,
-    framer: Framer,
+    framer: ScriptFramer,
     buffer: Vec<u8>,
     /// When the silence is long enough; `None` when it is not waited for.
     silent_at: Option<Instant>,
@@ -293,11 +298,11 @@ struct Input<R> {
     has_ended: bool,
 }
 
-impl<R: AsyncRead + Unpin> Input<R> {
+impl<R: AsyncRead + Unpin> ScriptReader<R> {
     fn new(reader: R) -> Self {
         Self {
             reader,
-            framer: Framer::default(),
+            framer: ScriptFramer::default(),
             buffer: vec![0; READ_BYTES],
             silent_at: None,
             is_silent: false,
@@ -306,7 +311,7 @@ impl<R: AsyncRead + Unpin> Input<R> {
     }
 
     /// What comes next; nothing when the client falls silent. No byte is lost when this is dropped before it returns.
-    async fn receive(&mut self) -> Vec<Frame> {
+    async fn receive(&mut self) -> Vec<ScriptFrame> {
         let read = self.reader.read(&mut self.buffer);
         let received = match self.silent_at {
             Some(deadline) => timeout_at(deadline, read).await,
@@ -323,7 +328,7 @@ impl<R: AsyncRead + Unpin> Input<R> {
             // End of stream, or a connection broken without a goodbye: both mean that no more comes.
             Ok(Ok(0) | Err(_)) => {
                 self.has_ended = true;
-                self.finish(EndedBy::PeerClosed)
+                self.finish(ProgramEnd::PeerClosed)
             }
             Err(_elapsed) => {
                 self.silent_at = None;
@@ -334,14 +339,14 @@ impl<R: AsyncRead + Unpin> Input<R> {
     }
 
     /// Gives the open block up where it is more than a few bytes.
-    fn give_up(&mut self) -> Vec<Frame> {
+    fn give_up(&mut self) -> Vec<ScriptFrame> {
         let mut frames = Vec::new();
         self.framer.give_up(&mut frames);
         frames
     }
 
     /// The open block as it stands.
-    fn finish(&mut self, ended_by: EndedBy) -> Vec<Frame> {
+    fn finish(&mut self, ended_by: ProgramEnd) -> Vec<ScriptFrame> {
         let mut frames = Vec::new();
         self.framer.finish(ended_by, &mut frames);
         frames
@@ -349,28 +354,37 @@ impl<R: AsyncRead + Unpin> Input<R> {
 }
 
 /// Does one thing that the client wants; returns when the next one may begin.
-async fn carry_out(frame: Frame, sender: Sender, backend: &impl Backend, hub: &Hub) {
+async fn carry_out(
+    frame: ScriptFrame,
+    sender: Sender,
+    backend: &impl PrimaryBackend,
+    hub: &StateHub,
+) {
     let client = sender.client;
     match frame {
-        Frame::Program(program) => backend.submit(Submission { sender, program }).await,
-        Frame::Control(phrase) => backend.control(client, phrase).await,
-        Frame::Rejected(rejection) => {
+        ScriptFrame::Program(program) => backend.submit(Submission { sender, program }).await,
+        ScriptFrame::Control(phrase) => backend.control(client, phrase).await,
+        ScriptFrame::Rejected(rejection) => {
             let text = rejection.to_string();
-            tracing::warn!(%client, "primary: {}", Shown(&text));
+            tracing::warn!(%client, "primary: {}", EscapedLine(&text));
             let (line, column) = match rejection {
-                Rejection::NotUtf8 { line, column } => (line, column),
-                Rejection::TooLong
-                | Rejection::TooMuchWaits
-                | Rejection::Stopped { .. }
-                | Rejection::CutOff { .. }
-                | Rejection::Speed { .. } => (1, 1),
+                ScriptRejection::NotUtf8 { line, column } => (line, column),
+                ScriptRejection::TooLong
+                | ScriptRejection::TooMuchWaits
+                | ScriptRejection::Stopped { .. }
+                | ScriptRejection::CutOff { .. }
+                | ScriptRejection::Speed { .. } => (1, 1),
             };
             let exception = Exception::Script {
                 line: i32::try_from(line).unwrap_or(i32::MAX),
                 column: i32::try_from(column).unwrap_or(i32::MAX),
                 text,
             };
-            hub.announce(backend.unix_millis(), Source::Controller, &exception);
+            hub.announce(
+                backend.unix_millis(),
+                ExceptionSource::Controller,
+                &exception,
+            );
         }
     }
 }
@@ -382,7 +396,7 @@ pub(in crate::ports) async fn write_messages(
     client: Option<ClientId>,
     mut from_hub: Subscription,
 ) -> io::Error {
-    let mut pace = Pace::new();
+    let mut pace = RateLimiter::new();
     if let Some(first) = &from_hub.first
         && let Err(error) = writer.write_all(&first.message).await
     {
@@ -401,9 +415,9 @@ pub(in crate::ports) async fn write_messages(
 /// The next message, exceptions first; `None` when there will be no more.
 async fn next_message(
     from_hub: &mut Subscription,
-    pace: &mut Pace,
+    pace: &mut RateLimiter,
     client: Option<ClientId>,
-) -> Option<Message> {
+) -> Option<MessageBytes> {
     let Subscription {
         state,
         exceptions,
@@ -413,7 +427,7 @@ async fn next_message(
         tokio::select! {
             biased;
             exception = async { sleep_until(pace.ready_at()).await; exceptions.recv().await } => match exception {
-                Ok(Addressed { to, message }) if to.is_none() || to == client => {
+                Ok(AddressedMessage { to, message }) if to.is_none() || to == client => {
                     pace.sent(Instant::now());
                     return Some(message);
                 }
@@ -437,12 +451,12 @@ async fn next_message(
 }
 
 /// Allows a burst, then one each interval (the generic cell rate algorithm).
-struct Pace {
+struct RateLimiter {
     /// When everything sent so far would have been due at the steady rate.
     due: Instant,
 }
 
-impl Pace {
+impl RateLimiter {
     fn new() -> Self {
         Self {
             due: Instant::now(),

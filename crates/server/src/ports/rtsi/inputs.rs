@@ -7,11 +7,11 @@ use core::ops::Range;
 
 use super::outputs::split_register;
 use crate::ports::description::AnalogDomain;
-use wire::rtsi::{Kind, Value};
+use wire::rtsi::{RtsiType, RtsiValue};
 
 /// One variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Input {
+pub enum InputVariable {
     /// `speed_slider_mask`
     SpeedSliderMask,
     /// `speed_slider_fraction`
@@ -46,38 +46,50 @@ pub enum Input {
     Double(u8),
 }
 
-const NAMED: [(&str, Input); 15] = [
-    ("speed_slider_mask", Input::SpeedSliderMask),
-    ("speed_slider_fraction", Input::SpeedSliderFraction),
-    ("standard_digital_output_mask", Input::StandardDigitalMask),
-    ("standard_digital_output", Input::StandardDigital),
+const NAMED: [(&str, InputVariable); 15] = [
+    ("speed_slider_mask", InputVariable::SpeedSliderMask),
+    ("speed_slider_fraction", InputVariable::SpeedSliderFraction),
+    (
+        "standard_digital_output_mask",
+        InputVariable::StandardDigitalMask,
+    ),
+    ("standard_digital_output", InputVariable::StandardDigital),
     (
         "configurable_digital_output_mask",
-        Input::ConfigurableDigitalMask,
+        InputVariable::ConfigurableDigitalMask,
     ),
-    ("configurable_digital_output", Input::ConfigurableDigital),
-    ("tool_digital_output_mask", Input::ToolDigitalMask),
-    ("tool_digital_output", Input::ToolDigital),
-    ("standard_analog_output_mask", Input::StandardAnalogMask),
-    ("standard_analog_output_type", Input::StandardAnalogType),
-    ("standard_analog_output_0", Input::StandardAnalog(0)),
-    ("standard_analog_output_1", Input::StandardAnalog(1)),
-    ("external_force_torque", Input::ExternalForceTorque),
-    ("input_bit_registers0_to_31", Input::Bits(0)),
-    ("input_bit_registers32_to_63", Input::Bits(32)),
+    (
+        "configurable_digital_output",
+        InputVariable::ConfigurableDigital,
+    ),
+    ("tool_digital_output_mask", InputVariable::ToolDigitalMask),
+    ("tool_digital_output", InputVariable::ToolDigital),
+    (
+        "standard_analog_output_mask",
+        InputVariable::StandardAnalogMask,
+    ),
+    (
+        "standard_analog_output_type",
+        InputVariable::StandardAnalogType,
+    ),
+    ("standard_analog_output_0", InputVariable::StandardAnalog(0)),
+    ("standard_analog_output_1", InputVariable::StandardAnalog(1)),
+    ("external_force_torque", InputVariable::ExternalForceTorque),
+    ("input_bit_registers0_to_31", InputVariable::Bits(0)),
+    ("input_bit_registers32_to_63", InputVariable::Bits(32)),
 ];
 
 /// Name without the number, numbers, variable of a number.
-type Group = (&'static str, Range<u8>, fn(u8) -> Input);
+type InputGroup = (&'static str, Range<u8>, fn(u8) -> InputVariable);
 
 /// Registers have one variable each; the first 64 boolean ones come in words.
-const NUMBERED: [Group; 3] = [
-    ("input_bit_register", 64..128, Input::Bit),
-    ("input_int_register", 0..48, Input::Int),
-    ("input_double_register", 0..48, Input::Double),
+const NUMBERED: [InputGroup; 3] = [
+    ("input_bit_register", 64..128, InputVariable::Bit),
+    ("input_int_register", 0..48, InputVariable::Int),
+    ("input_double_register", 0..48, InputVariable::Double),
 ];
 
-impl Input {
+impl InputVariable {
     /// The variable of this name.
     pub fn by_name(name: &str) -> Option<Self> {
         if let Some((_, input)) = NAMED.iter().find(|(known, _)| *known == name) {
@@ -116,20 +128,20 @@ impl Input {
     }
 
     /// Its type.
-    pub const fn kind(self) -> Kind {
+    pub const fn kind(self) -> RtsiType {
         match self {
-            Self::SpeedSliderMask | Self::Bits(_) => Kind::U32,
-            Self::StandardDigitalMask | Self::StandardDigital => Kind::U16,
+            Self::SpeedSliderMask | Self::Bits(_) => RtsiType::U32,
+            Self::StandardDigitalMask | Self::StandardDigital => RtsiType::U16,
             Self::ConfigurableDigitalMask
             | Self::ConfigurableDigital
             | Self::ToolDigitalMask
             | Self::ToolDigital
             | Self::StandardAnalogMask
-            | Self::StandardAnalogType => Kind::U8,
-            Self::SpeedSliderFraction | Self::StandardAnalog(_) | Self::Double(_) => Kind::F64,
-            Self::ExternalForceTorque => Kind::Vector6,
-            Self::Bit(_) => Kind::Bool,
-            Self::Int(_) => Kind::I32,
+            | Self::StandardAnalogType => RtsiType::U8,
+            Self::SpeedSliderFraction | Self::StandardAnalog(_) | Self::Double(_) => RtsiType::F64,
+            Self::ExternalForceTorque => RtsiType::Vector6,
+            Self::Bit(_) => RtsiType::Bool,
+            Self::Int(_) => RtsiType::I32,
         }
     }
 }
@@ -203,7 +215,7 @@ pub enum Change {
 
 /// What one connection has written to variables that only count together.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Written {
+pub struct InputLatch {
     slider: (u32, f64),
     standard: (u16, u16),
     configurable: (u8, u8),
@@ -213,40 +225,51 @@ pub struct Written {
     analog: [f64; 2],
 }
 
-impl Written {
+impl InputLatch {
     /// Takes the values of one package and gives the changes they make, in a fixed order. Numbers that are none (NaN,
     /// infinities) change neither the slider nor an output nor the wrench.
-    pub fn take(&mut self, package: &[(Input, Value)]) -> Vec<Change> {
+    pub fn take(&mut self, package: &[(InputVariable, RtsiValue)]) -> Vec<Change> {
         let mut changes = Vec::new();
         for (input, value) in package {
             self.store(*input, *value, &mut changes);
         }
-        let has = |inputs: &[Input]| package.iter().any(|(input, _)| inputs.contains(input));
-        if has(&[Input::SpeedSliderMask, Input::SpeedSliderFraction])
-            && self.slider.0 == 1
+        let has =
+            |inputs: &[InputVariable]| package.iter().any(|(input, _)| inputs.contains(input));
+        if has(&[
+            InputVariable::SpeedSliderMask,
+            InputVariable::SpeedSliderFraction,
+        ]) && self.slider.0 == 1
             && self.slider.1.is_finite()
         {
             changes.push(Change::SpeedFraction(self.slider.1.clamp(0.0, 1.0)));
         }
-        if has(&[Input::StandardDigitalMask, Input::StandardDigital]) && self.standard.0 != 0 {
+        if has(&[
+            InputVariable::StandardDigitalMask,
+            InputVariable::StandardDigital,
+        ]) && self.standard.0 != 0
+        {
             let (mask, levels) = self.standard;
             changes.push(Change::StandardDigitalOut { mask, levels });
         }
-        if has(&[Input::ConfigurableDigitalMask, Input::ConfigurableDigital])
-            && self.configurable.0 != 0
+        if has(&[
+            InputVariable::ConfigurableDigitalMask,
+            InputVariable::ConfigurableDigital,
+        ]) && self.configurable.0 != 0
         {
             let (mask, levels) = self.configurable;
             changes.push(Change::ConfigurableDigitalOut { mask, levels });
         }
-        if has(&[Input::ToolDigitalMask, Input::ToolDigital]) && self.tool.0 & 0xF != 0 {
+        if has(&[InputVariable::ToolDigitalMask, InputVariable::ToolDigital])
+            && self.tool.0 & 0xF != 0
+        {
             let (mask, levels) = (self.tool.0 & 0xF, self.tool.1 & 0xF);
             changes.push(Change::ToolDigitalOut { mask, levels });
         }
         let analog = [
-            Input::StandardAnalogMask,
-            Input::StandardAnalogType,
-            Input::StandardAnalog(0),
-            Input::StandardAnalog(1),
+            InputVariable::StandardAnalogMask,
+            InputVariable::StandardAnalogType,
+            InputVariable::StandardAnalog(0),
+            InputVariable::StandardAnalog(1),
         ];
         if has(&analog) {
             self.analog_changes(&mut changes);
@@ -254,36 +277,36 @@ impl Written {
         changes
     }
 
-    fn store(&mut self, input: Input, value: Value, changes: &mut Vec<Change>) {
+    fn store(&mut self, input: InputVariable, value: RtsiValue, changes: &mut Vec<Change>) {
         match (input, value) {
-            (Input::SpeedSliderMask, Value::U32(x)) => self.slider.0 = x,
-            (Input::SpeedSliderFraction, Value::F64(x)) => self.slider.1 = x,
-            (Input::StandardDigitalMask, Value::U16(x)) => self.standard.0 = x,
-            (Input::StandardDigital, Value::U16(x)) => self.standard.1 = x,
-            (Input::ConfigurableDigitalMask, Value::U8(x)) => self.configurable.0 = x,
-            (Input::ConfigurableDigital, Value::U8(x)) => self.configurable.1 = x,
-            (Input::ToolDigitalMask, Value::U8(x)) => self.tool.0 = x,
-            (Input::ToolDigital, Value::U8(x)) => self.tool.1 = x,
-            (Input::StandardAnalogMask, Value::U8(x)) => self.analog_mask = x,
-            (Input::StandardAnalogType, Value::U8(x)) => self.analog_type = x,
-            (Input::StandardAnalog(index), Value::F64(x)) => {
+            (InputVariable::SpeedSliderMask, RtsiValue::U32(x)) => self.slider.0 = x,
+            (InputVariable::SpeedSliderFraction, RtsiValue::F64(x)) => self.slider.1 = x,
+            (InputVariable::StandardDigitalMask, RtsiValue::U16(x)) => self.standard.0 = x,
+            (InputVariable::StandardDigital, RtsiValue::U16(x)) => self.standard.1 = x,
+            (InputVariable::ConfigurableDigitalMask, RtsiValue::U8(x)) => self.configurable.0 = x,
+            (InputVariable::ConfigurableDigital, RtsiValue::U8(x)) => self.configurable.1 = x,
+            (InputVariable::ToolDigitalMask, RtsiValue::U8(x)) => self.tool.0 = x,
+            (InputVariable::ToolDigital, RtsiValue::U8(x)) => self.tool.1 = x,
+            (InputVariable::StandardAnalogMask, RtsiValue::U8(x)) => self.analog_mask = x,
+            (InputVariable::StandardAnalogType, RtsiValue::U8(x)) => self.analog_type = x,
+            (InputVariable::StandardAnalog(index), RtsiValue::F64(x)) => {
                 self.analog[usize::from(index & 1)] = x;
             }
-            (Input::ExternalForceTorque, Value::Vector6(wrench))
+            (InputVariable::ExternalForceTorque, RtsiValue::Vector6(wrench))
                 if wrench.iter().all(|x| x.is_finite()) =>
             {
                 changes.push(Change::ExternalForceTorque(wrench));
             }
-            (Input::Bits(first), Value::U32(levels)) => {
+            (InputVariable::Bits(first), RtsiValue::U32(levels)) => {
                 changes.push(Change::InputBits { first, levels });
             }
-            (Input::Bit(index), Value::Bool(level)) => {
+            (InputVariable::Bit(index), RtsiValue::Bool(level)) => {
                 changes.push(Change::InputBit { index, level });
             }
-            (Input::Int(index), Value::I32(value)) => {
+            (InputVariable::Int(index), RtsiValue::I32(value)) => {
                 changes.push(Change::InputInt { index, value });
             }
-            (Input::Double(index), Value::F64(value)) => {
+            (InputVariable::Double(index), RtsiValue::F64(value)) => {
                 changes.push(Change::InputDouble { index, value });
             }
             // A wrench that is none. Other pairs do not occur: a value is read with the type of its variable.
@@ -337,7 +360,7 @@ mod tests {
             ("input_int_register0", "INT32"),
             ("input_double_register47", "DOUBLE"),
         ] {
-            let input = Input::by_name(name).unwrap_or_else(|| panic!("{name}"));
+            let input = InputVariable::by_name(name).unwrap_or_else(|| panic!("{name}"));
             assert_eq!(input.kind().name(), kind, "{name}");
             assert_eq!(input.name(), name);
         }
@@ -347,30 +370,30 @@ mod tests {
             "timestamp",
             "standard_analog_output_2",
         ] {
-            assert!(Input::by_name(name).is_none(), "{name}");
+            assert!(InputVariable::by_name(name).is_none(), "{name}");
         }
     }
 
     #[test]
     fn outputs_are_touched_only_where_the_mask_says_so() {
-        let mut written = Written::default();
+        let mut written = InputLatch::default();
         let zero = [
-            (Input::StandardDigitalMask, Value::U16(0)),
-            (Input::StandardDigital, Value::U16(0xFFFF)),
-            (Input::SpeedSliderMask, Value::U32(0)),
-            (Input::SpeedSliderFraction, Value::F64(0.3)),
-            (Input::StandardAnalogMask, Value::U8(0)),
-            (Input::StandardAnalog(0), Value::F64(1.0)),
+            (InputVariable::StandardDigitalMask, RtsiValue::U16(0)),
+            (InputVariable::StandardDigital, RtsiValue::U16(0xFFFF)),
+            (InputVariable::SpeedSliderMask, RtsiValue::U32(0)),
+            (InputVariable::SpeedSliderFraction, RtsiValue::F64(0.3)),
+            (InputVariable::StandardAnalogMask, RtsiValue::U8(0)),
+            (InputVariable::StandardAnalog(0), RtsiValue::F64(1.0)),
         ];
         assert_eq!(written.take(&zero), []);
         let set = [
-            (Input::StandardDigitalMask, Value::U16(2)),
-            (Input::ToolDigitalMask, Value::U8(0xF1)),
-            (Input::ToolDigital, Value::U8(0xFF)),
-            (Input::SpeedSliderMask, Value::U32(1)),
-            (Input::StandardAnalogMask, Value::U8(3)),
-            (Input::StandardAnalogType, Value::U8(2)),
-            (Input::StandardAnalog(1), Value::F64(7.0)),
+            (InputVariable::StandardDigitalMask, RtsiValue::U16(2)),
+            (InputVariable::ToolDigitalMask, RtsiValue::U8(0xF1)),
+            (InputVariable::ToolDigital, RtsiValue::U8(0xFF)),
+            (InputVariable::SpeedSliderMask, RtsiValue::U32(1)),
+            (InputVariable::StandardAnalogMask, RtsiValue::U8(3)),
+            (InputVariable::StandardAnalogType, RtsiValue::U8(2)),
+            (InputVariable::StandardAnalog(1), RtsiValue::F64(7.0)),
         ];
         assert_eq!(
             written.take(&set),
@@ -400,18 +423,18 @@ mod tests {
 
     #[test]
     fn registers_have_no_mask_and_nan_moves_nothing() {
-        let mut written = Written::default();
+        let mut written = InputLatch::default();
         let package = [
-            (Input::Bits(32), Value::U32(5)),
-            (Input::Bit(64), Value::Bool(true)),
-            (Input::Int(3), Value::I32(-1)),
-            (Input::Double(4), Value::F64(0.5)),
+            (InputVariable::Bits(32), RtsiValue::U32(5)),
+            (InputVariable::Bit(64), RtsiValue::Bool(true)),
+            (InputVariable::Int(3), RtsiValue::I32(-1)),
+            (InputVariable::Double(4), RtsiValue::F64(0.5)),
             (
-                Input::ExternalForceTorque,
-                Value::Vector6([0.0, 0.0, f64::NAN, 0.0, 0.0, 0.0]),
+                InputVariable::ExternalForceTorque,
+                RtsiValue::Vector6([0.0, 0.0, f64::NAN, 0.0, 0.0, 0.0]),
             ),
-            (Input::SpeedSliderMask, Value::U32(1)),
-            (Input::SpeedSliderFraction, Value::F64(f64::NAN)),
+            (InputVariable::SpeedSliderMask, RtsiValue::U32(1)),
+            (InputVariable::SpeedSliderFraction, RtsiValue::F64(f64::NAN)),
         ];
         assert_eq!(
             written.take(&package),
@@ -434,7 +457,10 @@ mod tests {
                 },
             ]
         );
-        let wrench = [(Input::ExternalForceTorque, Value::Vector6([1.0; 6]))];
+        let wrench = [(
+            InputVariable::ExternalForceTorque,
+            RtsiValue::Vector6([1.0; 6]),
+        )];
         assert_eq!(
             written.take(&wrench),
             [Change::ExternalForceTorque([1.0; 6])]

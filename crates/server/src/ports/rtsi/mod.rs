@@ -19,11 +19,11 @@ use crate::ports::ClientId;
 use crate::ports::description::RobotDescription;
 use crate::ports::listen::{PortMeter, serve_sessions};
 use crate::ports::sample::Sample;
-use inputs::{Change, Input};
+use inputs::{Change, InputVariable};
 use owners::Owners;
 
 /// What this port asks of the controller.
-pub trait Controller: Send + Sync + 'static {
+pub trait RtsiBackend: Send + Sync + 'static {
     /// The arm; the same values every time.
     fn description(&self) -> &RobotDescription;
     /// Every cycle's sample from now on, in order. A receiver that falls behind loses the oldest.
@@ -43,12 +43,12 @@ pub trait Controller: Send + Sync + 'static {
         &self,
         client: ClientId,
         changes: &[Change],
-        written: &[Input],
+        written: &[InputVariable],
     ) -> Result<u64, RingFull>;
 }
 
 /// Serves the port until `shutdown`; returns when every client is closed.
-pub async fn serve<C: Controller>(
+pub async fn serve<C: RtsiBackend>(
     listener: TcpListener,
     controller: Arc<C>,
     meter: PortMeter,

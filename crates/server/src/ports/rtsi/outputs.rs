@@ -12,13 +12,13 @@ use crate::ports::derived::{
 };
 use crate::ports::description::{AnalogDomain, RobotDescription, TaskStatus};
 use crate::ports::sample::Sample;
-use wire::rtsi::{Kind, Value};
+use wire::rtsi::{RtsiType, RtsiValue};
 
 /// One variable.
 #[derive(Clone, Copy, Debug)]
-pub enum Output {
+pub enum OutputVariable {
     /// A variable with a name of its own.
-    Named(&'static Named),
+    Named(&'static NamedVariable),
     /// `input_bit_register64` to `…127`
     InputBit(u8),
     /// `output_bit_register64` to `…127`
@@ -35,20 +35,20 @@ pub enum Output {
 
 /// A variable with a name of its own.
 #[derive(Debug)]
-pub struct Named {
+pub struct NamedVariable {
     name: &'static str,
-    kind: Kind,
-    value: fn(&Source<'_>) -> Value,
+    kind: RtsiType,
+    value: fn(&OutputSource<'_>) -> RtsiValue,
 }
 
 /// What values are made from.
-struct Source<'a> {
+struct OutputSource<'a> {
     sample: &'a Sample,
     state: &'a RobotState,
     robot: &'a RobotDescription,
 }
 
-impl Output {
+impl OutputVariable {
     /// The variable of this name.
     pub fn by_name(name: &str) -> Option<Self> {
         if let Some(named) = NAMED.iter().find(|named| named.name == name) {
@@ -74,48 +74,52 @@ impl Output {
     }
 
     /// Its type.
-    pub const fn kind(&self) -> Kind {
+    pub const fn kind(&self) -> RtsiType {
         match self {
             Self::Named(named) => named.kind,
-            Self::InputBit(_) | Self::OutputBit(_) => Kind::Bool,
-            Self::InputInt(_) | Self::OutputInt(_) => Kind::I32,
-            Self::InputDouble(_) | Self::OutputDouble(_) => Kind::F64,
+            Self::InputBit(_) | Self::OutputBit(_) => RtsiType::Bool,
+            Self::InputInt(_) | Self::OutputInt(_) => RtsiType::I32,
+            Self::InputDouble(_) | Self::OutputDouble(_) => RtsiType::F64,
         }
     }
 
     /// Its value.
-    pub fn value(&self, sample: &Sample, robot: &RobotDescription) -> Value {
+    pub fn value(&self, sample: &Sample, robot: &RobotDescription) -> RtsiValue {
         let RegisterImages {
             input: inputs,
             output: outputs,
         } = &sample.registers;
         match *self {
-            Self::Named(named) => (named.value)(&Source {
+            Self::Named(named) => (named.value)(&OutputSource {
                 sample,
                 state: &sample.state,
                 robot,
             }),
-            Self::InputBit(n) => Value::Bool(inputs.boolean(n)),
-            Self::OutputBit(n) => Value::Bool(outputs.boolean(n)),
-            Self::InputInt(n) => Value::I32(inputs.integer(n)),
-            Self::OutputInt(n) => Value::I32(outputs.integer(n)),
-            Self::InputDouble(n) => Value::F64(inputs.float(n)),
-            Self::OutputDouble(n) => Value::F64(outputs.float(n)),
+            Self::InputBit(n) => RtsiValue::Bool(inputs.boolean(n)),
+            Self::OutputBit(n) => RtsiValue::Bool(outputs.boolean(n)),
+            Self::InputInt(n) => RtsiValue::I32(inputs.integer(n)),
+            Self::OutputInt(n) => RtsiValue::I32(outputs.integer(n)),
+            Self::InputDouble(n) => RtsiValue::F64(inputs.float(n)),
+            Self::OutputDouble(n) => RtsiValue::F64(outputs.float(n)),
         }
     }
 }
 
 /// Name without the number, numbers, variable of a number.
-type Group = (&'static str, Range<u8>, fn(u8) -> Output);
+type OutputGroup = (&'static str, Range<u8>, fn(u8) -> OutputVariable);
 
 /// Registers have one variable each; the first 64 boolean ones come in words.
-const NUMBERED: [Group; 6] = [
-    ("input_bit_register", 64..128, Output::InputBit),
-    ("output_bit_register", 64..128, Output::OutputBit),
-    ("input_int_register", 0..48, Output::InputInt),
-    ("output_int_register", 0..48, Output::OutputInt),
-    ("input_double_register", 0..48, Output::InputDouble),
-    ("output_double_register", 0..48, Output::OutputDouble),
+const NUMBERED: [OutputGroup; 6] = [
+    ("input_bit_register", 64..128, OutputVariable::InputBit),
+    ("output_bit_register", 64..128, OutputVariable::OutputBit),
+    ("input_int_register", 0..48, OutputVariable::InputInt),
+    ("output_int_register", 0..48, OutputVariable::OutputInt),
+    ("input_double_register", 0..48, OutputVariable::InputDouble),
+    (
+        "output_double_register",
+        0..48,
+        OutputVariable::OutputDouble,
+    ),
 ];
 
 /// The name of a register without its number, and the number; `07` is not the number of register 7.
@@ -128,68 +132,68 @@ pub(super) fn split_register(name: &str) -> Option<(&str, u8)> {
 
 macro_rules! named {
     ($($name:ident: $kind:ident = $value:expr;)+) => {
-        &[$(Named { name: stringify!($name), kind: Kind::$kind, value: |s| Value::$kind($value(s)) },)+]
+        &[$(NamedVariable { name: stringify!($name), kind: RtsiType::$kind, value: |s| RtsiValue::$kind($value(s)) },)+]
     };
 }
 
-static NAMED: &[Named] = named! {
-    timestamp: F64 = |s: &Source<'_>| s.state.time;
-    payload_mass: F64 = |s: &Source<'_>| s.state.payload.mass;
-    payload_cog: Vector3 = |s: &Source<'_>| s.state.payload.cog.into();
-    script_control_line: U32 = |s: &Source<'_>| s.sample.script_line;
-    target_joint_positions: Vector6 = |s: &Source<'_>| s.state.target_q.0;
-    target_joint_speeds: Vector6 = |s: &Source<'_>| s.state.target_qd.0;
-    actual_joint_torques: Vector6 = |s: &Source<'_>| s.state.actual_torque.0;
-    actual_joint_positions: Vector6 = |s: &Source<'_>| s.state.actual_q.0;
-    actual_joint_speeds: Vector6 = |s: &Source<'_>| s.state.actual_qd.0;
+static NAMED: &[NamedVariable] = named! {
+    timestamp: F64 = |s: &OutputSource<'_>| s.state.time;
+    payload_mass: F64 = |s: &OutputSource<'_>| s.state.payload.mass;
+    payload_cog: Vector3 = |s: &OutputSource<'_>| s.state.payload.cog.into();
+    script_control_line: U32 = |s: &OutputSource<'_>| s.sample.script_line;
+    target_joint_positions: Vector6 = |s: &OutputSource<'_>| s.state.target_q.0;
+    target_joint_speeds: Vector6 = |s: &OutputSource<'_>| s.state.target_qd.0;
+    actual_joint_torques: Vector6 = |s: &OutputSource<'_>| s.state.actual_torque.0;
+    actual_joint_positions: Vector6 = |s: &OutputSource<'_>| s.state.actual_q.0;
+    actual_joint_speeds: Vector6 = |s: &OutputSource<'_>| s.state.actual_qd.0;
     actual_joint_current: Vector6 = currents;
     actual_current: Vector6 = currents;
-    actual_joint_voltage: Vector6 = |s: &Source<'_>| [supply_voltage(s.state.robot_mode); 6];
-    actual_TCP_pose: Vector6 = |s: &Source<'_>| s.state.actual_tcp_pose.to_array();
-    actual_TCP_speed: Vector6 = |s: &Source<'_>| s.state.actual_tcp_speed;
-    actual_TCP_force: Vector6 = |s: &Source<'_>| s.state.tcp_force;
-    target_TCP_pose: Vector6 = |s: &Source<'_>| s.state.target_tcp_pose.to_array();
-    target_TCP_speed: Vector6 = |s: &Source<'_>| s.state.target_tcp_speed;
-    ft_raw_wrench: Vector6 = |s: &Source<'_>| s.state.raw_wrench;
-    actual_digital_input_bits: U32 = |s: &Source<'_>| s.state.digital_in as u32;
-    actual_digital_output_bits: U32 = |s: &Source<'_>| s.state.digital_out as u32;
-    joint_temperatures: Vector6 = |s: &Source<'_>| s.state.joint_temperatures;
-    robot_mode: I32 = |s: &Source<'_>| s.state.robot_mode.number();
-    joint_mode: Vector6I32 = |s: &Source<'_>| [i32::from(joint_mode(s.state.robot_mode)); 6];
-    safety_status: I32 = |s: &Source<'_>| s.state.safety_mode.number();
-    safety_mode: I32 = |s: &Source<'_>| s.state.safety_mode.number();
-    speed_scaling: F64 = |s: &Source<'_>| s.state.speed_scaling;
-    target_speed_fraction: F64 = |s: &Source<'_>| s.state.target_speed_fraction;
-    actual_robot_voltage: F64 = |s: &Source<'_>| supply_voltage(s.state.robot_mode);
-    actual_robot_current: F64 = |s: &Source<'_>| robot_current(s.state, s.robot);
-    runtime_state: U32 = |s: &Source<'_>| runtime_state(s.sample.task);
-    elbow_position: Vector3 = |s: &Source<'_>| s.state.elbow_position;
-    elbow_velocity: Vector3 = |s: &Source<'_>| s.sample.elbow_velocity;
+    actual_joint_voltage: Vector6 = |s: &OutputSource<'_>| [supply_voltage(s.state.robot_mode); 6];
+    actual_TCP_pose: Vector6 = |s: &OutputSource<'_>| s.state.actual_tcp_pose.to_array();
+    actual_TCP_speed: Vector6 = |s: &OutputSource<'_>| s.state.actual_tcp_speed;
+    actual_TCP_force: Vector6 = |s: &OutputSource<'_>| s.state.tcp_force;
+    target_TCP_pose: Vector6 = |s: &OutputSource<'_>| s.state.target_tcp_pose.to_array();
+    target_TCP_speed: Vector6 = |s: &OutputSource<'_>| s.state.target_tcp_speed;
+    ft_raw_wrench: Vector6 = |s: &OutputSource<'_>| s.state.raw_wrench;
+    actual_digital_input_bits: U32 = |s: &OutputSource<'_>| s.state.digital_in as u32;
+    actual_digital_output_bits: U32 = |s: &OutputSource<'_>| s.state.digital_out as u32;
+    joint_temperatures: Vector6 = |s: &OutputSource<'_>| s.state.joint_temperatures;
+    robot_mode: I32 = |s: &OutputSource<'_>| s.state.robot_mode.number();
+    joint_mode: Vector6I32 = |s: &OutputSource<'_>| [i32::from(joint_mode(s.state.robot_mode)); 6];
+    safety_status: I32 = |s: &OutputSource<'_>| s.state.safety_mode.number();
+    safety_mode: I32 = |s: &OutputSource<'_>| s.state.safety_mode.number();
+    speed_scaling: F64 = |s: &OutputSource<'_>| s.state.speed_scaling;
+    target_speed_fraction: F64 = |s: &OutputSource<'_>| s.state.target_speed_fraction;
+    actual_robot_voltage: F64 = |s: &OutputSource<'_>| supply_voltage(s.state.robot_mode);
+    actual_robot_current: F64 = |s: &OutputSource<'_>| robot_current(s.state, s.robot);
+    runtime_state: U32 = |s: &OutputSource<'_>| runtime_state(s.sample.task);
+    elbow_position: Vector3 = |s: &OutputSource<'_>| s.state.elbow_position;
+    elbow_velocity: Vector3 = |s: &OutputSource<'_>| s.sample.elbow_velocity;
     robot_status_bits: U32 = robot_status_bits;
-    safety_status_bits: U32 = |s: &Source<'_>| safety_status_bits(s.state.safety_mode);
+    safety_status_bits: U32 = |s: &OutputSource<'_>| safety_status_bits(s.state.safety_mode);
     analog_io_types: U32 = analog_io_types;
-    standard_analog_input0: F64 = |s: &Source<'_>| s.state.analog_in[0];
-    standard_analog_input1: F64 = |s: &Source<'_>| s.state.analog_in[1];
-    standard_analog_output0: F64 = |s: &Source<'_>| s.state.analog_out[0];
-    standard_analog_output1: F64 = |s: &Source<'_>| s.state.analog_out[1];
-    io_current: F64 = |s: &Source<'_>| io_current(s.state);
-    tool_mode: U32 = |s: &Source<'_>| u32::from(tool_mode(s.state.robot_mode));
-    tool_analog_input_types: U32 = |s: &Source<'_>| s.sample.peripherals.analog_in_domains[2] as u32;
-    tool_analog_output_types: U32 = |s: &Source<'_>| s.sample.peripherals.analog_out_domains[2] as u32;
-    tool_analog_input: F64 = |s: &Source<'_>| s.state.analog_in[2];
-    tool_analog_output: F64 = |s: &Source<'_>| s.state.analog_out[2];
-    tool_output_voltage: F64 = |s: &Source<'_>| f64::from(s.sample.peripherals.tool_voltage);
-    tool_output_current: F64 = |s: &Source<'_>| tool_current(s.state);
-    tool_temperature: F64 = |s: &Source<'_>| tool_temperature(s.state);
-    tool_digital_mode: U8 = |_: &Source<'_>| SINGLE_NEEDLE;
-    tool_digital0_mode: U8 = |s: &Source<'_>| s.sample.peripherals.tool_pin_modes[0];
-    tool_digital1_mode: U8 = |s: &Source<'_>| s.sample.peripherals.tool_pin_modes[1];
-    tool_digital2_mode: U8 = |s: &Source<'_>| s.sample.peripherals.tool_pin_modes[2];
-    tool_digital3_mode: U8 = |s: &Source<'_>| s.sample.peripherals.tool_pin_modes[3];
-    output_bit_registers0_to_31: U32 = |s: &Source<'_>| word(&s.sample.registers.output, 0);
-    output_bit_registers32_to_63: U32 = |s: &Source<'_>| word(&s.sample.registers.output, 32);
-    input_bit_registers0_to_31: U32 = |s: &Source<'_>| word(&s.sample.registers.input, 0);
-    input_bit_registers32_to_63: U32 = |s: &Source<'_>| word(&s.sample.registers.input, 32);
+    standard_analog_input0: F64 = |s: &OutputSource<'_>| s.state.analog_in[0];
+    standard_analog_input1: F64 = |s: &OutputSource<'_>| s.state.analog_in[1];
+    standard_analog_output0: F64 = |s: &OutputSource<'_>| s.state.analog_out[0];
+    standard_analog_output1: F64 = |s: &OutputSource<'_>| s.state.analog_out[1];
+    io_current: F64 = |s: &OutputSource<'_>| io_current(s.state);
+    tool_mode: U32 = |s: &OutputSource<'_>| u32::from(tool_mode(s.state.robot_mode));
+    tool_analog_input_types: U32 = |s: &OutputSource<'_>| s.sample.peripherals.analog_in_domains[2] as u32;
+    tool_analog_output_types: U32 = |s: &OutputSource<'_>| s.sample.peripherals.analog_out_domains[2] as u32;
+    tool_analog_input: F64 = |s: &OutputSource<'_>| s.state.analog_in[2];
+    tool_analog_output: F64 = |s: &OutputSource<'_>| s.state.analog_out[2];
+    tool_output_voltage: F64 = |s: &OutputSource<'_>| f64::from(s.sample.peripherals.tool_voltage);
+    tool_output_current: F64 = |s: &OutputSource<'_>| tool_current(s.state);
+    tool_temperature: F64 = |s: &OutputSource<'_>| tool_temperature(s.state);
+    tool_digital_mode: U8 = |_: &OutputSource<'_>| SINGLE_NEEDLE;
+    tool_digital0_mode: U8 = |s: &OutputSource<'_>| s.sample.peripherals.tool_pin_modes[0];
+    tool_digital1_mode: U8 = |s: &OutputSource<'_>| s.sample.peripherals.tool_pin_modes[1];
+    tool_digital2_mode: U8 = |s: &OutputSource<'_>| s.sample.peripherals.tool_pin_modes[2];
+    tool_digital3_mode: U8 = |s: &OutputSource<'_>| s.sample.peripherals.tool_pin_modes[3];
+    output_bit_registers0_to_31: U32 = |s: &OutputSource<'_>| word(&s.sample.registers.output, 0);
+    output_bit_registers32_to_63: U32 = |s: &OutputSource<'_>| word(&s.sample.registers.output, 32);
+    input_bit_registers0_to_31: U32 = |s: &OutputSource<'_>| word(&s.sample.registers.input, 0);
+    input_bit_registers32_to_63: U32 = |s: &OutputSource<'_>| word(&s.sample.registers.input, 32);
 };
 
 /// The pins of the tool work one by one. No function of the manual joins two or three of them to carry more current, so
@@ -201,7 +205,7 @@ const fn word(bank: &RegisterImage, first: u32) -> u32 {
     (bank.booleans()[0] >> first) as u32
 }
 
-fn currents(s: &Source<'_>) -> [f64; 6] {
+fn currents(s: &OutputSource<'_>) -> [f64; 6] {
     core::array::from_fn(|joint| joint_current(s.state, s.robot, joint))
 }
 
@@ -214,7 +218,7 @@ const fn runtime_state(task: TaskStatus) -> u32 {
     }
 }
 
-fn robot_status_bits(s: &Source<'_>) -> u32 {
+fn robot_status_bits(s: &OutputSource<'_>) -> u32 {
     let power_on = is_powered(s.state.robot_mode);
     let program_running = s.sample.task != TaskStatus::Stopped;
     let freedrive = s.sample.peripherals.freedrive || s.state.robot_mode == RobotMode::Backdrive;
@@ -238,7 +242,7 @@ const fn safety_status_bits(mode: SafetyMode) -> u32 {
     }
 }
 
-fn analog_io_types(s: &Source<'_>) -> u32 {
+fn analog_io_types(s: &OutputSource<'_>) -> u32 {
     let p = &s.sample.peripherals;
     let [in0, in1, _] = p.analog_in_domains;
     let [out0, out1, _] = p.analog_out_domains;
@@ -289,7 +293,7 @@ pub(in crate::ports) mod tests {
         let mut count = 0;
         for entry in SDK_RECIPE.split(", ") {
             let (name, kind) = entry.split_once(' ').unwrap();
-            let output = Output::by_name(name).unwrap_or_else(|| panic!("{name}"));
+            let output = OutputVariable::by_name(name).unwrap_or_else(|| panic!("{name}"));
             assert_eq!(output.kind().name(), kind, "{name}");
             count += 1;
         }
@@ -300,7 +304,7 @@ pub(in crate::ports) mod tests {
     fn every_value_has_the_type_that_was_announced() {
         let robot = RobotDescription::cs66();
         for named in NAMED {
-            let value = Output::Named(named).value(&sample(), &robot);
+            let value = OutputVariable::Named(named).value(&sample(), &robot);
             assert_eq!(value.kind(), named.kind, "{}", named.name);
         }
     }
@@ -316,13 +320,20 @@ pub(in crate::ports) mod tests {
         registers.input.set_integer(47, -5);
         registers.output.set_float(0, 2.5);
         sample.registers = registers.images();
-        let value = |name: &str| Output::by_name(name).map(|output| output.value(&sample, &robot));
-        assert_eq!(value("output_bit_register127"), Some(Value::Bool(true)));
-        assert_eq!(value("output_bit_register64"), Some(Value::Bool(false)));
-        assert_eq!(value("output_bit_registers0_to_31"), Some(Value::U32(1)));
-        assert_eq!(value("output_bit_registers32_to_63"), Some(Value::U32(2)));
-        assert_eq!(value("input_int_register47"), Some(Value::I32(-5)));
-        assert_eq!(value("output_double_register0"), Some(Value::F64(2.5)));
+        let value =
+            |name: &str| OutputVariable::by_name(name).map(|output| output.value(&sample, &robot));
+        assert_eq!(value("output_bit_register127"), Some(RtsiValue::Bool(true)));
+        assert_eq!(value("output_bit_register64"), Some(RtsiValue::Bool(false)));
+        assert_eq!(
+            value("output_bit_registers0_to_31"),
+            Some(RtsiValue::U32(1))
+        );
+        assert_eq!(
+            value("output_bit_registers32_to_63"),
+            Some(RtsiValue::U32(2))
+        );
+        assert_eq!(value("input_int_register47"), Some(RtsiValue::I32(-5)));
+        assert_eq!(value("output_double_register0"), Some(RtsiValue::F64(2.5)));
         for name in [
             "output_bit_register63",
             "output_bit_register128",
@@ -334,7 +345,7 @@ pub(in crate::ports) mod tests {
             "",
             "300",
         ] {
-            assert!(Output::by_name(name).is_none(), "{name}");
+            assert!(OutputVariable::by_name(name).is_none(), "{name}");
         }
     }
 
@@ -342,22 +353,26 @@ pub(in crate::ports) mod tests {
     fn bits_and_states_are_numbered_as_the_page_says() {
         let robot = RobotDescription::cs66();
         let mut sample = sample();
-        let value =
-            |sample: &Sample, name: &str| Output::by_name(name).unwrap().value(sample, &robot);
-        assert_eq!(value(&sample, "runtime_state"), Value::U32(3));
-        assert_eq!(value(&sample, "robot_status_bits"), Value::U32(1));
-        assert_eq!(value(&sample, "safety_status_bits"), Value::U32(1));
+        let value = |sample: &Sample, name: &str| {
+            OutputVariable::by_name(name).unwrap().value(sample, &robot)
+        };
+        assert_eq!(value(&sample, "runtime_state"), RtsiValue::U32(3));
+        assert_eq!(value(&sample, "robot_status_bits"), RtsiValue::U32(1));
+        assert_eq!(value(&sample, "safety_status_bits"), RtsiValue::U32(1));
         sample.task = TaskStatus::Paused;
         sample.peripherals.freedrive = true;
         sample.state.safety_mode = SafetyMode::ProtectiveStop;
         sample.peripherals.analog_in_domains[1] = AnalogDomain::Current;
-        assert_eq!(value(&sample, "runtime_state"), Value::U32(2));
-        assert_eq!(value(&sample, "robot_status_bits"), Value::U32(0b111));
+        assert_eq!(value(&sample, "runtime_state"), RtsiValue::U32(2));
+        assert_eq!(value(&sample, "robot_status_bits"), RtsiValue::U32(0b111));
         assert_eq!(
             value(&sample, "safety_status_bits"),
-            Value::U32(1 << 2 | 1 << 10)
+            RtsiValue::U32(1 << 2 | 1 << 10)
         );
-        assert_eq!(value(&sample, "analog_io_types"), Value::U32(0b1101));
-        assert_eq!(value(&sample, "joint_mode"), Value::Vector6I32([253; 6]));
+        assert_eq!(value(&sample, "analog_io_types"), RtsiValue::U32(0b1101));
+        assert_eq!(
+            value(&sample, "joint_mode"),
+            RtsiValue::Vector6I32([253; 6])
+        );
     }
 }

@@ -7,7 +7,7 @@ use std::time::Duration;
 use tokio::sync::Notify;
 use tokio::time::{Instant, timeout_at};
 
-use super::inputs::Input;
+use super::inputs::InputVariable;
 use crate::ports::ClientId;
 
 /// A variable in use is waited for so long: the SDK closes its connection and opens the next in the same microsecond,
@@ -17,12 +17,12 @@ const PATIENCE: Duration = Duration::from_millis(300);
 /// The owners of all input variables of the port. Cloning gives another handle to the same list.
 #[derive(Clone, Debug, Default)]
 pub struct Owners {
-    shared: Arc<Shared>,
+    shared: Arc<OwnersShared>,
 }
 
 #[derive(Debug, Default)]
-struct Shared {
-    owner: Mutex<BTreeMap<Input, ClientId>>,
+struct OwnersShared {
+    owner: Mutex<BTreeMap<InputVariable, ClientId>>,
     released: Notify,
 }
 
@@ -43,7 +43,7 @@ impl Owners {
     }
 
     /// The map is whole at every moment, so a poisoned lock is as good as any.
-    fn lock(&self) -> MutexGuard<'_, BTreeMap<Input, ClientId>> {
+    fn lock(&self) -> MutexGuard<'_, BTreeMap<InputVariable, ClientId>> {
         self.shared
             .owner
             .lock()
@@ -53,7 +53,7 @@ impl Owners {
 
 impl Claims {
     /// Claims all of `inputs` or none. Gives those that another client holds on to.
-    pub async fn claim(&self, inputs: &[Input]) -> Vec<Input> {
+    pub async fn claim(&self, inputs: &[InputVariable]) -> Vec<InputVariable> {
         let deadline = Instant::now() + PATIENCE;
         loop {
             // Registered before the look, so that a release in between is not missed.
@@ -65,10 +65,10 @@ impl Claims {
         }
     }
 
-    fn try_claim(&self, inputs: &[Input]) -> Vec<Input> {
+    fn try_claim(&self, inputs: &[InputVariable]) -> Vec<InputVariable> {
         let mut owner = self.owners.lock();
-        let others = |input: &&Input| owner.get(input).is_some_and(|o| *o != self.client);
-        let taken: Vec<Input> = inputs.iter().filter(others).copied().collect();
+        let others = |input: &&InputVariable| owner.get(input).is_some_and(|o| *o != self.client);
+        let taken: Vec<InputVariable> = inputs.iter().filter(others).copied().collect();
         if taken.is_empty() {
             owner.extend(inputs.iter().map(|input| (*input, self.client)));
         }
@@ -91,32 +91,39 @@ mod tests {
     async fn a_variable_has_one_owner_until_that_client_is_gone() {
         let owners = Owners::default();
         let (first, second) = (owners.claims(ClientId(1)), owners.claims(ClientId(2)));
-        assert_eq!(first.claim(&[Input::Int(0), Input::Int(1)]).await, []);
-        assert_eq!(first.claim(&[Input::Int(0)]).await, [], "its own");
+        assert_eq!(
+            first
+                .claim(&[InputVariable::Int(0), InputVariable::Int(1)])
+                .await,
+            []
+        );
+        assert_eq!(first.claim(&[InputVariable::Int(0)]).await, [], "its own");
         let start = Instant::now();
         assert_eq!(
-            second.claim(&[Input::Int(1), Input::Int(2)]).await,
-            [Input::Int(1)]
+            second
+                .claim(&[InputVariable::Int(1), InputVariable::Int(2)])
+                .await,
+            [InputVariable::Int(1)]
         );
         assert_eq!(start.elapsed(), PATIENCE);
         assert_eq!(
-            first.claim(&[Input::Int(2)]).await,
+            first.claim(&[InputVariable::Int(2)]).await,
             [],
             "a failed claim takes nothing"
         );
         drop(first);
-        assert_eq!(second.claim(&[Input::Int(1)]).await, []);
+        assert_eq!(second.claim(&[InputVariable::Int(1)]).await, []);
     }
 
     #[tokio::test(start_paused = true)]
     async fn a_client_that_is_just_going_is_waited_for() {
         let owners = Owners::default();
         let (first, second) = (owners.claims(ClientId(1)), owners.claims(ClientId(2)));
-        first.claim(&[Input::Int(0)]).await;
+        first.claim(&[InputVariable::Int(0)]).await;
         tokio::spawn(async move {
             tokio::time::sleep(Duration::from_millis(50)).await;
             drop(first);
         });
-        assert_eq!(second.claim(&[Input::Int(0)]).await, []);
+        assert_eq!(second.claim(&[InputVariable::Int(0)]).await, []);
     }
 }

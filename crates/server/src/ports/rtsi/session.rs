@@ -11,16 +11,16 @@ use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::sync::broadcast::error::RecvError;
 use tokio::time::{Instant, sleep, sleep_until};
 
-use super::Controller;
-use super::inputs::{Input, Written};
-use super::outputs::Output;
+use super::RtsiBackend;
+use super::inputs::{InputLatch, InputVariable};
+use super::outputs::OutputVariable;
 use super::owners::{Claims, Owners};
 use crate::ports::ClientId;
 use crate::ports::description::{CONTROLLER_VERSION, RobotDescription};
+use crate::ports::escape::EscapedLine;
 use crate::ports::sample::Sample;
-use crate::ports::shown::Shown;
 use wire::rtsi::{
-    PROTOCOL_VERSION, TextLevel, Value, append_packet, append_text, letter, names, packet,
+    PROTOCOL_VERSION, RtsiValue, TextLevel, append_packet, append_text, names, packet, packet_type,
     text_message,
 };
 
@@ -62,11 +62,11 @@ const READ_BYTES: usize = 16 * 1024;
 pub async fn serve(
     stream: impl AsyncRead + AsyncWrite,
     client: ClientId,
-    controller: &impl Controller,
+    controller: &impl RtsiBackend,
     owners: &Owners,
 ) -> io::Result<()> {
     let (mut reader, mut writer) = tokio::io::split(stream);
-    let mut talk = Talk {
+    let mut talk = RtsiSession {
         client,
         controller,
         claims: owners.claims(client),
@@ -77,7 +77,7 @@ pub async fn serve(
         failed: false,
         started: false,
         not_before: 0,
-        written: Written::default(),
+        written: InputLatch::default(),
         out: Vec::new(),
     };
     let mut samples = controller.samples();
@@ -125,7 +125,7 @@ pub async fn serve(
 }
 
 /// The state of one conversation.
-struct Talk<'a, C> {
+struct RtsiSession<'a, C> {
     client: ClientId,
     controller: &'a C,
     claims: Claims,
@@ -138,7 +138,7 @@ struct Talk<'a, C> {
     started: bool,
     /// Data begins with this cycle: what the client wrote before the start is in it (the vendor's example reads it back).
     not_before: u64,
-    written: Written,
+    written: InputLatch,
     /// What waits to be written.
     out: Vec<u8>,
 }
@@ -146,14 +146,14 @@ struct Talk<'a, C> {
 struct OutputRecipe {
     id: u8,
     frequency: f64,
-    variables: Vec<Output>,
+    variables: Vec<OutputVariable>,
     /// The first cycle in which the next package is due.
     due_cycle: u64,
 }
 
 impl OutputRecipe {
     fn append(&self, out: &mut Vec<u8>, sample: &Sample, robot: &RobotDescription) {
-        append_packet(out, letter::DATA, |out| {
+        append_packet(out, packet_type::DATA, |out| {
             out.push(self.id);
             for output in &self.variables {
                 output.value(sample, robot).write(out);
@@ -164,10 +164,10 @@ impl OutputRecipe {
 
 struct InputRecipe {
     id: u8,
-    variables: Vec<Input>,
+    variables: Vec<InputVariable>,
 }
 
-impl<C: Controller> Talk<'_, C> {
+impl<C: RtsiBackend> RtsiSession<'_, C> {
     /// Answers every whole packet and keeps the rest.
     async fn take_packets(&mut self, received: &mut Vec<u8>) -> io::Result<()> {
         let mut start = 0;
@@ -182,35 +182,35 @@ impl<C: Controller> Talk<'_, C> {
 
     async fn answer(&mut self, letter: u8, payload: &[u8]) {
         match letter {
-            letter::PROTOCOL => {
+            packet_type::PROTOCOL => {
                 let accepted = payload == PROTOCOL_VERSION.to_be_bytes();
                 self.reply(letter, &[u8::from(accepted)]);
             }
-            letter::VERSION => {
+            packet_type::VERSION => {
                 let version = CONTROLLER_VERSION.map(u32::to_be_bytes).concat();
                 self.reply(letter, &version);
             }
-            letter::OUTPUTS => self.set_up_outputs(payload),
-            letter::INPUTS => self.set_up_inputs(payload).await,
-            letter::START => {
+            packet_type::OUTPUTS => self.set_up_outputs(payload),
+            packet_type::INPUTS => self.set_up_inputs(payload).await,
+            packet_type::START => {
                 self.started = !self.failed;
                 for recipe in &mut self.outputs {
                     recipe.due_cycle = 0;
                 }
                 self.reply(letter, &[u8::from(self.started)]);
             }
-            letter::PAUSE => {
+            packet_type::PAUSE => {
                 self.started = false;
                 self.reply(letter, &[1]);
             }
-            letter::DATA => self.take_data(payload).await,
-            letter::TEXT => match text_message(payload) {
+            packet_type::DATA => self.take_data(payload).await,
+            packet_type::TEXT => match text_message(payload) {
                 Some(message) => tracing::info!(
                     client = %self.client,
                     level = ?message.level,
                     "rtsi: {} says {}",
-                    Shown(&message.source),
-                    Shown(&message.text)
+                    EscapedLine(&message.source),
+                    EscapedLine(&message.text)
                 ),
                 None => self.warn("a text message is two texts with their lengths and a level"),
             },
@@ -227,14 +227,17 @@ impl<C: Controller> Talk<'_, C> {
             wanted if wanted > 0.0 => wanted.min(FREQUENCY_MAX),
             _ => FREQUENCY_MAX, // not a number, zero or negative: as fast as there is
         };
-        let Some((id, names)) = self.next_recipe(letter::OUTPUTS, list) else {
+        let Some((id, names)) = self.next_recipe(packet_type::OUTPUTS, list) else {
             return;
         };
-        let found: Vec<Option<Output>> = names.iter().map(|name| Output::by_name(name)).collect();
+        let found: Vec<Option<OutputVariable>> = names
+            .iter()
+            .map(|name| OutputVariable::by_name(name))
+            .collect();
         let kinds = found
             .iter()
             .map(|output| output.map_or("NOT_FOUND", |o| o.kind().name()));
-        self.reply_recipe(letter::OUTPUTS, id, kinds);
+        self.reply_recipe(packet_type::OUTPUTS, id, kinds);
         match found.into_iter().collect() {
             Some(variables) => self.outputs.push(OutputRecipe {
                 id,
@@ -247,20 +250,23 @@ impl<C: Controller> Talk<'_, C> {
     }
 
     async fn set_up_inputs(&mut self, list: &[u8]) {
-        let Some((id, names)) = self.next_recipe(letter::INPUTS, list) else {
+        let Some((id, names)) = self.next_recipe(packet_type::INPUTS, list) else {
             return;
         };
-        let found: Vec<Option<Input>> = names.iter().map(|name| Input::by_name(name)).collect();
+        let found: Vec<Option<InputVariable>> = names
+            .iter()
+            .map(|name| InputVariable::by_name(name))
+            .collect();
         if let Some(reason) = self.controller.read_only() {
             self.failed = true;
             let kinds = found
                 .iter()
                 .map(|input| input.map_or("NOT_FOUND", |_| "IN_USE"));
-            self.reply_recipe(letter::INPUTS, id, kinds);
+            self.reply_recipe(packet_type::INPUTS, id, kinds);
             append_text(&mut self.out, TextLevel::Error, reason);
             return;
         }
-        let known: Vec<Input> = found.iter().flatten().copied().collect();
+        let known: Vec<InputVariable> = found.iter().flatten().copied().collect();
         let all_known = known.len() == found.len();
         let taken = if all_known {
             self.claims.claim(&known).await
@@ -272,7 +278,7 @@ impl<C: Controller> Talk<'_, C> {
             Some(input) if taken.contains(input) => "IN_USE",
             Some(input) => input.kind().name(),
         });
-        self.reply_recipe(letter::INPUTS, id, kinds);
+        self.reply_recipe(packet_type::INPUTS, id, kinds);
         if all_known && taken.is_empty() {
             self.inputs.push(InputRecipe {
                 id,
@@ -338,10 +344,10 @@ impl<C: Controller> Talk<'_, C> {
             return;
         }
         // The length was checked, so every value is there.
-        let package: Vec<(Input, Value)> = recipe
+        let package: Vec<(InputVariable, RtsiValue)> = recipe
             .variables
             .iter()
-            .filter_map(|input| Some((*input, Value::read(input.kind(), &mut values)?)))
+            .filter_map(|input| Some((*input, RtsiValue::read(input.kind(), &mut values)?)))
             .collect();
         let changes = self.written.take(&package);
         // A client that floods the controller is slowed down to what that can do.

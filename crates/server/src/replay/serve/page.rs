@@ -9,16 +9,16 @@ use elite_runtime::message::Message;
 use elite_runtime::task_folder::TaskFolder;
 use kinematics::{JointPositions, Pose, RpyPose};
 use motion_api::{CommandId, CommandKind, Outcome};
-use pendant::{History, Order};
+use pendant::{History, PageOrder};
 use recorder::Recording;
 use serde_json::{Value, json};
 use tokio::sync::broadcast;
 
 use super::playback::{Playback, READ_ONLY};
-use crate::ports::http::Source as _;
-use crate::ports::http::page::{Cockpit, ShownProgram};
+use crate::ports::http::HttpBackend as _;
+use crate::ports::http::page::{PageBackend, ShownProgram};
 
-impl Cockpit for Playback {
+impl PageBackend for Playback {
     fn read_only(&self) -> Option<String> {
         Some(READ_ONLY.to_owned())
     }
@@ -59,7 +59,7 @@ impl Cockpit for Playback {
         (self.log_lines(), None)
     }
 
-    async fn order(&self, _: Order) -> Result<Value, String> {
+    async fn order(&self, _: PageOrder) -> Result<Value, String> {
         Err(READ_ONLY.to_owned())
     }
 

@@ -4,32 +4,32 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use controller::chronicle::PROGRAM_ENDED;
+use controller::recording_observer::PROGRAM_ENDED;
 use elite_runtime::CompilePool;
 use kinematics::RobotModel;
 use motion::histogram::Histogram;
 use motion_api::{RegisterImages, Registers, RingFull, RobotState};
 use recorder::{
-    CommandMessage, Entry, LogLevel, LogMessage, ScriptMessage, Setup, VariableMessage,
+    CommandMessage, LogLevel, LogMessage, RecordingEntry, ScriptMessage, Setup, VariableMessage,
 };
 use serde_json::{Value, json};
 use supervision::ThreadSupervisor;
 use tokio::sync::{broadcast, watch};
 
-use super::time_line::Shown;
-use crate::feed::elbow_velocity;
+use super::time_line::PageContent;
 use crate::ports::ClientId;
 use crate::ports::description::{Peripherals, RobotDescription, TaskStatus, ToolSerial};
 use crate::ports::foxglove::LogLine;
 use crate::ports::http::metrics::Figures;
-use crate::ports::http::{self, NotSet};
+use crate::ports::http::{self, SetInputsError};
 use crate::ports::primary::framing::ControlPhrase;
-use crate::ports::primary::{self, Hub, Submission};
+use crate::ports::primary::{self, StateHub, Submission};
 use crate::ports::rtsi;
-use crate::ports::rtsi::inputs::{Change, Input};
-use crate::ports::sample::{Beats, Sample};
+use crate::ports::rtsi::inputs::{Change, InputVariable};
+use crate::ports::sample::{Sample, SampleDecimator};
+use crate::sample_feed::elbow_velocity;
 use controller::register_write::RegisterWrite;
-use wire::primary::{ErrorData, Exception, Level, Source};
+use wire::primary::{ErrorData, Exception, ExceptionLevel, ExceptionSource};
 
 /// How many samples and messages a listener may be behind before it loses some.
 const WAITING_MAX: usize = 256;
@@ -45,20 +45,20 @@ pub(super) struct Playback {
     model: RobotModel,
     description: RobotDescription,
     epoch_ns: u64,
-    hub: Hub,
+    hub: StateHub,
     samples: broadcast::Sender<Arc<Sample>>,
-    beats: Beats,
+    beats: SampleDecimator,
     log_lines: broadcast::Sender<LogLine>,
     durations: Histogram,
     latencies: Histogram,
     registers: Registers,
-    now: Mutex<Now>,
-    shown: Arc<Shown>,
+    now: Mutex<PlaybackState>,
+    shown: Arc<PageContent>,
     /// Checks texts beside the ports.
     pub(super) pool: CompilePool,
 }
 
-struct Now {
+struct PlaybackState {
     state: RobotState,
     task: TaskStatus,
     program: String,
@@ -78,7 +78,7 @@ impl Playback {
         description: RobotDescription,
         setup: &Setup,
     ) -> Self {
-        let now = Now {
+        let now = PlaybackState {
             state: RobotState::at_start(setup.home, setup.step_time),
             task: TaskStatus::Stopped,
             program: String::new(),
@@ -93,9 +93,9 @@ impl Playback {
             description,
             model,
             epoch_ns: setup.epoch_ns,
-            hub: Hub::default(),
+            hub: StateHub::default(),
             samples: broadcast::channel(WAITING_MAX).0,
-            beats: Beats::default(),
+            beats: SampleDecimator::default(),
             log_lines: broadcast::channel(WAITING_MAX).0,
             durations: Histogram::default(),
             latencies: Histogram::default(),
@@ -107,12 +107,12 @@ impl Playback {
     }
 
     /// With what the pendant page shows.
-    pub(super) fn with_page(self, shown: Arc<Shown>) -> Self {
+    pub(super) fn with_page(self, shown: Arc<PageContent>) -> Self {
         Self { shown, ..self }
     }
 
     /// What the pendant page shows.
-    pub(super) fn shown(&self) -> &Shown {
+    pub(super) fn shown(&self) -> &PageContent {
         &self.shown
     }
 
@@ -143,7 +143,7 @@ impl Playback {
     }
 
     /// The clients of port 30001.
-    pub(super) fn hub(&self) -> &Hub {
+    pub(super) fn hub(&self) -> &StateHub {
         &self.hub
     }
 
@@ -158,27 +158,27 @@ impl Playback {
     }
 
     /// One message of the recording; its time has come.
-    pub(super) fn take(&self, time: f64, entry: Entry) {
+    pub(super) fn take(&self, time: f64, entry: RecordingEntry) {
         match entry {
-            Entry::Cycle(cycle) => match cycle.to_state() {
+            RecordingEntry::Cycle(cycle) => match cycle.to_state() {
                 Ok(state) => self.cycle(state),
                 // A file of a newer version: what can be shown goes on.
                 Err(error) => tracing::debug!("a cycle is left out: {error}"),
             },
-            Entry::Script(script) => self.script(script),
-            Entry::Command(command) => self.command(&command),
-            Entry::Log(message) => self.log(time, message),
-            Entry::Io(change) => {
+            RecordingEntry::Script(script) => self.script(script),
+            RecordingEntry::Command(command) => self.command(&command),
+            RecordingEntry::Log(message) => self.log(time, message),
+            RecordingEntry::Io(change) => {
                 if let Some(write) = RegisterWrite::of(&change) {
                     write.apply(&self.registers);
                 }
             }
-            Entry::Variable(variable) => self.variable(variable),
+            RecordingEntry::Variable(variable) => self.variable(variable),
         }
     }
 
     /// The value is whole at every moment, so a poisoned lock is as good as any.
-    fn now(&self) -> MutexGuard<'_, Now> {
+    fn now(&self) -> MutexGuard<'_, PlaybackState> {
         self.now.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -253,7 +253,7 @@ impl Playback {
                 Exception::Robot {
                     code: 0,
                     sub_code: 0,
-                    level: Level::Error,
+                    level: ExceptionLevel::Error,
                     data: ErrorData::Text(text.clone()),
                 }
             } else {
@@ -288,8 +288,9 @@ impl Playback {
     }
 
     fn announce(&self, exception: &Exception) {
-        let millis = primary::Backend::unix_millis(self);
-        self.hub.announce(millis, Source::Controller, exception);
+        let millis = primary::PrimaryBackend::unix_millis(self);
+        self.hub
+            .announce(millis, ExceptionSource::Controller, exception);
     }
 
     /// Tells every client of port 30001 that something it sent is not done.
@@ -303,7 +304,7 @@ impl Playback {
     }
 }
 
-impl primary::Backend for Playback {
+impl primary::PrimaryBackend for Playback {
     /// A recording has no control mode.
     fn closed_to_clients(&self) -> impl Future<Output = ()> + Send {
         std::future::pending()
@@ -346,7 +347,7 @@ impl primary::Backend for Playback {
     }
 }
 
-impl rtsi::Controller for Playback {
+impl rtsi::RtsiBackend for Playback {
     fn description(&self) -> &RobotDescription {
         &self.description
     }
@@ -367,7 +368,7 @@ impl rtsi::Controller for Playback {
         &self,
         client: ClientId,
         _changes: &[Change],
-        _written: &[Input],
+        _written: &[InputVariable],
     ) -> Result<u64, RingFull> {
         // Inputs are refused when they are set up; without a recipe no values come.
         tracing::debug!(%client, "rtsi: values were refused: {READ_ONLY}");
@@ -375,7 +376,7 @@ impl rtsi::Controller for Playback {
     }
 }
 
-impl http::Source for Playback {
+impl http::HttpBackend for Playback {
     fn state(&self) -> RobotState {
         self.now().state
     }
@@ -404,15 +405,15 @@ impl http::Source for Playback {
         self.registers.images()
     }
 
-    fn set_inputs(&self, _changes: &http::io::InputChanges) -> Result<(), NotSet> {
-        Err(NotSet::ReadOnly(READ_ONLY.to_owned()))
+    fn set_inputs(&self, _changes: &http::io::InputChanges) -> Result<(), SetInputsError> {
+        Err(SetInputsError::ReadOnly(READ_ONLY.to_owned()))
     }
 
     fn figures(&self) -> Figures {
         Figures {
             cycle_durations: self.durations.snapshot(),
             wakeup_latencies: self.latencies.snapshot(),
-            errors: crate::announce::ERROR_KINDS.map(|kind| match kind {
+            errors: crate::event_broadcast::ERROR_KINDS.map(|kind| match kind {
                 "other" => (kind, self.now().errors),
                 kind => (kind, 0),
             }),
@@ -431,8 +432,8 @@ mod tests {
         Playback::new("a.mcap", model, RobotDescription::cs66(), &Setup::default())
     }
 
-    fn io(name: &str, value: IoValue) -> Entry {
-        Entry::Io(IoMessage {
+    fn io(name: &str, value: IoValue) -> RecordingEntry {
+        RecordingEntry::Io(IoMessage {
             cycle: 1,
             name: name.to_owned(),
             value,
@@ -456,7 +457,7 @@ mod tests {
             playback.take(0.0, entry);
         }
         let state = RobotState::at_start(Setup::default().home, 0.004);
-        playback.take(0.004, Entry::Cycle(Box::new((&state).into())));
+        playback.take(0.004, RecordingEntry::Cycle(Box::new((&state).into())));
         let sample = samples.try_recv().unwrap();
         let (inputs, outputs) = (&sample.registers.input, &sample.registers.output);
         assert_eq!(outputs.booleans(), [0, 1 << 63]);
@@ -468,9 +469,9 @@ mod tests {
     #[test]
     fn the_task_runs_from_its_start_to_its_end_and_is_held_in_between() {
         let playback = playback();
-        let status = || http::Source::task_status(&playback);
+        let status = || http::HttpBackend::task_status(&playback);
         let script = |text: Option<&str>, line: Option<u32>| {
-            Entry::Script(ScriptMessage {
+            RecordingEntry::Script(ScriptMessage {
                 program: "p".to_owned(),
                 program_id: 1,
                 text: text.map(str::to_owned),
@@ -484,21 +485,21 @@ mod tests {
         playback.take(0.0, script(Some("sync()"), None));
         playback.take(0.0, script(None, Some(4)));
         assert_eq!(status(), TaskStatus::Running);
-        let panel = http::Source::panel(&playback);
+        let panel = http::HttpBackend::panel(&playback);
         assert_eq!(
             (&panel["line"], &panel["node"], &panel["label"]),
             (&json!(4), &json!(4), &json!("at 4"))
         );
         playback.take(
             1.0,
-            Entry::Log(LogMessage {
+            RecordingEntry::Log(LogMessage {
                 level: LogLevel::Info,
                 source: "p".to_owned(),
                 message: PROGRAM_ENDED.to_owned(),
             }),
         );
         assert_eq!(status(), TaskStatus::Stopped);
-        let panel = http::Source::panel(&playback);
+        let panel = http::HttpBackend::panel(&playback);
         assert_eq!((&panel["line"], &panel["node"]), (&json!(0), &json!(null)));
     }
 }

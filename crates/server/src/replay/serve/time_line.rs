@@ -6,17 +6,18 @@ use std::sync::{Arc, Mutex};
 
 use motion_api::RobotState;
 use pendant::History;
-use pendant::frame::{Beside, encode};
-use recorder::{Entry, Recording, Topic};
+use pendant::frame::{FrameContext, encode};
+use recorder::{Recording, RecordingEntry, Topic};
 use serde_json::{Value, json};
 use supervision::{ThreadRole, ThreadSupervisor};
 
 use super::locked;
 use super::playback::Playback;
 use crate::ports::description::TaskStatus;
-use crate::ports::http::Source as _;
+use crate::ports::http::HttpBackend as _;
 use crate::ports::http::page::{
-    ALARM_LEVEL, Cockpit as _, MODE_LEVEL, Modes, ShownProgram, line_event, registers_text,
+    ALARM_LEVEL, MODE_LEVEL, ModeTracker, PageBackend as _, ShownProgram, line_event,
+    registers_text,
 };
 
 /// Programs whose text is kept.
@@ -27,7 +28,7 @@ const PROGRAM_BYTES_MAX: usize = 16 << 20;
 const PANEL_PERIOD: f64 = 0.1;
 
 /// What the page shows of a recording, beside what all ports show.
-pub(super) struct Shown {
+pub(super) struct PageContent {
     /// The arm and its cell.
     pub(super) scene: Value,
     /// Everything that was.
@@ -38,7 +39,7 @@ pub(super) struct Shown {
     pub(super) programs: Mutex<Vec<ShownProgram>>,
 }
 
-impl Default for Shown {
+impl Default for PageContent {
     /// Of nothing yet.
     fn default() -> Self {
         Self {
@@ -54,13 +55,13 @@ impl Default for Shown {
 pub(super) fn read(
     recording: Recording,
     shadow: Playback,
-    shown: Arc<Shown>,
+    shown: Arc<PageContent>,
 ) -> std::io::Result<()> {
     ThreadSupervisor::default().start(ThreadRole::Service, "time line", move || {
-        let mut reading = Reading {
+        let mut reading = HistoryReader {
             shadow,
             shown: &shown,
-            modes: Modes::default(),
+            modes: ModeTracker::default(),
             next_panel: f64::NEG_INFINITY,
             panel: Arc::from(""),
             registers: Arc::from(""),
@@ -77,20 +78,20 @@ pub(super) fn read(
     Ok(())
 }
 
-struct Reading<'s> {
+struct HistoryReader<'s> {
     shadow: Playback,
-    shown: &'s Shown,
-    modes: Modes,
+    shown: &'s PageContent,
+    modes: ModeTracker,
     next_panel: f64,
     panel: Arc<str>,
     registers: Arc<str>,
     sequence: u32,
 }
 
-impl Reading<'_> {
-    fn take(&mut self, time: f64, entry: Entry) {
+impl HistoryReader<'_> {
+    fn take(&mut self, time: f64, entry: RecordingEntry) {
         match &entry {
-            Entry::Script(script) => {
+            RecordingEntry::Script(script) => {
                 if let Some(text) = &script.text {
                     self.keep(ShownProgram {
                         number: script.program_id,
@@ -99,7 +100,7 @@ impl Reading<'_> {
                     });
                 }
             }
-            Entry::Log(message) => {
+            RecordingEntry::Log(message) => {
                 let event = line_event(time, message.level, &message.source, &message.message);
                 self.event(time, message.level.number() as u8, &event);
                 if message.level >= recorder::LogLevel::Error {
@@ -109,7 +110,7 @@ impl Reading<'_> {
                     self.event(time, ALARM_LEVEL, &alarm);
                 }
             }
-            Entry::Command(command) => {
+            RecordingEntry::Command(command) => {
                 let event = json!({
                     "event": "command",
                     "time": time,
@@ -119,9 +120,9 @@ impl Reading<'_> {
                 });
                 self.event(time, MODE_LEVEL, &event);
             }
-            Entry::Cycle(_) | Entry::Io(_) | Entry::Variable(_) => {}
+            RecordingEntry::Cycle(_) | RecordingEntry::Io(_) | RecordingEntry::Variable(_) => {}
         }
-        let is_cycle = matches!(entry, Entry::Cycle(_));
+        let is_cycle = matches!(entry, RecordingEntry::Cycle(_));
         self.shadow.take(time, entry);
         if is_cycle {
             self.cycle();
@@ -132,7 +133,7 @@ impl Reading<'_> {
         let state = self.shadow.state();
         let (line, node) = self.shadow.place();
         self.sequence = self.sequence.wrapping_add(1);
-        let beside = Beside {
+        let beside = FrameContext {
             sequence: self.sequence,
             wall_ms: 0.0,
             task: match self.shadow.task_status() {

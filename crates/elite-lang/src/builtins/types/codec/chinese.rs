@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 
 /// Which of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Chinese {
+pub enum GbEncoding {
     Gb2312,
     Gbk,
     Gb18030,
@@ -14,7 +14,7 @@ pub enum Chinese {
 
 /// What does not decode: how many bytes, and whether more of them would help.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Wrong {
+pub enum GbDecodeError {
     Illegal,
     Incomplete,
 }
@@ -109,7 +109,7 @@ const OF_2312: [(u16, u16); 2] = [(0xa1a4, 0x30fb), (0xa1aa, 0x2015)];
 /// Second bytes: 0x40 to 0xfe.
 const ROW: usize = 0xbf;
 
-struct Tables {
+struct GbTables {
     /// The character of each code, by rows; 0 where there is none.
     decoded: Vec<u16>,
     /// The code of each character of the first plane; 0 where there is none.
@@ -118,13 +118,13 @@ struct Tables {
     long: Vec<u16>,
 }
 
-fn tables() -> &'static Tables {
-    static TABLES: OnceLock<Tables> = OnceLock::new();
+fn tables() -> &'static GbTables {
+    static TABLES: OnceLock<GbTables> = OnceLock::new();
     // They outlive the task that needs them first.
-    TABLES.get_or_init(|| crate::limits::memory::outside(Tables::make))
+    TABLES.get_or_init(|| crate::limits::memory::outside(GbTables::make))
 }
 
-impl Tables {
+impl GbTables {
     fn make() -> Self {
         let mut decoded = vec![0u16; (0xff - 0x81) * ROW];
         let mut encoded = vec![0u16; 0x1_0000];
@@ -142,7 +142,7 @@ impl Tables {
         let long = (0x80..=0xffffu16)
             .filter(|c| !(0xd800..0xe000).contains(c) && encoded[usize::from(*c)] == 0);
         let long = long.collect();
-        Tables {
+        GbTables {
             decoded,
             encoded,
             long,
@@ -170,22 +170,22 @@ fn is_in(ranges: &[(u16, u16)], code: u16) -> bool {
         .any(|(first, last)| (*first..=*last).contains(&code))
 }
 
-impl Chinese {
+impl GbEncoding {
     /// What CPython calls it.
     pub fn name(self) -> &'static str {
         match self {
-            Chinese::Gb2312 => "gb2312",
-            Chinese::Gbk => "gbk",
-            Chinese::Gb18030 => "gb18030",
+            GbEncoding::Gb2312 => "gb2312",
+            GbEncoding::Gbk => "gbk",
+            GbEncoding::Gb18030 => "gb18030",
         }
     }
 
     fn has(self, code: u16) -> bool {
         let [lead, second] = code.to_be_bytes();
         match self {
-            Chinese::Gb18030 => true,
-            Chinese::Gbk => !is_in(ADDED, code),
-            Chinese::Gb2312 => {
+            GbEncoding::Gb18030 => true,
+            GbEncoding::Gbk => !is_in(ADDED, code),
+            GbEncoding::Gb2312 => {
                 (0xa1..=0xf7).contains(&lead)
                     && second >= 0xa1
                     && !is_in(ADDED, code)
@@ -195,24 +195,24 @@ impl Chinese {
     }
 
     /// The first character of bytes, which are not ASCII there, and how many it takes.
-    pub fn decode(self, bytes: &[u8]) -> Result<(char, usize), Wrong> {
+    pub fn decode(self, bytes: &[u8]) -> Result<(char, usize), GbDecodeError> {
         let lead = bytes[0];
         let Some(second) = bytes.get(1).copied() else {
-            return Err(Wrong::Incomplete);
+            return Err(GbDecodeError::Incomplete);
         };
         if !(0x81..=0xfe).contains(&lead) {
-            return Err(Wrong::Illegal);
+            return Err(GbDecodeError::Illegal);
         }
-        if self == Chinese::Gb18030 && second.is_ascii_digit() {
+        if self == GbEncoding::Gb18030 && second.is_ascii_digit() {
             return decode_long(bytes);
         }
         if !(0x40..=0xfe).contains(&second) {
-            return Err(Wrong::Illegal);
+            return Err(GbDecodeError::Illegal);
         }
         let code = u16::from_be_bytes([lead, second]);
         let of_2312 = OF_2312
             .iter()
-            .find(|(of, _)| self == Chinese::Gb2312 && *of == code);
+            .find(|(of, _)| self == GbEncoding::Gb2312 && *of == code);
         let c = match of_2312 {
             Some((_, c)) => *c,
             None if self.has(code) => tables().decoded[place(code)],
@@ -220,7 +220,7 @@ impl Chinese {
         };
         match char::from_u32(u32::from(c)) {
             Some(c) if c != '\0' => Ok((c, 2)),
-            _ => Err(Wrong::Illegal),
+            _ => Err(GbDecodeError::Illegal),
         }
     }
 
@@ -229,7 +229,7 @@ impl Chinese {
         let code = c as u32;
         let short = match u16::try_from(code) {
             Ok(code) => {
-                let of_2312 = OF_2312.iter().filter(|_| self == Chinese::Gb2312);
+                let of_2312 = OF_2312.iter().filter(|_| self == GbEncoding::Gb2312);
                 let mut of_2312 =
                     of_2312.filter(|(of, c)| *c == code || tables().decoded[place(*of)] == code);
                 match of_2312.next() {
@@ -243,7 +243,7 @@ impl Chinese {
             out.extend_from_slice(&short.to_be_bytes());
             return true;
         }
-        if self != Chinese::Gb18030 {
+        if self != GbEncoding::Gb18030 {
             return false;
         }
         let number = match u16::try_from(code) {
@@ -268,13 +268,13 @@ impl Chinese {
 /// The number, in codes of four bytes, of the first character beyond the first plane.
 const SUPPLEMENTARY: u32 = (0x90 - 0x81) * 12_600;
 
-fn decode_long(bytes: &[u8]) -> Result<(char, usize), Wrong> {
+fn decode_long(bytes: &[u8]) -> Result<(char, usize), GbDecodeError> {
     let [a, b, c, d] = match bytes {
         [a, b, c, d, ..] => [*a, *b, *c, *d],
-        _ => return Err(Wrong::Incomplete),
+        _ => return Err(GbDecodeError::Incomplete),
     };
     if !(0x81..=0xfe).contains(&c) || !d.is_ascii_digit() {
-        return Err(Wrong::Illegal);
+        return Err(GbDecodeError::Illegal);
     }
     let part = |byte: u8, from: u8| u32::from(byte - from);
     let number = ((part(a, 0x81) * 10 + part(b, 0x30)) * 126 + part(c, 0x81)) * 10 + part(d, 0x30);
@@ -285,6 +285,8 @@ fn decode_long(bytes: &[u8]) -> Result<(char, usize), Wrong> {
             .get(number as usize)
             .map(|code| u32::from(*code)),
     };
-    let c = code.and_then(char::from_u32).ok_or(Wrong::Illegal)?;
+    let c = code
+        .and_then(char::from_u32)
+        .ok_or(GbDecodeError::Illegal)?;
     Ok((c, 4))
 }

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use crate::value::surrogate::{char_of, code_of};
 
 /// What one step of decoding gave: a character or none, and how many bytes it took; or how many bytes are wrong and why.
-pub type Step = Result<(Option<char>, usize), (usize, &'static str)>;
+pub type EscapeResult = Result<(Option<char>, usize), (usize, &'static str)>;
 
 /// Appends a character as an escape where it needs one.
 pub fn encode(c: char, is_raw: bool, out: &mut Vec<u8>) {
@@ -28,7 +28,7 @@ pub fn encode(c: char, is_raw: bool, out: &mut Vec<u8>) {
 }
 
 /// The first step of bytes.
-pub fn decode(bytes: &[u8], is_raw: bool) -> Step {
+pub fn decode(bytes: &[u8], is_raw: bool) -> EscapeResult {
     let one = |c: char, length: usize| Ok((Some(c), length));
     let Some(kind) = bytes.get(1).copied().filter(|_| bytes[0] == b'\\') else {
         return match bytes[0] {
@@ -68,7 +68,7 @@ pub fn decode(bytes: &[u8], is_raw: bool) -> Step {
     one(simple, 2)
 }
 
-fn number(bytes: &[u8], length: usize, reason: &'static str) -> Step {
+fn number(bytes: &[u8], length: usize, reason: &'static str) -> EscapeResult {
     let digits = bytes[2..].iter().take(length);
     let valid = digits.take_while(|byte| byte.is_ascii_hexdigit()).count();
     if valid < length {
@@ -82,7 +82,7 @@ fn number(bytes: &[u8], length: usize, reason: &'static str) -> Step {
     }
 }
 
-fn named(bytes: &[u8]) -> Step {
+fn named(bytes: &[u8]) -> EscapeResult {
     const MALFORMED: &str = "malformed \\N character escape";
     if bytes.get(2) != Some(&b'{') {
         return Err((2, MALFORMED));

@@ -7,7 +7,7 @@ use crate::value::surrogate::{char_of, code_of, is_surrogate};
 use crate::value::{R, Raised, Str, Value};
 
 /// What is done about what does not fit.
-pub(super) enum Handler {
+pub(super) enum ErrorHandler {
     Strict,
     Ignore,
     Replace,
@@ -21,7 +21,7 @@ pub(super) enum Handler {
 }
 
 /// What does not fit, from one place to another: characters of a text, or bytes.
-pub(super) struct Trouble {
+pub(super) struct CodecError {
     pub codec: &'static str,
     pub start: usize,
     pub end: usize,
@@ -29,7 +29,7 @@ pub(super) struct Trouble {
 }
 
 /// How decoding goes on.
-pub(super) struct Mended {
+pub(super) struct Replacement {
     /// What stands for the bytes.
     pub text: String,
     /// Where it goes on.
@@ -39,20 +39,20 @@ pub(super) struct Mended {
 }
 
 impl Evaluator<'_> {
-    pub(super) fn handler(&self, name: &Value, method: &str) -> R<Handler> {
+    pub(super) fn handler(&self, name: &Value, method: &str) -> R<ErrorHandler> {
         let Some(text) = self.codec_argument(method, "errors", name)? else {
-            return Ok(Handler::Strict);
+            return Ok(ErrorHandler::Strict);
         };
         Ok(match text.as_str() {
-            "strict" => Handler::Strict,
-            "ignore" => Handler::Ignore,
-            "replace" => Handler::Replace,
-            "backslashreplace" => Handler::BackslashReplace,
-            "xmlcharrefreplace" => Handler::XmlCharRefReplace,
-            "namereplace" => Handler::NameReplace,
-            "surrogateescape" => Handler::SurrogateEscape,
-            "surrogatepass" => Handler::SurrogatePass,
-            other => Handler::Other(other.to_owned()),
+            "strict" => ErrorHandler::Strict,
+            "ignore" => ErrorHandler::Ignore,
+            "replace" => ErrorHandler::Replace,
+            "backslashreplace" => ErrorHandler::BackslashReplace,
+            "xmlcharrefreplace" => ErrorHandler::XmlCharRefReplace,
+            "namereplace" => ErrorHandler::NameReplace,
+            "surrogateescape" => ErrorHandler::SurrogateEscape,
+            "surrogatepass" => ErrorHandler::SurrogatePass,
+            other => ErrorHandler::Other(other.to_owned()),
         })
     }
 
@@ -77,41 +77,41 @@ impl Evaluator<'_> {
     pub(super) fn mend_encoding(
         &self,
         codec: Codec,
-        errors: &Handler,
+        errors: &ErrorHandler,
         text: &Str,
-        trouble: Trouble,
+        trouble: CodecError,
         out: &mut Vec<u8>,
     ) -> R<usize> {
         let (start, end) = (trouble.start, trouble.end);
         let bad = &text.as_str()[text.byte_offset(start)..text.byte_offset(end)];
-        let strict = |trouble: Trouble| {
+        let strict = |trouble: CodecError| {
             let object = Value::str(text.as_str());
             Err(self.codec_error(&trouble, object, true))
         };
         let mut shown = String::new();
         match errors {
-            Handler::Strict => return strict(trouble),
-            Handler::Ignore => {}
-            Handler::Replace => shown.extend(bad.chars().map(|_| '?')),
-            Handler::BackslashReplace => bad.chars().for_each(|c| push_escape(c, &mut shown)),
-            Handler::XmlCharRefReplace => {
+            ErrorHandler::Strict => return strict(trouble),
+            ErrorHandler::Ignore => {}
+            ErrorHandler::Replace => shown.extend(bad.chars().map(|_| '?')),
+            ErrorHandler::BackslashReplace => bad.chars().for_each(|c| push_escape(c, &mut shown)),
+            ErrorHandler::XmlCharRefReplace => {
                 bad.chars()
                     .for_each(|c| shown.push_str(&format!("&#{};", code_of(c))));
             }
-            Handler::NameReplace => bad.chars().for_each(|c| match unicode_names2::name(c) {
+            ErrorHandler::NameReplace => bad.chars().for_each(|c| match unicode_names2::name(c) {
                 Some(name) if !is_surrogate(c) => shown.push_str(&format!("\\N{{{name}}}")),
                 _ => push_escape(c, &mut shown),
             }),
             // A byte is no whole unit of these.
-            Handler::SurrogateEscape if matches!(codec, Codec::Wide { .. }) => {
+            ErrorHandler::SurrogateEscape if matches!(codec, Codec::Wide { .. }) => {
                 return strict(trouble);
             }
-            Handler::SurrogateEscape => {
+            ErrorHandler::SurrogateEscape => {
                 for (place, c) in bad.chars().enumerate() {
                     match code_of(c) {
                         code @ 0xdc80..0xdd00 => out.push((code - 0xdc00) as u8),
                         _ => {
-                            return strict(Trouble {
+                            return strict(CodecError {
                                 start: start + place,
                                 ..trouble
                             });
@@ -119,7 +119,7 @@ impl Evaluator<'_> {
                     }
                 }
             }
-            Handler::SurrogatePass => {
+            ErrorHandler::SurrogatePass => {
                 if !bad.chars().all(is_surrogate) {
                     return strict(trouble);
                 }
@@ -133,7 +133,9 @@ impl Evaluator<'_> {
                     }
                 }
             }
-            Handler::Other(name) => return self.ask_for_bytes(codec, name, text, trouble, out),
+            ErrorHandler::Other(name) => {
+                return self.ask_for_bytes(codec, name, text, trouble, out);
+            }
         }
         for c in shown.chars() {
             if !codec.put(c, out) {
@@ -148,7 +150,7 @@ impl Evaluator<'_> {
         codec: Codec,
         name: &str,
         text: &Str,
-        trouble: Trouble,
+        trouble: CodecError,
         out: &mut Vec<u8>,
     ) -> R<usize> {
         let handler = self.registered_handler(name)?;
@@ -173,28 +175,28 @@ impl Evaluator<'_> {
     /// comes first, for encodings that have surrogates.
     pub(super) fn mend_decoding(
         &self,
-        errors: &Handler,
+        errors: &ErrorHandler,
         data: &[u8],
         unit: Option<(usize, bool)>,
-        trouble: Trouble,
-    ) -> R<Mended> {
+        trouble: CodecError,
+    ) -> R<Replacement> {
         let (start, end) = (trouble.start, trouble.end);
         let bad = &data[start..end];
         let mut text = String::new();
         let mut next = end;
-        let strict = || -> R<Mended> {
+        let strict = || -> R<Replacement> {
             let object = Value::bytes(self.copied_bytes(data)?);
             Err(self.codec_error(&trouble, object, false))
         };
         match errors {
-            Handler::Strict => return strict(),
-            Handler::Ignore => {}
-            Handler::Replace => text.push(char::REPLACEMENT_CHARACTER),
-            Handler::BackslashReplace => {
+            ErrorHandler::Strict => return strict(),
+            ErrorHandler::Ignore => {}
+            ErrorHandler::Replace => text.push(char::REPLACEMENT_CHARACTER),
+            ErrorHandler::BackslashReplace => {
                 bad.iter()
                     .for_each(|byte| text.push_str(&format!("\\x{byte:02x}")));
             }
-            Handler::SurrogateEscape => {
+            ErrorHandler::SurrogateEscape => {
                 let high = bad.iter().take(4).take_while(|byte| !byte.is_ascii());
                 text.extend(high.filter_map(|byte| char_of(0xdc00 + u32::from(*byte))));
                 if text.is_empty() {
@@ -202,7 +204,7 @@ impl Evaluator<'_> {
                 }
                 next = start + text.chars().count();
             }
-            Handler::SurrogatePass => {
+            ErrorHandler::SurrogatePass => {
                 let Some((c, length)) = unit.and_then(|unit| surrogate_at(&data[start..], unit))
                 else {
                     return strict();
@@ -210,11 +212,11 @@ impl Evaluator<'_> {
                 text.push(c);
                 next = start + length;
             }
-            Handler::XmlCharRefReplace | Handler::NameReplace => {
+            ErrorHandler::XmlCharRefReplace | ErrorHandler::NameReplace => {
                 return Err(self
                     .type_error("don't know how to handle UnicodeDecodeError in error callback"));
             }
-            Handler::Other(name) => {
+            ErrorHandler::Other(name) => {
                 let handler = self.registered_handler(name)?;
                 let object = Value::bytes(self.copied_bytes(data)?);
                 let error = self.codec_error(&trouble, object, false);
@@ -222,14 +224,14 @@ impl Evaluator<'_> {
                 let Value::Str(made) = self.plain(&made) else {
                     return Err(self.handler_error("decoding", "(str, int)"));
                 };
-                return Ok(Mended {
+                return Ok(Replacement {
                     text: self.copied_text(made.as_str())?,
                     next,
                     data: None,
                 });
             }
         }
-        Ok(Mended {
+        Ok(Replacement {
             text,
             next,
             data: None,
@@ -279,7 +281,7 @@ impl Evaluator<'_> {
     }
 
     #[cold]
-    fn codec_error(&self, trouble: &Trouble, object: Value, encoding: bool) -> Raised {
+    fn codec_error(&self, trouble: &CodecError, object: Value, encoding: bool) -> Raised {
         let kind = if encoding {
             ExceptionKind::UnicodeEncodeError
         } else {

@@ -5,9 +5,9 @@ mod escape;
 mod handler;
 mod pages;
 
-use self::chinese::{Chinese, Wrong};
-use self::handler::{Handler, Trouble};
-use self::pages::Page;
+use self::chinese::{GbDecodeError, GbEncoding};
+use self::handler::{CodecError, ErrorHandler};
+use self::pages::CodePage;
 use std::rc::Rc;
 
 use super::string::text_argument;
@@ -32,8 +32,8 @@ enum Codec {
         big_endian: bool,
         mark: bool,
     },
-    Page(&'static Page),
-    Chinese(Chinese),
+    Page(&'static CodePage),
+    Chinese(GbEncoding),
     Escapes {
         raw: bool,
     },
@@ -127,12 +127,12 @@ impl Codec {
             "utf_32_le" | "utf_32le" | "utf32_le" | "utf32le" => wide(4, false, false),
             "utf_32_be" | "utf_32be" | "utf32_be" | "utf32be" => wide(4, true, false),
             "gb2312" | "chinese" | "csiso58gb231280" | "euc_cn" | "euccn" | "eucgb2312_cn"
-            | "gb2312_1980" | "gb2312_80" | "iso_ir_58" => Codec::Chinese(Chinese::Gb2312),
-            "gbk" | "936" | "cp936" | "ms936" => Codec::Chinese(Chinese::Gbk),
-            "gb18030" | "gb18030_2000" => Codec::Chinese(Chinese::Gb18030),
+            | "gb2312_1980" | "gb2312_80" | "iso_ir_58" => Codec::Chinese(GbEncoding::Gb2312),
+            "gbk" | "936" | "cp936" | "ms936" => Codec::Chinese(GbEncoding::Gbk),
+            "gb18030" | "gb18030_2000" => Codec::Chinese(GbEncoding::Gb18030),
             "unicode_escape" | "unicodeescape" => Codec::Escapes { raw: false },
             "raw_unicode_escape" | "rawunicodeescape" => Codec::Escapes { raw: true },
-            other => Codec::Page(Page::find(other)?),
+            other => Codec::Page(CodePage::find(other)?),
         })
     }
 
@@ -190,7 +190,7 @@ fn normal(name: &str) -> String {
 }
 
 /// How much of bytes has been decoded, and what is left for when more of them are there.
-pub struct Decoded {
+pub struct DecodeResult {
     /// The text.
     pub text: String,
     /// How many bytes it took.
@@ -222,12 +222,18 @@ impl Evaluator<'_> {
         encoding: &Value,
         errors: &Value,
         is_end: bool,
-    ) -> R<Decoded> {
+    ) -> R<DecodeResult> {
         let codec = self.codec(encoding, "decode")?;
         self.decode_some(data, codec, errors, is_end)
     }
 
-    fn decode_some(&self, data: &[u8], codec: Codec, errors: &Value, is_end: bool) -> R<Decoded> {
+    fn decode_some(
+        &self,
+        data: &[u8],
+        codec: Codec,
+        errors: &Value,
+        is_end: bool,
+    ) -> R<DecodeResult> {
         let errors = self.handler(errors, "decode")?;
         // What does not fit becomes up to four characters a byte.
         self.check_allocation(data.len().saturating_mul(4))?;
@@ -239,7 +245,7 @@ impl Evaluator<'_> {
             match step(codec, &data, at) {
                 Ok((text, length)) => {
                     match text {
-                        Step::Text(text) => match may_have_surrogates(text) {
+                        DecodeStep::Text(text) => match may_have_surrogates(text) {
                             // These stand for surrogates, which UTF-8 has not.
                             true => {
                                 let others = text.replace(is_surrogate, "\u{fffd}");
@@ -247,16 +253,16 @@ impl Evaluator<'_> {
                             }
                             false => self.push_text(&mut out, text)?,
                         },
-                        Step::Char(c) => {
+                        DecodeStep::Char(c) => {
                             self.grow(&mut out, 4)?;
                             out.push(c);
                         }
-                        Step::Nothing => {}
+                        DecodeStep::Nothing => {}
                     }
                     self.worked(EACH)?;
                     at += length;
                 }
-                Err(Fault {
+                Err(DecodeFault {
                     length,
                     reason,
                     is_cut,
@@ -266,7 +272,7 @@ impl Evaluator<'_> {
                     if is_cut && !is_end {
                         break;
                     }
-                    let trouble = Trouble {
+                    let trouble = CodecError {
                         codec: codec.name(),
                         start: at,
                         end,
@@ -291,7 +297,7 @@ impl Evaluator<'_> {
                 }
             }
         }
-        Ok(Decoded {
+        Ok(DecodeResult {
             text: out,
             length: at.min(data.len()),
         })
@@ -304,7 +310,7 @@ impl Evaluator<'_> {
         let errors = self.handler(errors, "encode")?;
         // Up to ten bytes stand for a character that does not fit.
         self.check_allocation(text.len().saturating_mul(match (codec, &errors) {
-            (Codec::Ascii | Codec::Latin1 | Codec::Page(_), Handler::Strict) => 1,
+            (Codec::Ascii | Codec::Latin1 | Codec::Page(_), ErrorHandler::Strict) => 1,
             (Codec::Utf8 { .. }, _) => 4,
             _ => 10,
         }))?;
@@ -354,7 +360,7 @@ impl Evaluator<'_> {
                 let mut scratch = Vec::new();
                 let run = rest.chars().take_while(|c| !codec.put(*c, &mut scratch));
                 let count = if codec.takes_runs() { run.count() } else { 1 };
-                let trouble = Trouble {
+                let trouble = CodecError {
                     codec: codec.name(),
                     start: at,
                     end: at + count,
@@ -449,7 +455,7 @@ fn after_mark(codec: Codec, data: &[u8]) -> (Codec, usize) {
 }
 
 /// What a step of decoding found.
-enum Step<'d> {
+enum DecodeStep<'d> {
     Text(&'d str),
     Char(char),
     /// Bytes that stand for nothing.
@@ -457,22 +463,22 @@ enum Step<'d> {
 }
 
 /// Bytes that do not decode: how many, why, and whether they are right as far as they go.
-struct Fault {
+struct DecodeFault {
     length: usize,
     reason: &'static str,
     is_cut: bool,
 }
 
-fn fault(length: usize, reason: &'static str) -> Fault {
-    Fault {
+fn fault(length: usize, reason: &'static str) -> DecodeFault {
+    DecodeFault {
         length,
         reason,
         is_cut: false,
     }
 }
 
-fn cut(length: usize, reason: &'static str) -> Fault {
-    Fault {
+fn cut(length: usize, reason: &'static str) -> DecodeFault {
+    DecodeFault {
         length,
         reason,
         is_cut: true,
@@ -480,15 +486,15 @@ fn cut(length: usize, reason: &'static str) -> Fault {
 }
 
 /// Decodes at `at`: text and its length in bytes.
-fn step(codec: Codec, data: &[u8], at: usize) -> Result<(Step<'_>, usize), Fault> {
+fn step(codec: Codec, data: &[u8], at: usize) -> Result<(DecodeStep<'_>, usize), DecodeFault> {
     let rest = &data[at..];
     match codec {
         Codec::Utf8 { .. } => match std::str::from_utf8(&rest[..rest.len().min(STRIDE)]) {
-            Ok(text) => Ok((Step::Text(text), text.len())),
+            Ok(text) => Ok((DecodeStep::Text(text), text.len())),
             Err(wrong) if wrong.valid_up_to() > 0 => {
                 let valid = wrong.valid_up_to();
                 let text = std::str::from_utf8(&rest[..valid]).unwrap_or("");
-                Ok((Step::Text(text), valid))
+                Ok((DecodeStep::Text(text), valid))
             }
             // A character that is cut by the end of the piece is not at its beginning.
             Err(wrong) => Err(match (wrong.error_len(), rest[0]) {
@@ -498,35 +504,39 @@ fn step(codec: Codec, data: &[u8], at: usize) -> Result<(Step<'_>, usize), Fault
             }),
         },
         Codec::Ascii if !rest[0].is_ascii() => Err(fault(1, "ordinal not in range(128)")),
-        Codec::Ascii | Codec::Latin1 => Ok((Step::Char(char::from(rest[0])), 1)),
+        Codec::Ascii | Codec::Latin1 => Ok((DecodeStep::Char(char::from(rest[0])), 1)),
         Codec::Wide {
             unit, big_endian, ..
         } => wide_step(rest, unit, big_endian),
         Codec::Page(page) => match page.decode(rest[0]) {
-            Some(c) => Ok((Step::Char(c), 1)),
+            Some(c) => Ok((DecodeStep::Char(c), 1)),
             None => Err(fault(1, "character maps to <undefined>")),
         },
-        Codec::Chinese(_) if rest[0].is_ascii() => Ok((Step::Char(char::from(rest[0])), 1)),
+        Codec::Chinese(_) if rest[0].is_ascii() => Ok((DecodeStep::Char(char::from(rest[0])), 1)),
         Codec::Chinese(chinese) => match chinese.decode(rest) {
-            Ok((c, length)) => Ok((Step::Char(c), length)),
-            Err(Wrong::Incomplete) => Err(cut(rest.len(), "incomplete multibyte sequence")),
-            Err(Wrong::Illegal) => Err(fault(1, "illegal multibyte sequence")),
+            Ok((c, length)) => Ok((DecodeStep::Char(c), length)),
+            Err(GbDecodeError::Incomplete) => Err(cut(rest.len(), "incomplete multibyte sequence")),
+            Err(GbDecodeError::Illegal) => Err(fault(1, "illegal multibyte sequence")),
         },
         Codec::Escapes { raw } => match escape::decode(rest, raw) {
             Ok((Some('\\'), 1)) if raw && rest.len() > 1 && rest[0] == b'\\' => {
                 // A pair of them is no escape's beginning.
                 let length = if rest[1] == b'\\' { 2 } else { 1 };
-                Ok((Step::Text(&"\\\\"[..length]), length))
+                Ok((DecodeStep::Text(&"\\\\"[..length]), length))
             }
-            Ok((Some(c), length)) => Ok((Step::Char(c), length)),
-            Ok((None, length)) => Ok((Step::Nothing, length)),
+            Ok((Some(c), length)) => Ok((DecodeStep::Char(c), length)),
+            Ok((None, length)) => Ok((DecodeStep::Nothing, length)),
             Err((length, reason)) if length >= rest.len() => Err(cut(length, reason)),
             Err((length, reason)) => Err(fault(length, reason)),
         },
     }
 }
 
-fn wide_step(rest: &[u8], unit: usize, big_endian: bool) -> Result<(Step<'static>, usize), Fault> {
+fn wide_step(
+    rest: &[u8],
+    unit: usize,
+    big_endian: bool,
+) -> Result<(DecodeStep<'static>, usize), DecodeFault> {
     let number = |bytes: &[u8]| -> u32 {
         let shift = |value: u32, byte: &u8| value << 8 | u32::from(*byte);
         if big_endian {
@@ -546,10 +556,10 @@ fn wide_step(rest: &[u8], unit: usize, big_endian: bool) -> Result<(Step<'static
             return Err(fault(2, "illegal UTF-16 surrogate"));
         }
         let code = 0x1_0000 + ((first - 0xd800) << 10) + (second - 0xdc00);
-        return Ok((Step::Char(whole(code)), 4));
+        return Ok((DecodeStep::Char(whole(code)), 4));
     }
     match char::from_u32(first) {
-        Some(_) => Ok((Step::Char(whole(first)), unit)),
+        Some(_) => Ok((DecodeStep::Char(whole(first)), unit)),
         None if unit == 2 => Err(fault(2, "illegal encoding")),
         None if first < 0x11_0000 => Err(fault(
             4,

@@ -2,7 +2,7 @@
 //! mappings; a replacement character marks a byte that stands for nothing.
 
 /// An encoding of one byte a character whose lower half is ASCII.
-pub struct Page {
+pub struct CodePage {
     /// What CPython calls it.
     pub name: &'static str,
     /// All its names, with `_` between their parts.
@@ -11,9 +11,9 @@ pub struct Page {
     upper: [char; 128],
 }
 
-impl Page {
+impl CodePage {
     /// The encoding of this name, which has `_` between its parts.
-    pub fn find(name: &str) -> Option<&'static Page> {
+    pub fn find(name: &str) -> Option<&'static CodePage> {
         PAGES.iter().find(|page| page.aliases.contains(&name))
     }
 
@@ -36,8 +36,8 @@ impl Page {
     }
 }
 
-const PAGES: &[Page] = &[
-    Page {
+const PAGES: &[CodePage] = &[
+    CodePage {
         name: "cp1250",
         aliases: &["1250", "cp1250", "windows_1250"],
         upper: [
@@ -62,7 +62,7 @@ const PAGES: &[Page] = &[
             '\u{0163}', '\u{02d9}',
         ],
     },
-    Page {
+    CodePage {
         name: "cp1251",
         aliases: &["1251", "cp1251", "windows_1251"],
         upper: [
@@ -87,7 +87,7 @@ const PAGES: &[Page] = &[
             '\u{044e}', '\u{044f}',
         ],
     },
-    Page {
+    CodePage {
         name: "cp1252",
         aliases: &["1252", "cp1252", "windows_1252"],
         upper: [
@@ -112,7 +112,7 @@ const PAGES: &[Page] = &[
             '\u{00fe}', '\u{00ff}',
         ],
     },
-    Page {
+    CodePage {
         name: "cp437",
         aliases: &["437", "cp437", "cspc8codepage437", "ibm437"],
         upper: [
@@ -137,7 +137,7 @@ const PAGES: &[Page] = &[
             '\u{25a0}', '\u{00a0}',
         ],
     },
-    Page {
+    CodePage {
         name: "cp850",
         aliases: &["850", "cp850", "cspc850multilingual", "ibm850"],
         upper: [
@@ -162,7 +162,7 @@ const PAGES: &[Page] = &[
             '\u{25a0}', '\u{00a0}',
         ],
     },
-    Page {
+    CodePage {
         name: "iso8859-2",
         aliases: &[
             "csisolatin2",
@@ -195,7 +195,7 @@ const PAGES: &[Page] = &[
             '\u{0163}', '\u{02d9}',
         ],
     },
-    Page {
+    CodePage {
         name: "iso8859-5",
         aliases: &[
             "csisolatincyrillic",
@@ -227,7 +227,7 @@ const PAGES: &[Page] = &[
             '\u{045e}', '\u{045f}',
         ],
     },
-    Page {
+    CodePage {
         name: "iso8859-9",
         aliases: &[
             "csisolatin5",
@@ -260,7 +260,7 @@ const PAGES: &[Page] = &[
             '\u{015f}', '\u{00ff}',
         ],
     },
-    Page {
+    CodePage {
         name: "iso8859-15",
         aliases: &["iso8859_15", "iso_8859_15", "l9", "latin9"],
         upper: [
@@ -285,7 +285,7 @@ const PAGES: &[Page] = &[
             '\u{00fe}', '\u{00ff}',
         ],
     },
-    Page {
+    CodePage {
         name: "koi8-r",
         aliases: &["cskoi8r", "koi8_r"],
         upper: [

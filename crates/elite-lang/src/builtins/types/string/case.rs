@@ -69,12 +69,12 @@ pub(super) fn titled(ev: &Evaluator<'_>, text: &str) -> R<String> {
 
 /// What has been seen of a text that may be one in title case.
 #[derive(Default)]
-pub struct Title {
+pub struct TitleCaseCheck {
     inside: bool,
     any: bool,
 }
 
-impl Title {
+impl TitleCaseCheck {
     /// Whether it still may be one with these characters.
     pub fn goes_on(&mut self, mut chars: impl Iterator<Item = char>) -> bool {
         chars.all(|c| {

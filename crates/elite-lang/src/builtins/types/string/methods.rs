@@ -2,10 +2,12 @@
 
 use crate::eval::Evaluator;
 use crate::value::R;
-use crate::value::function::Wrapped;
+use crate::value::function::WrappedFunction;
 use std::rc::Rc;
 
-use super::case::{Title, all, capitalize, cased, is_space, lowered, mapped, swapped, titled};
+use super::case::{
+    TitleCaseCheck, all, capitalize, cased, is_space, lowered, mapped, swapped, titled,
+};
 use super::join::join;
 use super::layout::{expandtabs, pad, zfill};
 use super::parts::{partition, split, splitlines, strip};
@@ -13,13 +15,13 @@ use super::receiver;
 use super::search::{affix, begins, count, ends, find, named_text, replace};
 use super::table::{maketrans, translate};
 use crate::builtins::types::{methods, raw_method};
-use crate::eval::Core;
+use crate::eval::InterpreterState;
 use crate::eval::bulk::{EACH, pieces};
 use crate::lexer::names;
 use crate::ops::unicode;
 use crate::value::{Bytes, Value};
 
-pub(super) fn install(core: &Rc<Core>) {
+pub(super) fn install(core: &Rc<InterpreterState>) {
     let class = &core.types.str;
     methods(
         core,
@@ -137,7 +139,7 @@ pub(super) fn install(core: &Rc<Core>) {
             }),
             ("istitle", "", |ev, args| {
                 let text = receiver(ev, &args[0])?;
-                let mut title = Title::default();
+                let mut title = TitleCaseCheck::default();
                 for piece in pieces(text.as_str()) {
                     if !title.goes_on(piece.chars()) {
                         return Ok(Value::Bool(false));
@@ -180,7 +182,7 @@ pub(super) fn install(core: &Rc<Core>) {
     let maketrans = crate::builtins::Builtin::bound(core, "maketrans", "x y? z? /", maketrans);
     class.set(
         core.symbols.intern("maketrans"),
-        Value::StaticMethod(Wrapped::around(maketrans)),
+        Value::StaticMethod(WrappedFunction::around(maketrans)),
     );
 }
 

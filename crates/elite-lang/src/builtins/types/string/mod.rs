@@ -8,15 +8,15 @@ mod parts;
 mod search;
 mod table;
 
-pub use case::Title;
+pub use case::TitleCaseCheck;
 
 use std::rc::Rc;
 
 use super::{constructor, wrong_receiver};
-use crate::eval::{Core, Evaluator};
+use crate::eval::{Evaluator, InterpreterState};
 use crate::value::{R, Str, Value};
 
-pub(super) fn install(core: &Rc<Core>) {
+pub(super) fn install(core: &Rc<InterpreterState>) {
     constructor(
         core,
         &core.types.str,

@@ -7,7 +7,7 @@ use super::case::is_space;
 use super::{receiver, text_argument};
 use crate::eval::Evaluator;
 use crate::eval::bulk::{EACH, STRIDE, many, pieces};
-use crate::value::{R, Str, Value, Values};
+use crate::value::{R, Str, Value, ValueVec};
 
 pub(super) fn strip(ev: &Evaluator<'_>, args: &[Value], left: bool, right: bool) -> R {
     let text = receiver(ev, &args[0])?;
@@ -83,7 +83,7 @@ pub(super) fn split(ev: &Evaluator<'_>, args: &[Value], from_right: bool) -> R {
             ev.type_error(format!("must be str or None, not {name}"))
         })?),
     };
-    let mut parts = Parts::new(ev, &text);
+    let mut parts = TextSplitter::new(ev, &text);
     match separator {
         None => parts.between_spaces(most, from_right)?,
         Some(separator) if separator.is_empty() => return Err(ev.value_error("empty separator")),
@@ -96,16 +96,16 @@ pub(super) fn split(ev: &Evaluator<'_>, args: &[Value], from_right: bool) -> R {
 }
 
 /// The parts of a text, as they are found.
-struct Parts<'p, 'y> {
+struct TextSplitter<'p, 'y> {
     ev: &'p Evaluator<'y>,
     whole: &'p Str,
-    list: Values,
+    list: ValueVec,
 }
 
-impl<'p, 'y> Parts<'p, 'y> {
+impl<'p, 'y> TextSplitter<'p, 'y> {
     fn new(ev: &'p Evaluator<'y>, whole: &'p Str) -> Self {
-        let list = Values::default();
-        Parts { ev, whole, list }
+        let list = ValueVec::default();
+        TextSplitter { ev, whole, list }
     }
 
     fn push(&mut self, part: &str) -> R<()> {
@@ -176,7 +176,7 @@ pub(super) fn splitlines(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             '\n' | '\r' | '\x0b' | '\x0c' | '\x1c'..='\x1e' | '\u{85}' | '\u{2028}' | '\u{2029}'
         )
     };
-    let mut lines = Parts::new(ev, &whole);
+    let mut lines = TextSplitter::new(ev, &whole);
     let mut rest = text;
     while !rest.is_empty() {
         let line = ev.leading(rest, |c| !is_end(c))?;

@@ -3,7 +3,7 @@
 use std::rc::Rc;
 
 use super::{receiver, text_argument};
-use crate::builtins::types::bounds::Bounds;
+use crate::builtins::types::bounds::SearchBounds;
 use crate::eval::Evaluator;
 use crate::eval::bulk::EACH;
 use crate::ops::search::Occurrences;
@@ -90,7 +90,11 @@ pub(super) fn replace(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
 }
 
 /// The part of a string between bounds, and the index it starts at; None if they cross.
-fn within<'t>(ev: &Evaluator<'_>, text: &'t Str, bounds: &Bounds) -> R<Option<(usize, &'t str)>> {
+fn within<'t>(
+    ev: &Evaluator<'_>,
+    text: &'t Str,
+    bounds: &SearchBounds,
+) -> R<Option<(usize, &'t str)>> {
     ev.mark(text)?;
     let places = bounds.within(text.len());
     Ok(places.map(|(from, to)| (from, text.slice(from, to))))
@@ -99,7 +103,7 @@ fn within<'t>(ev: &Evaluator<'_>, text: &'t Str, bounds: &Bounds) -> R<Option<(u
 pub(super) fn find(ev: &Evaluator<'_>, args: &[Value], from_right: bool, required: bool) -> R {
     let (text, bounds) = (
         receiver(ev, &args[0])?,
-        Bounds::read(ev, &args[2], &args[3])?,
+        SearchBounds::read(ev, &args[2], &args[3])?,
     );
     let part = text_argument(ev, &args[1])?;
     let found = match within(ev, &text, &bounds)? {
@@ -123,7 +127,7 @@ pub(super) fn find(ev: &Evaluator<'_>, args: &[Value], from_right: bool, require
 pub(super) fn count(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let (text, bounds) = (
         receiver(ev, &args[0])?,
-        Bounds::read(ev, &args[2], &args[3])?,
+        SearchBounds::read(ev, &args[2], &args[3])?,
     );
     let part = text_argument(ev, &args[1])?;
     let count = match within(ev, &text, &bounds)? {
@@ -136,9 +140,9 @@ pub(super) fn count(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     Ok(Value::Int(count as i64))
 }
 
-type Affix = for<'y> fn(&Evaluator<'y>, &str, &str) -> R<bool>;
+type AffixTestFn = for<'y> fn(&Evaluator<'y>, &str, &str) -> R<bool>;
 
-pub(super) fn affix(ev: &Evaluator<'_>, args: &[Value], method: &str, test: Affix) -> R {
+pub(super) fn affix(ev: &Evaluator<'_>, args: &[Value], method: &str, test: AffixTestFn) -> R {
     if let [
         Value::Str(text),
         Value::Str(part),
@@ -149,7 +153,7 @@ pub(super) fn affix(ev: &Evaluator<'_>, args: &[Value], method: &str, test: Affi
         return test(ev, text.as_str(), part.as_str()).map(Value::Bool);
     }
     let text = receiver(ev, &args[0])?;
-    let bounds = Bounds::read(ev, &args[2], &args[3])?;
+    let bounds = SearchBounds::read(ev, &args[2], &args[3])?;
     let slice = within(ev, &text, &bounds)?.map(|(_, slice)| slice);
     let parts = ev.plain(&args[1]);
     let is_several = matches!(parts, Value::Tuple(_));

@@ -1,11 +1,11 @@
 use super::*;
 
-fn outgoing(text: &str, settings: &[&str]) -> Result<Outgoing, SendError> {
+fn outgoing(text: &str, settings: &[&str]) -> Result<OutgoingProgram, WrapError> {
     let file = SourceFile::new("task.script", text);
     let program = compile(file, &elite_runtime::builtins::known_names()).expect("it compiles");
     let settings: Result<Vec<Preset>, PresetError> =
         settings.iter().map(|given| Preset::parse(given)).collect();
-    Outgoing::new(&program, &settings?)
+    OutgoingProgram::new(&program, &settings?)
 }
 
 #[test]
@@ -81,7 +81,7 @@ fn settings_stand_before_the_program() {
         assert!(error.to_string().starts_with("--set "), "{error}");
     }
     let helper = outgoing("sec helper():\n  pass\nend\n", &["a=1"]);
-    assert!(matches!(helper, Err(SendError::SecondarySet)));
+    assert!(matches!(helper, Err(WrapError::SecondarySet)));
 }
 
 #[test]

@@ -25,7 +25,7 @@ struct Robot {
     control: ControlMode,
     loaded: Option<String>,
     configuration: Option<String>,
-    orders: Vec<Order>,
+    orders: Vec<DashboardOrder>,
 }
 
 /// Lines for the log wait for a permit of this, if it is there.
@@ -50,7 +50,7 @@ impl Default for Fake {
     }
 }
 
-impl Dashboard for Fake {
+impl DashboardBackend for Fake {
     fn state(&self) -> RobotState {
         self.robot.lock().unwrap().state
     }
@@ -69,20 +69,20 @@ impl Dashboard for Fake {
     fn loaded_configuration(&self) -> Option<String> {
         self.robot.lock().unwrap().configuration.clone()
     }
-    async fn order(&self, order: Order) {
-        if let (Order::Log(_), Some(gate)) = (&order, &self.gate) {
+    async fn order(&self, order: DashboardOrder) {
+        if let (DashboardOrder::Log(_), Some(gate)) = (&order, &self.gate) {
             gate.acquire().await.unwrap().forget();
         }
         let mut robot = self.robot.lock().unwrap();
         match &order {
-            Order::PowerOn => robot.state.robot_mode = RobotMode::Idle,
-            Order::PowerOff => robot.state.robot_mode = RobotMode::PowerOff,
-            Order::ReleaseBrakes => robot.state.robot_mode = RobotMode::Running,
-            Order::RestartSafetyBoard => robot.state.safety_mode = SafetyMode::Normal,
-            Order::SetSpeed(fraction) => robot.state.target_speed_fraction = *fraction,
-            Order::Control(mode) => robot.control = *mode,
-            Order::Pause => robot.task = TaskStatus::Paused,
-            Order::Stop => robot.task = TaskStatus::Stopped,
+            DashboardOrder::PowerOn => robot.state.robot_mode = RobotMode::Idle,
+            DashboardOrder::PowerOff => robot.state.robot_mode = RobotMode::PowerOff,
+            DashboardOrder::ReleaseBrakes => robot.state.robot_mode = RobotMode::Running,
+            DashboardOrder::RestartSafetyBoard => robot.state.safety_mode = SafetyMode::Normal,
+            DashboardOrder::SetSpeed(fraction) => robot.state.target_speed_fraction = *fraction,
+            DashboardOrder::Control(mode) => robot.control = *mode,
+            DashboardOrder::Pause => robot.task = TaskStatus::Paused,
+            DashboardOrder::Stop => robot.task = TaskStatus::Stopped,
             _ => {}
         }
         robot.orders.push(order);
@@ -247,8 +247,8 @@ async fn the_getters_answer_what_the_sdk_matches() {
     ])
     .await;
     let orders = rig.robot.robot.lock().unwrap().orders.clone();
-    assert!(orders.contains(&Order::Log("a\nb".to_owned())));
-    assert!(orders.contains(&Order::ShowPopup("hello".to_owned())));
+    assert!(orders.contains(&DashboardOrder::Log("a\nb".to_owned())));
+    assert!(orders.contains(&DashboardOrder::ShowPopup("hello".to_owned())));
 }
 
 #[tokio::test]
@@ -322,7 +322,7 @@ async fn behind_a_slow_line(
     (rig, gate)
 }
 
-fn orders(rig: &Rig) -> Vec<Order> {
+fn orders(rig: &Rig) -> Vec<DashboardOrder> {
     rig.robot.robot.lock().unwrap().orders.clone()
 }
 
@@ -342,7 +342,10 @@ impl Rig {
 async fn lines_of_one_write_are_begun_together_and_answered_in_order() {
     let lines = "robotControl -on\nspeed -v 50\nrobotMode\n";
     let (mut rig, gate) = behind_a_slow_line(TaskStatus::Stopped, lines).await;
-    assert_eq!(orders(&rig), [Order::PowerOn, Order::SetSpeed(0.5)]);
+    assert_eq!(
+        orders(&rig),
+        [DashboardOrder::PowerOn, DashboardOrder::SetSpeed(0.5)]
+    );
     gate.add_permits(1);
     assert_eq!(
         rig.replies(4).await,
@@ -374,7 +377,7 @@ async fn a_stop_behind_slow_lines_acts_at_once_and_is_answered_in_its_turn() {
     let lines = "log -a b\nplay\nspeed\nstop\necho\n";
     let (mut rig, gate) = behind_a_slow_line(TaskStatus::Running, lines).await;
     // At once, and once more behind the `play` before it.
-    assert_eq!(orders(&rig), [Order::Stop, Order::Stop]);
+    assert_eq!(orders(&rig), [DashboardOrder::Stop, DashboardOrder::Stop]);
     assert_eq!(rig.robot.task_status(), TaskStatus::Stopped);
     gate.add_permits(2);
     let said = rig.replies(6).await;
@@ -386,7 +389,7 @@ async fn a_stop_behind_slow_lines_acts_at_once_and_is_answered_in_its_turn() {
 async fn a_play_that_has_not_begun_does_not_begin_when_a_stop_is_behind_it() {
     let lines = format!("{}play\nstop\n", "echo\n".repeat(BEGUN_MAX));
     let (mut rig, gate) = behind_a_slow_line(TaskStatus::Running, &lines).await;
-    assert_eq!(orders(&rig), [Order::Stop]);
+    assert_eq!(orders(&rig), [DashboardOrder::Stop]);
     gate.add_permits(1);
     let said = rig.replies(BEGUN_MAX + 3).await;
     let [.., play, stop] = &said[..] else {
@@ -399,7 +402,7 @@ async fn a_play_that_has_not_begun_does_not_begin_when_a_stop_is_behind_it() {
 #[tokio::test]
 async fn a_pause_behind_slow_lines_acts_at_once_on_what_runs() {
     let (mut rig, gate) = behind_a_slow_line(TaskStatus::Running, "pause\nplay\n").await;
-    assert_eq!(orders(&rig), [Order::Pause, Order::Pause]);
+    assert_eq!(orders(&rig), [DashboardOrder::Pause, DashboardOrder::Pause]);
     gate.add_permits(1);
     let said = rig.replies(3).await;
     assert_eq!(said[1..], ["Pausing task", "Starting task"]);
@@ -428,7 +431,7 @@ async fn a_stop_acts_behind_more_lines_than_there_is_room_for() {
     let (mut rig, gate) = behind_a_slow_line(TaskStatus::Running, "").await;
     rig.client.write_all(lines.as_bytes()).await.unwrap();
     rig.client.write_all(b"stop\nstop\n").await.unwrap();
-    while !orders(&rig).contains(&Order::Stop) {
+    while !orders(&rig).contains(&DashboardOrder::Stop) {
         tokio::task::yield_now().await;
     }
     gate.add_permits(1);
@@ -447,7 +450,7 @@ async fn a_stop_acts_while_the_client_reads_no_replies() {
     while orders(&rig).is_empty() {
         tokio::task::yield_now().await;
     }
-    assert_eq!(orders(&rig), [Order::Stop]);
+    assert_eq!(orders(&rig), [DashboardOrder::Stop]);
 }
 
 #[tokio::test]
@@ -468,7 +471,10 @@ async fn shutdown_ends_the_connection() {
     rig.talk(&[("shutdown", "Shutting down"), ("", "")][..1])
         .await;
     assert_eq!(rig.read().await, "");
-    assert_eq!(rig.robot.robot.lock().unwrap().orders, [Order::Shutdown]);
+    assert_eq!(
+        rig.robot.robot.lock().unwrap().orders,
+        [DashboardOrder::Shutdown]
+    );
 }
 
 proptest! {

@@ -6,8 +6,8 @@
 use std::io;
 use std::time::Duration;
 
-use editor::dap::stream::Out;
-use editor::dap::{AttachedSession, Inlet};
+use editor::dap::stream::MessageSink;
+use editor::dap::{AttachedSession, SessionSender};
 use futures_util::{SinkExt as _, StreamExt as _};
 use hyper::upgrade::OnUpgrade;
 use hyper_util::rt::TokioIo;
@@ -20,7 +20,7 @@ use tokio_tungstenite::tungstenite::Message;
 use tokio_tungstenite::tungstenite::protocol::{Role, WebSocketConfig};
 use tokio_util::sync::CancellationToken;
 
-use super::{Cockpit, Page};
+use super::{Page, PageBackend};
 
 /// Where the channel is.
 pub const DEBUG_PATH: &str = "/api/v1/debug";
@@ -33,7 +33,11 @@ const WAITING_MAX: usize = 256;
 const SHOWN_EVERY: Duration = Duration::from_millis(100);
 
 /// Serves one client until it leaves or the server ends.
-pub async fn attend<C: Cockpit>(page: &Page<C>, upgrade: OnUpgrade, shutdown: &CancellationToken) {
+pub async fn attend<C: PageBackend>(
+    page: &Page<C>,
+    upgrade: OnUpgrade,
+    shutdown: &CancellationToken,
+) {
     let Some(hub) = page.cockpit.debuggers().cloned() else {
         return;
     };
@@ -105,7 +109,7 @@ pub async fn attend<C: Cockpit>(page: &Page<C>, upgrade: OnUpgrade, shutdown: &C
 /// False when the client has left, or says more than is taken.
 fn pass_on(
     said: Option<Result<Message, tokio_tungstenite::tungstenite::Error>>,
-    inlet: &Inlet,
+    inlet: &SessionSender,
 ) -> bool {
     match said {
         Some(Ok(Message::Text(text))) => inlet.message(&text),
@@ -124,7 +128,7 @@ fn token_of(text: &str) -> Option<String> {
 /// Messages as texts, to the task that writes them.
 struct Texts(mpsc::Sender<String>);
 
-impl Out for Texts {
+impl MessageSink for Texts {
     fn message(&mut self, message: &Value) -> io::Result<()> {
         let sent = self.0.blocking_send(message.to_string());
         sent.map_err(|_| io::ErrorKind::BrokenPipe.into())
@@ -132,7 +136,7 @@ impl Out for Texts {
 }
 
 /// Tells pages who debugs, where the program is held, and the breakpoints, as they change.
-pub async fn tell<C: Cockpit>(page: &Page<C>, shutdown: &CancellationToken) {
+pub async fn tell<C: PageBackend>(page: &Page<C>, shutdown: &CancellationToken) {
     let Some(hub) = page.cockpit.debuggers() else {
         return;
     };

@@ -16,8 +16,8 @@ use hyper::body::Incoming;
 use hyper::upgrade::{OnUpgrade, Upgraded};
 use hyper_util::rt::TokioIo;
 use motion_api::{CommandId, Outcome};
-use pendant::jog::Held;
-use pendant::{Jogging, Order, PageId};
+use pendant::jog::HoldToRun;
+use pendant::{HoldToRunState, PageId, PageOrder};
 use serde_json::{Value, json};
 use tokio::sync::broadcast::error::RecvError;
 use tokio::sync::mpsc;
@@ -26,11 +26,11 @@ use tokio_tungstenite::tungstenite::protocol::{Role, WebSocketConfig};
 use tokio_tungstenite::tungstenite::{Error, Message};
 use tokio_util::sync::CancellationToken;
 
-use super::{Cockpit, Page};
-use crate::ports::callers::is_same_server;
+use super::{Page, PageBackend};
+use crate::ports::allowed_hosts::is_same_server;
 use crate::ports::description::TaskStatus;
+use crate::ports::escape::EscapedLine;
 use crate::ports::http::refuse;
-use crate::ports::shown::Shown;
 use crate::ports::websocket::Upgrade;
 
 /// Where the live view is.
@@ -45,14 +45,14 @@ const ORDERS_MAX: usize = 16;
 /// Time between two looks at what is held.
 const LOOK: std::time::Duration = std::time::Duration::from_millis(20);
 
-type Socket = WebSocketStream<TokioIo<Upgraded>>;
+type PageStream = WebSocketStream<TokioIo<Upgraded>>;
 
 /// Answers the request for the live view: pages of this very server and programs may look.
 pub fn shake_hands(request: Request<Incoming>, upgrade: &Upgrade) -> Response {
     if let Some(origin) = foreign_origin(request.headers()) {
         let text = format!(
             "the request comes from a page of {}; only pages of this server may look",
-            Shown(&origin)
+            EscapedLine(&origin)
         );
         return refuse(StatusCode::FORBIDDEN, &text);
     }
@@ -73,7 +73,11 @@ fn foreign_origin(headers: &HeaderMap) -> Option<String> {
 }
 
 /// Serves one page until it leaves or the server ends.
-pub async fn attend<C: Cockpit>(page: &Page<C>, upgrade: OnUpgrade, shutdown: &CancellationToken) {
+pub async fn attend<C: PageBackend>(
+    page: &Page<C>,
+    upgrade: OnUpgrade,
+    shutdown: &CancellationToken,
+) {
     let stream = match upgrade.await {
         Ok(stream) => stream,
         Err(error) => {
@@ -86,18 +90,18 @@ pub async fn attend<C: Cockpit>(page: &Page<C>, upgrade: OnUpgrade, shutdown: &C
         .max_frame_size(Some(MESSAGE_BYTES_MAX))
         .read_buffer_size(16 * 1024)
         .write_buffer_size(0);
-    let socket: Socket =
+    let socket: PageStream =
         WebSocketStream::from_raw_socket(TokioIo::new(stream), Role::Server, Some(config)).await;
     let (sink, source) = socket.split();
     let (answers, waiting) = mpsc::channel(ANSWERS_MAX);
     let id = page.desk().enter();
     let presence = page.stage.enter();
-    let mut session = Session {
+    let mut session = PageSession {
         page,
         id,
         answers,
         is_trusted: false,
-        jogging: Jogging::default(),
+        jogging: HoldToRunState::default(),
         answer_to: None,
     };
     session.greet();
@@ -114,9 +118,9 @@ pub async fn attend<C: Cockpit>(page: &Page<C>, upgrade: OnUpgrade, shutdown: &C
 }
 
 /// Sends what the page is shown: answers first, then events, then the latest frame.
-async fn write<C: Cockpit>(
+async fn write<C: PageBackend>(
     page: &Page<C>,
-    mut sink: SplitSink<Socket, Message>,
+    mut sink: SplitSink<PageStream, Message>,
     mut answers: mpsc::Receiver<Arc<str>>,
 ) -> Result<(), Error> {
     let mut events = page.stage.events();
@@ -152,18 +156,18 @@ async fn write<C: Cockpit>(
 }
 
 /// What a page may do and what it holds.
-struct Session<'p, C> {
+struct PageSession<'p, C> {
     page: &'p Page<C>,
     id: PageId,
     answers: mpsc::Sender<Arc<str>>,
     /// It has shown the token.
     is_trusted: bool,
-    jogging: Jogging,
+    jogging: HoldToRunState,
     /// The order whose answer comes when what is held has ended.
     answer_to: Option<u64>,
 }
 
-impl<C: Cockpit> Session<'_, C> {
+impl<C: PageBackend> PageSession<'_, C> {
     fn greet(&self) {
         let cockpit = &self.page.cockpit;
         let holder = self.page.desk().holder();
@@ -192,7 +196,7 @@ impl<C: Cockpit> Session<'_, C> {
     }
 
     /// Does what the page says until it leaves.
-    async fn listen(&mut self, mut source: SplitStream<Socket>) -> Result<(), Error> {
+    async fn listen(&mut self, mut source: SplitStream<PageStream>) -> Result<(), Error> {
         let mut orders: FuturesUnordered<BoxFuture<'_, (u64, Result<Value, String>)>> =
             FuturesUnordered::new();
         let mut looks = tokio::time::interval(LOOK);
@@ -236,8 +240,8 @@ impl<C: Cockpit> Session<'_, C> {
     }
 
     /// What a message asks for; an order that is not held is given back to be carried out.
-    fn take(&mut self, text: &[u8]) -> Option<(u64, Order)> {
-        let request = match pendant::Request::read(text) {
+    fn take(&mut self, text: &[u8]) -> Option<(u64, PageOrder)> {
+        let request = match pendant::PageRequest::read(text) {
             Ok(request) => request,
             Err(error) => {
                 // The number, if it can be found, so that the page knows which order it was.
@@ -251,7 +255,7 @@ impl<C: Cockpit> Session<'_, C> {
         if let Some(token) = &request.token {
             self.is_trusted = self.page.token.is(token);
             if !self.is_trusted {
-                self.answer(id, Err(pendant::DeskError::Token.to_string()));
+                self.answer(id, Err(pendant::ControlError::Token.to_string()));
                 return None;
             }
         }
@@ -273,18 +277,20 @@ impl<C: Cockpit> Session<'_, C> {
             return None;
         }
         match order {
-            Order::Jog { axis, frame, speed } => self.hold(id, Held::Jog { axis, frame, speed }),
-            Order::MoveTo { joints, speed } => match self.page.cockpit.may_stand(joints) {
-                Ok(joints) => self.hold(id, Held::MoveTo { joints, speed }),
+            PageOrder::Jog { axis, frame, speed } => {
+                self.hold(id, HoldToRun::Jog { axis, frame, speed })
+            }
+            PageOrder::MoveTo { joints, speed } => match self.page.cockpit.may_stand(joints) {
+                Ok(joints) => self.hold(id, HoldToRun::MoveTo { joints, speed }),
                 Err(reason) => self.answer(id, Err(reason)),
             },
-            Order::Freedrive => self.hold(id, Held::Freedrive),
-            Order::Release => {
+            PageOrder::Freedrive => self.hold(id, HoldToRun::Freedrive),
+            PageOrder::Release => {
                 self.release(Ok(json!("released")));
                 self.answer(id, Ok(Value::Null));
             }
             order => {
-                if order == Order::Stop {
+                if order == PageOrder::Stop {
                     self.release(Ok(json!("stopped")));
                 }
                 return Some((id, order));
@@ -293,12 +299,12 @@ impl<C: Cockpit> Session<'_, C> {
         None
     }
 
-    fn check(&self, order: &Order) -> Result<(), String> {
+    fn check(&self, order: &PageOrder) -> Result<(), String> {
         if let Some(reason) = self.page.cockpit.read_only() {
             return Err(reason);
         }
         if !self.is_trusted {
-            return Err(pendant::DeskError::Token.to_string());
+            return Err(pendant::ControlError::Token.to_string());
         }
         if order.needs_control() {
             self.page
@@ -314,7 +320,7 @@ impl<C: Cockpit> Session<'_, C> {
             return Err(reason);
         }
         if !self.is_trusted {
-            return Err(pendant::DeskError::Token.to_string());
+            return Err(pendant::ControlError::Token.to_string());
         }
         if takes {
             let before = self.page.desk().take(self.id);
@@ -330,7 +336,7 @@ impl<C: Cockpit> Session<'_, C> {
     }
 
     /// Something is held from now on, instead of what was.
-    fn hold(&mut self, id: u64, held: Held) {
+    fn hold(&mut self, id: u64, held: HoldToRun) {
         self.release(Ok(json!("released")));
         let cockpit = &self.page.cockpit;
         if cockpit.task_status() != TaskStatus::Stopped {

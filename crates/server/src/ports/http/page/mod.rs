@@ -1,14 +1,14 @@
 //! The pendant page on the http port: its files, `/api/v1`, and the live view.
 //!
 //! Owns the routes and who may use them; what an order is and what a frame looks like is in the crate `pendant`, what the
-//! controller answers comes from [`Cockpit`]. The live connections are in `live`, what they are shown comes from `stage`.
+//! controller answers comes from [`PageBackend`]. The live connections are in `live`, what they are shown comes from `page_broadcast`.
 
 mod debug;
 mod files;
 mod live;
+mod page_broadcast;
 mod routes;
 mod search;
-mod stage;
 
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -20,17 +20,19 @@ use futures_util::FutureExt as _;
 use futures_util::future::BoxFuture;
 use hyper::upgrade::OnUpgrade;
 use motion_api::{CommandId, CommandKind, Outcome};
-use pendant::{Desk, History, Order, Token};
+use pendant::{ControlLock, History, PageOrder, Token};
 use recorder::Recording;
 use serde_json::Value;
 use tokio::sync::broadcast;
 use tokio_util::sync::CancellationToken;
 
-use super::Source;
+use super::HttpBackend;
 pub use debug::DEBUG_PATH;
 pub use live::{LIVE_PATH, shake_hands};
+pub use page_broadcast::{
+    ALARM_LEVEL, MODE_LEVEL, ModeTracker, PageBroadcast, line_event, registers_text,
+};
 pub use routes::router;
-pub use stage::{ALARM_LEVEL, MODE_LEVEL, Modes, Stage, line_event, registers_text};
 
 /// Texts of pages that wait in the compile pool or are read.
 const TEXTS_MAX: usize = 4;
@@ -47,11 +49,11 @@ pub struct ShownProgram {
 }
 
 /// What the page asks of a controller, beside what every http client may.
-pub trait Cockpit: Source {
+pub trait PageBackend: HttpBackend {
     /// Why nothing can be ordered, if so.
     fn read_only(&self) -> Option<String>;
     /// Where debuggers attach, if they may.
-    fn debuggers(&self) -> Option<&Arc<editor::dap::Hub>> {
+    fn debuggers(&self) -> Option<&Arc<editor::dap::DebugHub>> {
         None
     }
     /// What the page draws.
@@ -72,7 +74,7 @@ pub trait Cockpit: Source {
         Option<broadcast::Receiver<Message>>,
     );
     /// Carries an order out that is not held; what it answers.
-    fn order(&self, order: Order) -> impl Future<Output = Result<Value, String>> + Send;
+    fn order(&self, order: PageOrder) -> impl Future<Output = Result<Value, String>> + Send;
     /// Gives the arm a command that is held.
     ///
     /// # Errors
@@ -115,8 +117,8 @@ pub struct Page<C> {
     token: Token,
     /// Whoever asks gets the token: only with a port that only this machine reaches.
     is_given: bool,
-    desk: Mutex<Desk>,
-    stage: Arc<Stage>,
+    desk: Mutex<ControlLock>,
+    stage: Arc<PageBroadcast>,
     /// One search through a recording at a time.
     searching: tokio::sync::Semaphore,
     /// So many texts of pages are in the compile pool at a time, so that those of programs find their place there.
@@ -128,7 +130,7 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-impl<C: Cockpit> Page<C> {
+impl<C: PageBackend> Page<C> {
     /// The page of a controller. With `is_given` the token is given to whoever may ask here.
     ///
     /// # Errors
@@ -136,7 +138,7 @@ impl<C: Cockpit> Page<C> {
     pub fn new(cockpit: Arc<C>, is_given: bool) -> std::io::Result<Self> {
         let history = cockpit.recorded().unwrap_or_default();
         Ok(Self {
-            stage: Arc::new(Stage::new(history)),
+            stage: Arc::new(PageBroadcast::new(history)),
             cockpit,
             token: Token::random()?,
             is_given,
@@ -152,7 +154,7 @@ impl<C: Cockpit> Page<C> {
     }
 
     /// What pages are shown.
-    pub const fn stage(&self) -> &Arc<Stage> {
+    pub const fn stage(&self) -> &Arc<PageBroadcast> {
         &self.stage
     }
 
@@ -164,7 +166,7 @@ impl<C: Cockpit> Page<C> {
         );
     }
 
-    fn desk(&self) -> MutexGuard<'_, Desk> {
+    fn desk(&self) -> MutexGuard<'_, ControlLock> {
         locked(&self.desk)
     }
 
@@ -177,7 +179,7 @@ impl<C: Cockpit> Page<C> {
 }
 
 /// A page's connection, whichever controller it shows.
-pub trait Live: Send + Sync {
+pub trait LiveEndpoint: Send + Sync {
     /// Serves one page until it leaves or `shutdown`.
     fn attend<'a>(
         &'a self,
@@ -193,7 +195,7 @@ pub trait Live: Send + Sync {
     ) -> BoxFuture<'a, ()>;
 }
 
-impl<C: Cockpit> Live for Page<C> {
+impl<C: PageBackend> LiveEndpoint for Page<C> {
     fn attend<'a>(
         &'a self,
         upgrade: OnUpgrade,

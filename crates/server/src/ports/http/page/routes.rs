@@ -9,23 +9,23 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use pendant::advice::{self, Question};
-use pendant::history::{EVENTS_GIVEN_MAX, EventsWanted};
-use pendant::orders::Alone;
+use pendant::editor_queries::{self, TextQuery};
+use pendant::history::{EVENTS_GIVEN_MAX, EventQuery};
+use pendant::orders::OrderBody;
 use pendant::programs::{self, SaveError};
-use pendant::{DeskError, FRAME_BYTES, FRAME_VERSION};
+use pendant::{ControlError, FRAME_BYTES, FRAME_VERSION};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
-use super::super::{BODY_TIMEOUT, answer, guard, refuse};
-use super::{Cockpit, Page, files, locked, search};
+use super::super::{BODY_TIMEOUT, answer, cross_site, refuse};
+use super::{Page, PageBackend, files, locked, search};
 
 /// Largest body of a request here, bytes: a program with every character escaped.
 const BODY_BYTES_MAX: usize = 8 << 20;
 
 /// Every route of the page.
-pub fn router<C: Cockpit>(page: Arc<Page<C>>) -> Router {
+pub fn router<C: PageBackend>(page: Arc<Page<C>>) -> Router {
     Router::new()
         .route("/api/v1", get(about::<C>))
         .route("/api/v1/session", get(session::<C>))
@@ -51,9 +51,9 @@ pub fn router<C: Cockpit>(page: Arc<Page<C>>) -> Router {
         .fallback(files::file)
 }
 
-type Shared<C> = State<Arc<Page<C>>>;
+type PageState<C> = State<Arc<Page<C>>>;
 
-async fn about<C: Cockpit>(State(page): Shared<C>) -> Response {
+async fn about<C: PageBackend>(State(page): PageState<C>) -> Response {
     let mut about = page.cockpit.about();
     about["interface"] = json!("v1");
     about["frame"] = json!({"version": FRAME_VERSION, "bytes": FRAME_BYTES});
@@ -62,7 +62,7 @@ async fn about<C: Cockpit>(State(page): Shared<C>) -> Response {
 }
 
 /// The token, where it is given. A page of another server on this machine cannot read the answer.
-async fn session<C: Cockpit>(State(page): Shared<C>, headers: HeaderMap) -> Response {
+async fn session<C: PageBackend>(State(page): PageState<C>, headers: HeaderMap) -> Response {
     // What a browser says of requests that a page of another site causes.
     let site = headers.get("sec-fetch-site").and_then(|v| v.to_str().ok());
     let is_own = site.is_none_or(|site| site == "same-origin" || site == "none");
@@ -78,12 +78,12 @@ async fn session<C: Cockpit>(State(page): Shared<C>, headers: HeaderMap) -> Resp
     response
 }
 
-async fn scene<C: Cockpit>(State(page): Shared<C>) -> Response {
+async fn scene<C: PageBackend>(State(page): PageState<C>) -> Response {
     answer(StatusCode::OK, &page.cockpit.scene())
 }
 
 /// What the arm is doing now, for programs that want no frames.
-async fn state<C: Cockpit>(State(page): Shared<C>) -> Response {
+async fn state<C: PageBackend>(State(page): PageState<C>) -> Response {
     let cockpit = &page.cockpit;
     let state = cockpit.state();
     let holder = page.desk().holder();
@@ -109,7 +109,7 @@ async fn state<C: Cockpit>(State(page): Shared<C>) -> Response {
 }
 
 /// Who debugs, and where the program is held. The same path is that of the debugger's channel.
-async fn debug<C: Cockpit>(State(page): Shared<C>) -> Response {
+async fn debug<C: PageBackend>(State(page): PageState<C>) -> Response {
     match page.cockpit.debuggers() {
         Some(hub) => answer(StatusCode::OK, &hub.shown()),
         None => refuse(
@@ -123,7 +123,7 @@ async fn builtins() -> Response {
     answer(StatusCode::OK, &programs::builtins())
 }
 
-async fn tasks<C: Cockpit>(State(page): Shared<C>) -> Response {
+async fn tasks<C: PageBackend>(State(page): PageState<C>) -> Response {
     let Some((_, root)) = page.cockpit.tasks() else {
         return answer(StatusCode::OK, &json!([]));
     };
@@ -134,7 +134,7 @@ async fn tasks<C: Cockpit>(State(page): Shared<C>) -> Response {
     answer(StatusCode::OK, &rows)
 }
 
-async fn open<C: Cockpit>(State(page): Shared<C>, Path(name): Path<String>) -> Response {
+async fn open<C: PageBackend>(State(page): PageState<C>, Path(name): Path<String>) -> Response {
     let Some((folder, _)) = page.cockpit.tasks() else {
         return refuse(StatusCode::NOT_FOUND, "a recording has no task folder");
     };
@@ -145,7 +145,7 @@ async fn open<C: Cockpit>(State(page): Shared<C>, Path(name): Path<String>) -> R
 }
 
 /// A program by its number; without one the newest.
-async fn program<C: Cockpit>(State(page): Shared<C>, uri: Uri) -> Response {
+async fn program<C: PageBackend>(State(page): PageState<C>, uri: Uri) -> Response {
     let newest = page.cockpit.program_number();
     let number = match number(&uri, "number", newest.into()) {
         Ok(number) => number as u32,
@@ -159,21 +159,21 @@ async fn program<C: Cockpit>(State(page): Shared<C>, uri: Uri) -> Response {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Saved {
+struct SaveRequest {
     text: String,
     /// The mark of the text that this one was made from; none for a new file.
     before: Option<String>,
 }
 
-async fn save<C: Cockpit>(
-    State(page): Shared<C>,
+async fn save<C: PageBackend>(
+    State(page): PageState<C>,
     Path(name): Path<String>,
     request: Request,
 ) -> Response {
     if let Err(refused) = may_order(&page, request.headers()) {
         return *refused;
     }
-    let saved: Saved = match body(request).await {
+    let saved: SaveRequest = match body(request).await {
         Ok(saved) => saved,
         Err(refused) => return refused,
     };
@@ -194,12 +194,12 @@ async fn save<C: Cockpit>(
 }
 
 /// What the editor asks about a text, answered by `answers` on the compile pool.
-async fn about_text<C: Cockpit>(
+async fn about_text<C: PageBackend>(
     page: &Page<C>,
     request: Request,
-    answers: fn(&Question) -> Value,
+    answers: fn(&TextQuery) -> Value,
 ) -> Response {
-    let question: Question = match body(request).await {
+    let question: TextQuery = match body(request).await {
         Ok(question) => question,
         Err(refused) => return refused,
     };
@@ -217,27 +217,27 @@ async fn about_text<C: Cockpit>(
     }
 }
 
-async fn check<C: Cockpit>(State(page): Shared<C>, request: Request) -> Response {
-    about_text(&page, request, advice::findings).await
+async fn check<C: PageBackend>(State(page): PageState<C>, request: Request) -> Response {
+    about_text(&page, request, editor_queries::findings).await
 }
 
-async fn complete<C: Cockpit>(State(page): Shared<C>, request: Request) -> Response {
-    about_text(&page, request, advice::completions).await
+async fn complete<C: PageBackend>(State(page): PageState<C>, request: Request) -> Response {
+    about_text(&page, request, editor_queries::completions).await
 }
 
-async fn hover<C: Cockpit>(State(page): Shared<C>, request: Request) -> Response {
-    about_text(&page, request, advice::about_place).await
+async fn hover<C: PageBackend>(State(page): PageState<C>, request: Request) -> Response {
+    about_text(&page, request, editor_queries::about_place).await
 }
 
-async fn call<C: Cockpit>(State(page): Shared<C>, request: Request) -> Response {
-    about_text(&page, request, advice::call_around).await
+async fn call<C: PageBackend>(State(page): PageState<C>, request: Request) -> Response {
+    about_text(&page, request, editor_queries::call_around).await
 }
 
 /// The long text about a function.
 async fn describe(Path(name): Path<String>, uri: Uri) -> Response {
     let query = uri.query().unwrap_or_default().split('&');
     let mut languages = query.filter_map(|part| part.strip_prefix("language="));
-    let text = advice::about_name(&name, languages.next().unwrap_or_default());
+    let text = editor_queries::about_name(&name, languages.next().unwrap_or_default());
     match text.is_null() {
         true => refuse(StatusCode::NOT_FOUND, "there is no function of this name"),
         false => answer(StatusCode::OK, &json!({"name": name, "text": text})),
@@ -245,8 +245,8 @@ async fn describe(Path(name): Path<String>, uri: Uri) -> Response {
 }
 
 /// When a condition held in the recording.
-async fn find<C: Cockpit>(State(page): Shared<C>, request: Request) -> Response {
-    let question: search::Question = match body(request).await {
+async fn find<C: PageBackend>(State(page): PageState<C>, request: Request) -> Response {
+    let question: search::SearchRequest = match body(request).await {
         Ok(question) => question,
         Err(refused) => return refused,
     };
@@ -258,23 +258,23 @@ async fn find<C: Cockpit>(State(page): Shared<C>, request: Request) -> Response 
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "snake_case")]
-enum Place {
+enum ReachTarget {
     Pose([f64; 6]),
     Joints([f64; 6]),
 }
 
 /// Where the arm would stand: the look before a move.
-async fn reach<C: Cockpit>(State(page): Shared<C>, request: Request) -> Response {
-    let place: Place = match body(request).await {
+async fn reach<C: PageBackend>(State(page): PageState<C>, request: Request) -> Response {
+    let place: ReachTarget = match body(request).await {
         Ok(place) => place,
         Err(refused) => return refused,
     };
     let cockpit = &page.cockpit;
     let found = match place {
-        Place::Pose(pose) => cockpit
+        ReachTarget::Pose(pose) => cockpit
             .reach(pose)
             .and_then(|joints| cockpit.may_stand(joints)),
-        Place::Joints(joints) => cockpit.may_stand(joints),
+        ReachTarget::Joints(joints) => cockpit.may_stand(joints),
     };
     match found {
         Ok(joints) => answer(StatusCode::OK, &json!({"joints": joints})),
@@ -283,13 +283,15 @@ async fn reach<C: Cockpit>(State(page): Shared<C>, request: Request) -> Response
 }
 
 /// One order of a program, while no page has control.
-async fn order<C: Cockpit>(State(page): Shared<C>, request: Request) -> Response {
+async fn order<C: PageBackend>(State(page): PageState<C>, request: Request) -> Response {
     if let Err(refused) = may_order(&page, request.headers()) {
         return *refused;
     }
     let order = match body(request).await {
-        Ok(Alone(Some(order))) => order,
-        Ok(Alone(None)) => return refuse(StatusCode::UNPROCESSABLE_ENTITY, "there is no order"),
+        Ok(OrderBody(Some(order))) => order,
+        Ok(OrderBody(None)) => {
+            return refuse(StatusCode::UNPROCESSABLE_ENTITY, "there is no order");
+        }
         Err(refused) => return refused,
     };
     if let Err(error) = order.check() {
@@ -311,7 +313,7 @@ async fn order<C: Cockpit>(State(page): Shared<C>, request: Request) -> Response
 }
 
 /// Whether a request may change something: not from a foreign page, and with the token.
-fn may_order<C: Cockpit>(page: &Page<C>, headers: &HeaderMap) -> Result<(), Box<Response>> {
+fn may_order<C: PageBackend>(page: &Page<C>, headers: &HeaderMap) -> Result<(), Box<Response>> {
     if let Some(reason) = page.cockpit.read_only() {
         return Err(refuse(StatusCode::CONFLICT, &reason).into());
     }
@@ -321,14 +323,14 @@ fn may_order<C: Cockpit>(page: &Page<C>, headers: &HeaderMap) -> Result<(), Box<
     let given = given.and_then(|value| value.strip_prefix("Bearer "));
     match given.is_some_and(|given| page.token.is(given.trim())) {
         true => Ok(()),
-        false => Err(refuse(StatusCode::UNAUTHORIZED, &DeskError::Token.to_string()).into()),
+        false => Err(refuse(StatusCode::UNAUTHORIZED, &ControlError::Token.to_string()).into()),
     }
 }
 
 /// The body of a request that no foreign page can have sent, as JSON of one form.
 async fn body<T: DeserializeOwned>(request: Request) -> Result<T, Response> {
     let (head, body) = request.into_parts();
-    if let Err(turned_away) = guard::check(&head.headers) {
+    if let Err(turned_away) = cross_site::check(&head.headers) {
         return Err(refuse(turned_away.status(), &turned_away.to_string()));
     }
     let read = axum::body::to_bytes(body, BODY_BYTES_MAX);
@@ -367,7 +369,7 @@ fn number(uri: &Uri, name: &str, otherwise: f64) -> Result<f64, Box<Response>> {
 }
 
 /// Frames of a span of time, one behind the other; the span that there is, in headers.
-async fn history<C: Cockpit>(State(page): Shared<C>, uri: Uri) -> Response {
+async fn history<C: PageBackend>(State(page): PageState<C>, uri: Uri) -> Response {
     let asked = || -> Result<_, Box<Response>> {
         Ok((
             number(&uri, "from", f64::MIN)?,
@@ -395,7 +397,7 @@ async fn history<C: Cockpit>(State(page): Shared<C>, uri: Uri) -> Response {
 }
 
 /// One moment: its frame, and what was there beside it.
-async fn moment<C: Cockpit>(State(page): Shared<C>, uri: Uri) -> Response {
+async fn moment<C: PageBackend>(State(page): PageState<C>, uri: Uri) -> Response {
     let time = match number(&uri, "time", f64::MAX) {
         Ok(time) => time,
         Err(refused) => return *refused,
@@ -409,9 +411,9 @@ async fn moment<C: Cockpit>(State(page): Shared<C>, uri: Uri) -> Response {
 }
 
 /// What happened in a span of time.
-async fn events<C: Cockpit>(State(page): Shared<C>, uri: Uri) -> Response {
+async fn events<C: PageBackend>(State(page): PageState<C>, uri: Uri) -> Response {
     let asked = || -> Result<_, Box<Response>> {
-        Ok(EventsWanted {
+        Ok(EventQuery {
             from: number(&uri, "from", f64::MIN)?,
             to: number(&uri, "to", f64::MAX)?,
             level: number(&uri, "level", 0.0)? as u8,

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use controller::condition::ConditionError;
-use controller::search::{Stretch, search};
+use controller::search::{MatchInterval, search};
 use recorder::{ReadError, Recording};
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -15,7 +15,7 @@ use supervision::{ThreadRole, ThreadSupervisor};
 use thiserror::Error;
 use tokio::sync::oneshot;
 
-use super::{Cockpit, Page};
+use super::{Page, PageBackend};
 
 /// Longest text of a condition, bytes.
 const CONDITION_BYTES_MAX: usize = 4 << 10;
@@ -25,7 +25,7 @@ const STRETCHES_MAX: usize = 1000;
 /// What is asked.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Question {
+pub(super) struct SearchRequest {
     /// A condition as `replay --find` takes it.
     condition: String,
 }
@@ -43,7 +43,10 @@ enum SearchError {
 ///
 /// # Errors
 /// A sentence.
-pub(super) async fn find<C: Cockpit>(page: &Page<C>, asked: Question) -> Result<Value, String> {
+pub(super) async fn find<C: PageBackend>(
+    page: &Page<C>,
+    asked: SearchRequest,
+) -> Result<Value, String> {
     let condition = asked.condition;
     if condition.len() > CONDITION_BYTES_MAX {
         return Err(format!(
@@ -55,7 +58,7 @@ pub(super) async fn find<C: Cockpit>(page: &Page<C>, asked: Question) -> Result<
         return Err("the server is ending".to_owned());
     };
     let recording = page.cockpit.recording()?;
-    let wanted = Wanted(Arc::new(AtomicBool::new(true)));
+    let wanted = CancelOnDrop(Arc::new(AtomicBool::new(true)));
     let is_wanted = Arc::clone(&wanted.0);
     let (reply, found) = oneshot::channel();
     let looking = move || {
@@ -72,9 +75,9 @@ pub(super) async fn find<C: Cockpit>(page: &Page<C>, asked: Question) -> Result<
 }
 
 /// Somebody waits for the answer, until this is dropped.
-struct Wanted(Arc<AtomicBool>);
+struct CancelOnDrop(Arc<AtomicBool>);
 
-impl Drop for Wanted {
+impl Drop for CancelOnDrop {
     fn drop(&mut self) {
         self.0.store(false, Ordering::Relaxed);
     }
@@ -98,7 +101,7 @@ fn look(
     }))
 }
 
-fn row(stretch: &Stretch) -> Value {
+fn row(stretch: &MatchInterval) -> Value {
     json!({
         "from": stretch.first.time,
         "to": stretch.last,

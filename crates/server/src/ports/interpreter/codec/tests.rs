@@ -3,8 +3,8 @@
 use super::*;
 use proptest::prelude::*;
 
-fn frames_of(chunks: &[&[u8]]) -> Vec<Frame> {
-    let mut framer = Framer::default();
+fn frames_of(chunks: &[&[u8]]) -> Vec<StatementFrame> {
+    let mut framer = StatementFramer::default();
     let mut frames = Vec::new();
     for chunk in chunks {
         framer.push(chunk, &mut frames);
@@ -13,12 +13,12 @@ fn frames_of(chunks: &[&[u8]]) -> Vec<Frame> {
     frames
 }
 
-fn frames(text: &str) -> Vec<Frame> {
+fn frames(text: &str) -> Vec<StatementFrame> {
     frames_of(&[text.as_bytes()])
 }
 
-fn statement(text: &str) -> Frame {
-    Frame::Statement(text.to_owned())
+fn statement(text: &str) -> StatementFrame {
+    StatementFrame::Statement(text.to_owned())
 }
 
 #[test]
@@ -45,9 +45,9 @@ fn replies_are_those_of_the_manual() {
 
 #[test]
 fn every_command_is_answered_with_its_own_word() {
-    for command in Command::ALL {
+    for command in InterpreterCommand::ALL {
         let line = format!(" {}\r\n", command.word());
-        assert_eq!(frames(&line), [Frame::Command(command)]);
+        assert_eq!(frames(&line), [StatementFrame::Command(command)]);
         assert_eq!(command.reply(7), format!("state: 7: {}\n", command.word()));
     }
     assert_eq!(frames("abort()\n"), [statement("abort()")]);
@@ -108,7 +108,7 @@ fn a_long_line_is_reported_once_and_skipped_to_its_end() {
     let long = "x".repeat(3 * LINE_BYTES_MAX);
     let found = frames(&format!("{long}\na()\n"));
     assert_eq!(found[1..], [statement("a()")]);
-    let Frame::Rejected(rejection) = &found[0] else {
+    let StatementFrame::Rejected(rejection) = &found[0] else {
         panic!("{found:?}")
     };
     assert_eq!(
@@ -132,7 +132,7 @@ fn a_long_block_is_reported_once_and_skipped_to_its_end() {
     ] {
         let found = frames(&format!("{block}c()\n"));
         assert_eq!(found[1..], [statement("c()")]);
-        let Frame::Rejected(rejection) = &found[0] else {
+        let StatementFrame::Rejected(rejection) = &found[0] else {
             panic!("{:?}", found[0])
         };
         assert!(
@@ -150,7 +150,7 @@ fn what_is_no_text_is_reported() {
     assert_eq!(
         found,
         [
-            Frame::Rejected(Rejection::NotUtf8 { start }),
+            StatementFrame::Rejected(StatementRejection::NotUtf8 { start }),
             statement("b()")
         ]
     );

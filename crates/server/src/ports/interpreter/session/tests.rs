@@ -9,7 +9,7 @@ use tokio::sync::Notify;
 use tokio::task::JoinHandle;
 use tokio::time::timeout;
 
-use super::super::codec::Command;
+use super::super::codec::InterpreterCommand;
 use super::*;
 
 /// Acknowledges everything but what contains `bad`; `hold` waits for a release.
@@ -20,24 +20,24 @@ struct Fake {
     aborted: std::sync::atomic::AtomicBool,
 }
 
-impl Interpreter for Fake {
-    async fn submit(&self, statement: Statement) -> Verdict {
+impl InterpreterBackend for Fake {
+    async fn submit(&self, statement: Statement) -> StatementReply {
         if statement.text.contains("bad") {
-            return Verdict::Discard(Discard::Compile("no".to_owned()));
+            return StatementReply::Discard(Discard::Compile("no".to_owned()));
         }
         if &*statement.text == "hold" {
             self.release.notified().await;
         }
         let mut queue = self.queue.lock().unwrap();
         queue.push(statement);
-        Verdict::Ack(queue.len() as u64)
+        StatementReply::Ack(queue.len() as u64)
     }
-    async fn command(&self, command: Command) -> u64 {
+    async fn command(&self, command: InterpreterCommand) -> u64 {
         let mut queue = self.queue.lock().unwrap();
-        if command == Command::SkipBuffer {
+        if command == InterpreterCommand::SkipBuffer {
             queue.clear();
         }
-        if command == Command::Abort {
+        if command == InterpreterCommand::Abort {
             self.aborted.store(true, Ordering::SeqCst);
         }
         queue.len() as u64

@@ -4,33 +4,33 @@ use super::*;
 use proptest::prelude::*;
 
 /// The frames of `chunks`, in order, with the end of the stream after them.
-fn frames_of(chunks: &[&[u8]], limit: usize) -> Vec<Frame> {
-    let mut framer = Framer::with_limit(limit);
+fn frames_of(chunks: &[&[u8]], limit: usize) -> Vec<ScriptFrame> {
+    let mut framer = ScriptFramer::with_limit(limit);
     let mut frames = Vec::new();
     for chunk in chunks {
         framer.push(chunk, &mut frames);
     }
-    framer.finish(EndedBy::PeerClosed, &mut frames);
+    framer.finish(ProgramEnd::PeerClosed, &mut frames);
     frames
 }
 
-fn frames(text: &str) -> Vec<Frame> {
+fn frames(text: &str) -> Vec<ScriptFrame> {
     frames_of(&[text.as_bytes()], 1000)
 }
 
-fn program(kind: ProgramKind, text: &str) -> Frame {
-    Frame::Program(Program {
+fn program(kind: ProgramKind, text: &str) -> ScriptFrame {
+    ScriptFrame::Program(ReceivedProgram {
         text: text.to_owned(),
         kind,
-        ended_by: EndedBy::ItsText,
+        ended_by: ProgramEnd::ItsText,
     })
 }
 
-fn closed(kind: ProgramKind, text: &str) -> Frame {
-    Frame::Program(Program {
+fn closed(kind: ProgramKind, text: &str) -> ScriptFrame {
+    ScriptFrame::Program(ReceivedProgram {
         text: text.to_owned(),
         kind,
-        ended_by: EndedBy::PeerClosed,
+        ended_by: ProgramEnd::PeerClosed,
     })
 }
 
@@ -63,7 +63,7 @@ fn what_the_sdk_and_the_ros_driver_send_is_one_program_each() {
     );
 }
 
-impl Frame {
+impl ScriptFrame {
     fn with_newline(mut self) -> Self {
         if let Self::Program(program) = &mut self {
             program.text.push('\n');
@@ -78,7 +78,7 @@ fn carriage_returns_before_newlines_are_dropped() {
         frames("\r\ndef t():\r\n  a('x\\\r\nend')\r\nend\r\nstop task\r\n"),
         [
             program(Main, "def t():\n  a('x\\\nend')\nend\n"),
-            Frame::Control(ControlPhrase::StopTask)
+            ScriptFrame::Control(ControlPhrase::StopTask)
         ]
     );
 }
@@ -118,26 +118,26 @@ fn blanks_before_a_line_are_no_part_of_it() {
         frames("  \t a()\r\n \tb('  c')"),
         [program(Line, "a()\n"), closed(Line, "b('  c')\n")]
     );
-    let halt = [Frame::Control(ControlPhrase::StopTask)];
+    let halt = [ScriptFrame::Control(ControlPhrase::StopTask)];
     assert_eq!(frames(" halt() \n"), halt);
     assert_eq!(frames("def f():\n  halt()\nend\n").len(), 1);
 }
 
 #[test]
 fn a_block_that_is_open_at_the_end_was_cut_off_if_it_has_blocks_that_are_closed() {
-    let cut = |lines| [Frame::Rejected(Rejection::CutOff { lines })];
+    let cut = |lines| [ScriptFrame::Rejected(ScriptRejection::CutOff { lines })];
     assert_eq!(frames("def f():\n  if a:\n    b()\n  end\n  c("), cut(5));
     assert_eq!(frames("sec f():\n  while a:\n  end # x\n"), cut(3));
     assert_eq!(
         frames("def f():\n  b()\n"),
         [closed(Main, "def f():\n  b()\n")]
     );
-    let mut framer = Framer::default();
+    let mut framer = ScriptFramer::default();
     let mut by_silence = Vec::new();
     framer.push(b"def f():\n  if a:\n  end\n", &mut by_silence);
-    framer.finish(EndedBy::Silence, &mut by_silence);
+    framer.finish(ProgramEnd::Silence, &mut by_silence);
     assert!(
-        matches!(by_silence[..], [Frame::Program(_)]),
+        matches!(by_silence[..], [ScriptFrame::Program(_)]),
         "{by_silence:?}"
     );
 }
@@ -194,7 +194,7 @@ fn control_phrases_are_orders_in_any_spacing_but_not_inside_a_block() {
         ("set speed 0.50\n", SetSpeed(0.5)),
         ("set speed 1", SetSpeed(1.0)),
     ] {
-        assert_eq!(frames(line), [Frame::Control(phrase)], "{line}");
+        assert_eq!(frames(line), [ScriptFrame::Control(phrase)], "{line}");
     }
     assert_eq!(
         frames("stop task now\n"),
@@ -204,7 +204,7 @@ fn control_phrases_are_orders_in_any_spacing_but_not_inside_a_block() {
     assert_eq!(frames(block), [program(Main, block)]);
     for given in ["1.01", "-0.1", "nan", "fast"] {
         let rejected = &frames(&format!("set speed {given}\n"))[0];
-        let Frame::Rejected(rejection) = rejected else {
+        let ScriptFrame::Rejected(rejection) = rejected else {
             panic!("{rejected:?}")
         };
         assert_eq!(
@@ -231,18 +231,18 @@ fn the_end_of_the_stream_completes_a_block_and_a_line() {
 
 #[test]
 fn silence_can_complete_what_is_open() {
-    let mut framer = Framer::default();
+    let mut framer = ScriptFramer::default();
     let mut frames = Vec::new();
     framer.push(b"def t():\n  a()\n  b(", &mut frames);
     assert!(framer.is_open());
     assert_eq!(framer.open_text(), Some("def t():\n  a()\n  b("));
     framer.push(b")\r", &mut frames);
-    framer.finish(EndedBy::Silence, &mut frames);
-    let Frame::Program(program) = &frames[0] else {
+    framer.finish(ProgramEnd::Silence, &mut frames);
+    let ScriptFrame::Program(program) = &frames[0] else {
         panic!("{frames:?}")
     };
     assert_eq!(program.text, "def t():\n  a()\n  b()\n");
-    assert_eq!(program.ended_by, EndedBy::Silence);
+    assert_eq!(program.ended_by, ProgramEnd::Silence);
     assert!(!framer.is_open());
     framer.push(b"a()\n", &mut frames);
     assert_eq!(frames.len(), 2);
@@ -254,10 +254,13 @@ fn a_block_that_is_too_long_is_reported_once_and_skipped_to_its_end() {
     let text = format!("def t():\n{body}  s='''\nend\n'''\n  end\n{body}end\nb()\n");
     assert_eq!(
         frames(&text),
-        [Frame::Rejected(Rejection::TooLong), program(Line, "b()\n")]
+        [
+            ScriptFrame::Rejected(ScriptRejection::TooLong),
+            program(Line, "b()\n")
+        ]
     );
     assert_eq!(
-        Rejection::TooLong.to_string(),
+        ScriptRejection::TooLong.to_string(),
         "the program is longer than 8 MiB; it is skipped to its end"
     );
 }
@@ -267,25 +270,34 @@ fn a_line_that_is_too_long_is_skipped_and_so_is_the_block_it_opens() {
     let long = "a".repeat(1200);
     assert_eq!(
         frames(&format!("{long}\nb()\n")),
-        [Frame::Rejected(Rejection::TooLong), program(Line, "b()\n")]
+        [
+            ScriptFrame::Rejected(ScriptRejection::TooLong),
+            program(Line, "b()\n")
+        ]
     );
     assert_eq!(
         frames(&format!("def {long}():\n  a()\nend\nb()\n")),
-        [Frame::Rejected(Rejection::TooLong), program(Line, "b()\n")]
+        [
+            ScriptFrame::Rejected(ScriptRejection::TooLong),
+            program(Line, "b()\n")
+        ]
     );
     // The limit passed exactly at an `end`.
     let text = format!("def t():\n#{}\nend\nb()\n", "x".repeat(987));
     assert_eq!(
         frames(&text),
-        [Frame::Rejected(Rejection::TooLong), program(Line, "b()\n")]
+        [
+            ScriptFrame::Rejected(ScriptRejection::TooLong),
+            program(Line, "b()\n")
+        ]
     );
 }
 
 #[test]
 fn bytes_that_are_no_text_are_reported_with_their_place() {
     let bad = frames_of(&[b"def t():\n  a('\xff')\nend\nb()\n"], 1000);
-    let place = Rejection::NotUtf8 { line: 2, column: 6 };
-    assert_eq!(bad, [Frame::Rejected(place), program(Line, "b()\n")]);
+    let place = ScriptRejection::NotUtf8 { line: 2, column: 6 };
+    assert_eq!(bad, [ScriptFrame::Rejected(place), program(Line, "b()\n")]);
 }
 
 #[test]
@@ -336,18 +348,18 @@ proptest! {
     #[test]
     fn any_bytes_leave_the_framer_bounded(chunks in proptest::collection::vec(stream(), 0..12)) {
         let limit = 64;
-        let mut framer = Framer::with_limit(limit);
+        let mut framer = ScriptFramer::with_limit(limit);
         let mut frames = Vec::new();
         for chunk in &chunks {
             framer.push(chunk, &mut frames);
             prop_assert!(framer.text.len() <= limit.max(SKIPPED_LINE_BYTES));
             for frame in frames.drain(..) {
-                if let Frame::Program(program) = frame {
+                if let ScriptFrame::Program(program) = frame {
                     prop_assert!(program.text.len() <= limit);
                 }
             }
         }
-        framer.finish(EndedBy::PeerClosed, &mut frames);
+        framer.finish(ProgramEnd::PeerClosed, &mut frames);
         prop_assert!(!framer.is_open());
     }
 }

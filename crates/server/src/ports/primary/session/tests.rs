@@ -13,7 +13,7 @@ use tokio::time::advance;
 use super::*;
 use crate::ports::description::{RobotDescription, ToolSerial};
 use crate::ports::listen::{PortMeter, bind};
-use crate::ports::primary::framing::{ControlPhrase, Program, ProgramKind};
+use crate::ports::primary::framing::{ControlPhrase, ProgramKind, ReceivedProgram};
 use crate::ports::primary::state_message::STATE_MESSAGE_BYTES;
 use crate::ports::rtsi::outputs::tests::sample;
 use crate::ports::sample::Sample;
@@ -63,7 +63,7 @@ impl Fake {
     }
 }
 
-impl Backend for Fake {
+impl PrimaryBackend for Fake {
     fn beats(&self) -> watch::Receiver<Option<Arc<Sample>>> {
         self.beats.subscribe()
     }
@@ -103,7 +103,7 @@ impl Backend for Fake {
 /// One session with its client.
 struct Rig {
     backend: Arc<Fake>,
-    hub: Hub,
+    hub: StateHub,
     shutdown: CancellationToken,
     session: JoinHandle<SessionEnd>,
     client: DuplexStream,
@@ -112,7 +112,7 @@ struct Rig {
 /// `room` is how many bytes the stream holds unread in each direction.
 fn rig(room: usize) -> Rig {
     let (client, server) = duplex(room);
-    let (backend, hub, shutdown) = (Fake::new(), Hub::default(), CancellationToken::new());
+    let (backend, hub, shutdown) = (Fake::new(), StateHub::default(), CancellationToken::new());
     let session = tokio::spawn({
         let (backend, hub, shutdown) = (Arc::clone(&backend), hub.clone(), shutdown.clone());
         async move { serve(server, ClientId(1), &*backend, &hub, shutdown).await }
@@ -137,7 +137,8 @@ impl Rig {
             column: 1,
             text: text.to_owned(),
         };
-        self.hub.announce(0, Source::Controller, &exception);
+        self.hub
+            .announce(0, ExceptionSource::Controller, &exception);
     }
 
     async fn send(&mut self, text: &str) {
@@ -177,10 +178,10 @@ async fn programs_and_orders_are_handed_over_in_the_order_in_which_they_came() {
         .await;
     rig.send("0\n").await;
     let program = |kind, text: &str| {
-        let program = Program {
+        let program = ReceivedProgram {
             text: text.to_owned(),
             kind,
-            ended_by: EndedBy::ItsText,
+            ended_by: ProgramEnd::ItsText,
         };
         Asked::Program(Submission {
             sender: ClientId(1).into(),
@@ -319,7 +320,7 @@ async fn a_client_that_goes_away_completes_its_block_whether_whole_or_not() {
     let [Asked::Program(submission)] = asked.as_slice() else {
         panic!("{asked:?}")
     };
-    assert_eq!(submission.program.ended_by, EndedBy::PeerClosed);
+    assert_eq!(submission.program.ended_by, ProgramEnd::PeerClosed);
 }
 
 #[tokio::test(start_paused = true)]
@@ -335,7 +336,7 @@ async fn a_client_that_closed_its_half_still_gets_the_stream() {
     drop(rig.client);
     rig.hub.announce(
         0,
-        Source::Gui,
+        ExceptionSource::Gui,
         &Exception::Script {
             line: 1,
             column: 1,
@@ -456,7 +457,7 @@ proptest! {
 async fn port() -> (
     std::net::SocketAddr,
     Arc<Fake>,
-    Hub,
+    StateHub,
     CancellationToken,
     JoinHandle<()>,
 ) {
@@ -469,7 +470,7 @@ async fn port() -> (
     .unwrap()
     .unwrap();
     let address = listener.local_addr().unwrap();
-    let (backend, hub, shutdown) = (Fake::new(), Hub::default(), CancellationToken::new());
+    let (backend, hub, shutdown) = (Fake::new(), StateHub::default(), CancellationToken::new());
     tokio::spawn({
         let (backend, hub, shutdown) = (Arc::clone(&backend), hub.clone(), shutdown.clone());
         async move { hub.publish_states(&*backend, shutdown).await }
@@ -519,7 +520,7 @@ async fn every_client_gets_the_stream_and_the_exceptions() {
     drop(clients.remove(2)); // a dead client holds up nobody
     hub.announce(
         5,
-        Source::Safety,
+        ExceptionSource::Safety,
         &Exception::Script {
             line: 1,
             column: 1,
@@ -561,11 +562,20 @@ async fn what_is_for_one_client_is_sent_to_no_other() {
         column: 1,
         text: text.to_owned(),
     };
+    rig.hub.announce_to(
+        ClientId(99),
+        0,
+        ExceptionSource::Controller,
+        &exception("not yours"),
+    );
+    rig.hub.announce_to(
+        ClientId(1),
+        0,
+        ExceptionSource::Controller,
+        &exception("yours"),
+    );
     rig.hub
-        .announce_to(ClientId(99), 0, Source::Controller, &exception("not yours"));
-    rig.hub
-        .announce_to(ClientId(1), 0, Source::Controller, &exception("yours"));
-    rig.hub.announce(0, Source::Controller, &exception("all"));
+        .announce(0, ExceptionSource::Controller, &exception("all"));
     assert_eq!(exception_text(&mut rig.client).await, "yours");
     assert_eq!(exception_text(&mut rig.client).await, "all");
 }

@@ -26,7 +26,7 @@ struct Fake {
     busy: AtomicBool,
 }
 
-impl Controller for Fake {
+impl RtsiBackend for Fake {
     fn description(&self) -> &RobotDescription {
         &self.description
     }
@@ -40,7 +40,7 @@ impl Controller for Fake {
         &self,
         client: ClientId,
         changes: &[Change],
-        written: &[Input],
+        written: &[InputVariable],
     ) -> Result<u64, RingFull> {
         if self.busy.load(Ordering::Relaxed) {
             return Err(RingFull { capacity: 512 });
@@ -126,16 +126,16 @@ impl Rig {
     /// Id and types of a recipe.
     async fn outputs(&mut self, frequency: f64, names: &str) -> (u8, String) {
         let payload = [&frequency.to_be_bytes()[..], names.as_bytes()].concat();
-        recipe(&self.ask(letter::OUTPUTS, &payload).await)
+        recipe(&self.ask(packet_type::OUTPUTS, &payload).await)
     }
 
     async fn inputs(&mut self, names: &str) -> (u8, String) {
-        recipe(&self.ask(letter::INPUTS, names.as_bytes()).await)
+        recipe(&self.ask(packet_type::INPUTS, names.as_bytes()).await)
     }
 
     async fn text(&mut self) -> String {
         let (letter, payload) = self.receive().await;
-        assert_eq!(letter, letter::TEXT);
+        assert_eq!(letter, packet_type::TEXT);
         String::from_utf8(payload[1..].to_vec()).unwrap()
     }
 
@@ -193,7 +193,7 @@ async fn the_handshake_of_the_page_goes_byte_for_byte() {
         package,
         *b"\x00\x10U\x02\x40\x29\x00\x00\x00\x00\x00\x00\x00\x00\x00\x07"
     );
-    rig.send(letter::DATA, &[1, 0, 1, 0, 1]).await;
+    rig.send(packet_type::DATA, &[1, 0, 1, 0, 1]).await;
     assert_eq!(
         *controller.applied.lock().unwrap(),
         [(
@@ -202,7 +202,7 @@ async fn the_handshake_of_the_page_goes_byte_for_byte() {
             2
         )]
     );
-    assert_eq!(rig.ask(letter::PAUSE, &[]).await, [1]);
+    assert_eq!(rig.ask(packet_type::PAUSE, &[]).await, [1]);
 }
 
 #[tokio::test(start_paused = true)]
@@ -217,13 +217,13 @@ async fn recipes_are_sent_each_at_its_own_rate_and_none_while_paused() {
     assert_eq!(rig.outputs(62.5, "").await, is(3, ""));
     controller.cycle(99).await;
     rig.nothing().await;
-    assert_eq!(rig.ask(letter::START, &[]).await, [1]);
+    assert_eq!(rig.ask(packet_type::START, &[]).await, [1]);
     let mut ids = Vec::new();
     for cycle in 100..108 {
         controller.cycle(cycle).await;
         let mut in_cycle = Vec::new();
         while let Ok((letter, payload)) = timeout(Duration::from_millis(1), rig.receive()).await {
-            assert_eq!(letter, letter::DATA);
+            assert_eq!(letter, packet_type::DATA);
             in_cycle.push(payload[0]);
         }
         ids.push(in_cycle);
@@ -239,10 +239,10 @@ async fn recipes_are_sent_each_at_its_own_rate_and_none_while_paused() {
         &[2],
     ];
     assert_eq!(ids, all);
-    assert_eq!(rig.ask(letter::PAUSE, &[]).await, [1]);
+    assert_eq!(rig.ask(packet_type::PAUSE, &[]).await, [1]);
     controller.cycle(108).await;
     rig.nothing().await;
-    assert_eq!(rig.ask(letter::START, &[]).await, [1]);
+    assert_eq!(rig.ask(packet_type::START, &[]).await, [1]);
     controller.cycle(109).await;
     assert_eq!(rig.receive().await.1[0], 1, "at once after the start");
 }
@@ -252,7 +252,7 @@ async fn cycles_that_come_in_one_go_are_all_sent() {
     let controller = Fake::new();
     let mut rig = connect(&controller, &Owners::default(), 1, 64);
     assert_eq!(rig.outputs(125.0, "timestamp").await, is(1, "DOUBLE"));
-    assert_eq!(rig.ask(letter::START, &[]).await, [1]);
+    assert_eq!(rig.ask(packet_type::START, &[]).await, [1]);
     controller.cycle(100).await;
     for number in 101..160 {
         controller.send(number);
@@ -270,7 +270,7 @@ async fn a_lost_cycle_does_not_move_the_ones_after_it() {
     let controller = Fake::new();
     let mut rig = connect(&controller, &Owners::default(), 1, 4096);
     rig.outputs(62.5, "timestamp").await;
-    assert_eq!(rig.ask(letter::START, &[]).await, [1]);
+    assert_eq!(rig.ask(packet_type::START, &[]).await, [1]);
     let mut sent = Vec::new();
     for number in (100..130).filter(|n| ![104, 105, 112].contains(n)) {
         controller.cycle(number).await;
@@ -290,16 +290,16 @@ async fn data_never_stops_for_a_second_while_started_even_if_no_cycle_comes() {
     let mut rig = connect(&controller, &Owners::default(), 1, 4096);
     rig.outputs(250.0, "timestamp").await;
     rig.outputs(0.1, "timestamp").await;
-    assert_eq!(rig.ask(letter::START, &[]).await, [1]);
+    assert_eq!(rig.ask(packet_type::START, &[]).await, [1]);
     let start = Instant::now();
     for repetition in 1..=4 {
         assert_eq!(rig.receive().await.1[0], 1);
         assert_eq!(rig.receive().await.1[0], 2);
         assert_eq!(start.elapsed().as_millis(), 500 * repetition);
         // Whatever the client says meanwhile.
-        rig.send(letter::TEXT, b"\x02hi\x03app\x03").await;
+        rig.send(packet_type::TEXT, b"\x02hi\x03app\x03").await;
     }
-    assert_eq!(rig.ask(letter::PAUSE, &[]).await, [1]);
+    assert_eq!(rig.ask(packet_type::PAUSE, &[]).await, [1]);
     rig.nothing().await;
     tokio::time::sleep(Duration::from_secs(2)).await;
     rig.nothing().await;
@@ -310,7 +310,7 @@ async fn a_rate_close_to_zero_sends_once_and_no_more() {
     let controller = Fake::new();
     let mut rig = connect(&controller, &Owners::default(), 1, 64 * 1024);
     assert_eq!(rig.outputs(1e-300, "timestamp").await, is(1, "DOUBLE"));
-    assert_eq!(rig.ask(letter::START, &[]).await, [1]);
+    assert_eq!(rig.ask(packet_type::START, &[]).await, [1]);
     controller.cycle(100).await;
     assert_eq!(rig.receive().await.1[0], 1);
     controller.cycle(101).await;
@@ -349,7 +349,7 @@ async fn unknown_names_are_not_found_and_keep_the_connection_from_starting() {
         rig.inputs("timestamp,input_int_register0").await,
         is(2, "NOT_FOUND,INT32")
     );
-    assert_eq!(rig.ask(letter::START, &[]).await, [0]);
+    assert_eq!(rig.ask(packet_type::START, &[]).await, [0]);
     controller.cycle(1).await;
     rig.nothing().await;
 }
@@ -361,14 +361,14 @@ async fn values_wait_for_room_and_are_left_out_with_a_word_when_there_is_none() 
     assert_eq!(rig.inputs("input_int_register0").await, is(1, "INT32"));
     let applied = || controller.applied.lock().unwrap().len();
     controller.busy.store(true, Ordering::Relaxed);
-    rig.send(letter::DATA, &[1, 0, 0, 0, 7]).await;
+    rig.send(packet_type::DATA, &[1, 0, 0, 0, 7]).await;
     tokio::time::sleep(ROOM_WITHIN / 2).await;
     assert_eq!(applied(), 0);
     controller.busy.store(false, Ordering::Relaxed);
     tokio::time::sleep(2 * LOOK_AGAIN).await;
     assert_eq!(applied(), 1);
     controller.busy.store(true, Ordering::Relaxed);
-    rig.send(letter::DATA, &[1, 0, 0, 0, 8]).await;
+    rig.send(packet_type::DATA, &[1, 0, 0, 0, 8]).await;
     assert!(
         rig.text()
             .await
@@ -396,7 +396,9 @@ async fn an_input_has_one_writer_and_a_reconnect_is_waited_for() {
     );
     // Closed and opened again in the same moment.
     let mut third = connect(&controller, &owners, 3, 4096);
-    third.send(letter::INPUTS, b"input_int_register0").await;
+    third
+        .send(packet_type::INPUTS, b"input_int_register0")
+        .await;
     drop(first);
     assert_eq!(recipe(&third.receive().await.1), is(1, "INT32"));
 }
@@ -407,7 +409,7 @@ async fn inputs_are_applied_while_paused_and_wrong_packages_are_told() {
     let mut rig = connect(&controller, &Owners::default(), 1, 4096);
     rig.inputs("speed_slider_mask,speed_slider_fraction").await;
     let values = [&[1][..], &1_u32.to_be_bytes(), &0.5_f64.to_be_bytes()].concat();
-    rig.send(letter::DATA, &values).await;
+    rig.send(packet_type::DATA, &values).await;
     assert_eq!(
         *controller.applied.lock().unwrap(),
         [(ClientId(1), vec![Change::SpeedFraction(0.5)], 2)]
@@ -417,16 +419,16 @@ async fn inputs_are_applied_while_paused_and_wrong_packages_are_told() {
         (&[1, 0], "input recipe 1 has 12 bytes of values, not 1"),
         (&[], "a data package begins with the id of its recipe"),
     ] {
-        rig.send(letter::DATA, payload).await;
+        rig.send(packet_type::DATA, payload).await;
         assert_eq!(rig.text().await, text);
     }
-    rig.send(letter::TEXT, b"\x05hi").await;
+    rig.send(packet_type::TEXT, b"\x05hi").await;
     let sentence = "a text message is two texts with their lengths and a level";
     assert_eq!(rig.text().await, sentence);
     rig.send(b'?', &[]).await;
     assert_eq!(rig.text().await, "packets of type 63 are not known");
-    assert_eq!(rig.ask(letter::PROTOCOL, &[0, 2]).await, [0]);
-    assert_eq!(rig.ask(letter::PROTOCOL, &[0, 1]).await, [1]);
+    assert_eq!(rig.ask(packet_type::PROTOCOL, &[0, 2]).await, [0]);
+    assert_eq!(rig.ask(packet_type::PROTOCOL, &[0, 1]).await, [1]);
     assert_eq!(controller.applied.lock().unwrap().len(), 1);
 }
 
@@ -436,8 +438,8 @@ async fn what_was_written_before_the_start_is_in_the_first_package() {
     let mut rig = connect(&controller, &Owners::default(), 1, 4096);
     rig.outputs(250.0, "timestamp").await;
     rig.inputs("input_int_register0").await;
-    rig.send(letter::DATA, &[2, 0, 0, 0, 7]).await;
-    assert_eq!(rig.ask(letter::START, &[]).await, [1]);
+    rig.send(packet_type::DATA, &[2, 0, 0, 0, 7]).await;
+    assert_eq!(rig.ask(packet_type::START, &[]).await, [1]);
     for number in 100..112 {
         controller.cycle(number).await;
     }
@@ -447,7 +449,7 @@ async fn what_was_written_before_the_start_is_in_the_first_package() {
         assert_eq!(time, f64::from(number) * 0.004);
     }
     // While data flows, writing holds nothing up.
-    rig.send(letter::DATA, &[2, 0, 0, 0, 8]).await;
+    rig.send(packet_type::DATA, &[2, 0, 0, 0, 8]).await;
     controller.cycle(112).await;
     assert_eq!(rig.receive().await.1[0], 1);
 }
@@ -457,7 +459,7 @@ async fn a_slow_reader_loses_packages_but_no_replies() {
     let controller = Fake::new();
     let mut rig = connect(&controller, &Owners::default(), 1, 64);
     rig.outputs(250.0, "actual_joint_positions").await;
-    assert_eq!(rig.ask(letter::START, &[]).await, [1]);
+    assert_eq!(rig.ask(packet_type::START, &[]).await, [1]);
     for cycle in 1..2000 {
         controller.cycle(cycle).await;
     }
@@ -466,7 +468,7 @@ async fn a_slow_reader_loses_packages_but_no_replies() {
     let mut packages = 0;
     loop {
         let (letter, payload) = rig.receive().await;
-        if letter == letter::PAUSE {
+        if letter == packet_type::PAUSE {
             break;
         }
         assert_eq!(payload.len(), 49);
@@ -520,11 +522,11 @@ proptest! {
                 rig.send(*letter, payload).await;
             }
             controller.cycle(1).await;
-            rig.send(letter::VERSION, &[]).await;
+            rig.send(packet_type::VERSION, &[]).await;
             loop {
                 let (letter, payload) = rig.receive().await;
                 assert!(!payload.is_empty(), "a packet without payload");
-                if letter == letter::VERSION { break; }
+                if letter == packet_type::VERSION { break; }
             }
         });
     }

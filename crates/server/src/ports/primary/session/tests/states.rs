@@ -12,7 +12,7 @@ struct Publisher {
 
 impl Publisher {
     fn start() -> Self {
-        let (backend, hub) = (Fake::new(), Hub::default());
+        let (backend, hub) = (Fake::new(), StateHub::default());
         let shutdown = CancellationToken::new();
         let (client, server) = duplex(64 * 1024);
         let publishing = tokio::spawn({

@@ -75,42 +75,48 @@ fn outputs(frequency: f64, names: &str) -> Vec<u8> {
 async fn every_packet_has_its_bytes() {
     let (controller, owners) = (Fake::new(), Owners::default());
     let mut script = Script::new(&controller, &owners, 1);
-    script.ask(letter::PROTOCOL, &[0, 2]).await;
-    script.ask(letter::PROTOCOL, &[0, 1]).await;
-    script.ask(letter::VERSION, &[]).await;
+    script.ask(packet_type::PROTOCOL, &[0, 2]).await;
+    script.ask(packet_type::PROTOCOL, &[0, 1]).await;
+    script.ask(packet_type::VERSION, &[]).await;
     script
-        .ask(letter::INPUTS, b"external_force_torque,speed_slider_mask")
+        .ask(
+            packet_type::INPUTS,
+            b"external_force_torque,speed_slider_mask",
+        )
         .await;
     let every_type = "output_bit_register64,tool_digital0_mode,actual_digital_output_bits,robot_mode,timestamp,\
                       payload_cog,actual_joint_positions,joint_mode,output_int_register47,output_double_register0";
     script
-        .ask(letter::OUTPUTS, &outputs(250.0, every_type))
+        .ask(packet_type::OUTPUTS, &outputs(250.0, every_type))
         .await;
-    script.ask(letter::OUTPUTS, &outputs(62.5, "")).await;
-    script.ask(letter::START, &[]).await;
+    script.ask(packet_type::OUTPUTS, &outputs(62.5, "")).await;
+    script.ask(packet_type::START, &[]).await;
     let _ = controller.samples.send(Arc::new(rich_sample()));
     script.receive().await;
     script.receive().await;
-    script.ask(letter::PAUSE, &[]).await;
-    script.ask(letter::DATA, &[1, 0]).await;
-    script.ask(letter::DATA, &[7]).await;
-    script.ask(letter::DATA, &[]).await;
-    script.ask(letter::OUTPUTS, &[0]).await;
-    script.say(letter::TEXT, b"\x02hi\x03app\x03").await;
-    script.ask(letter::TEXT, b"hi").await;
+    script.ask(packet_type::PAUSE, &[]).await;
+    script.ask(packet_type::DATA, &[1, 0]).await;
+    script.ask(packet_type::DATA, &[7]).await;
+    script.ask(packet_type::DATA, &[]).await;
+    script.ask(packet_type::OUTPUTS, &[0]).await;
+    script.say(packet_type::TEXT, b"\x02hi\x03app\x03").await;
+    script.ask(packet_type::TEXT, b"hi").await;
     script.ask(b'?', b"").await;
 
     let mut other = Script::new(&controller, &owners, 2);
     other
-        .ask(letter::INPUTS, b"input_int_register0,speed_slider_mask")
+        .ask(
+            packet_type::INPUTS,
+            b"input_int_register0,speed_slider_mask",
+        )
         .await;
-    other.ask(letter::INPUTS, b"timestamp").await;
+    other.ask(packet_type::INPUTS, b"timestamp").await;
     other
         .ask(
-            letter::OUTPUTS,
+            packet_type::OUTPUTS,
             &outputs(250.0, "timestamp,speed_slider_mask,nonsense"),
         )
         .await;
-    other.ask(letter::START, &[]).await;
+    other.ask(packet_type::START, &[]).await;
     insta::assert_snapshot!(format!("{}\nanother client\n{}", script.page, other.page));
 }

@@ -1,0 +1,56 @@
+//! What viewers draw of the cell.
+
+use kinematics::RpyPose;
+use recorder::{ObstacleShape, SceneObstacle};
+
+use super::Cell;
+use super::schema::ShapeName;
+
+impl Cell {
+    /// `[[obstacle]]` as a recording and the live view show it.
+    pub fn drawn(&self) -> Vec<SceneObstacle> {
+        let obstacles = self.tables().obstacle.iter();
+        obstacles
+            .filter_map(|obstacle| {
+                // The file was checked: the size has as many numbers as the shape needs.
+                let shape = match (obstacle.shape, obstacle.size.numbers()) {
+                    (ShapeName::Box, &[x, y, z]) => ObstacleShape::Box([x, y, z]),
+                    (ShapeName::Cylinder, &[radius, length]) => {
+                        ObstacleShape::Cylinder { radius, length }
+                    }
+                    (ShapeName::Sphere, &[radius]) => ObstacleShape::Sphere { radius },
+                    (ShapeName::Plane, _) => ObstacleShape::Plane,
+                    _ => return None,
+                };
+                Some(SceneObstacle {
+                    name: obstacle.name.clone(),
+                    shape,
+                    pose: RpyPose::from_array(obstacle.pose),
+                })
+            })
+            .collect()
+    }
+
+    /// Every obstacle with its stiffness, N/m, where it has one.
+    pub fn stiffness(&self) -> Vec<(String, Option<f64>)> {
+        let obstacles = self.tables().obstacle.iter();
+        obstacles
+            .map(|obstacle| (obstacle.name.clone(), obstacle.stiffness))
+            .collect()
+    }
+
+    /// `[[safety_plane]]`: name, point, normal, and when it counts.
+    pub fn planes(&self) -> Vec<(String, [f64; 3], [f64; 3], &'static str)> {
+        let planes = self.tables().safety_plane.iter();
+        planes
+            .map(|plane| {
+                (
+                    plane.name.clone(),
+                    plane.point,
+                    plane.normal,
+                    plane.mode.word(),
+                )
+            })
+            .collect()
+    }
+}

@@ -1,0 +1,356 @@
+//! A session with a client that has attached to a controller that serves. The program is another's: it goes forward only, and
+//! goes on when the client leaves. Who looks on may ask, who drives may hold it and change its variables.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, SyncSender};
+
+use elite_lang::SourceFile;
+use elite_lang::debug::places;
+use elite_runtime::ProgramText;
+use serde_json::{Value as Json, json};
+
+use super::hub::{DebugHub, ProgramStarted};
+use super::run::Run;
+use super::run_channel::{RequestId, RunCommand, SessionEvent};
+use super::session::{DapSession, LaunchedProgram, ProgramPhase};
+use super::stream::{DapInput, MessageSink};
+
+/// What may wait for a session.
+const NOTES_MAX: usize = 1024;
+/// Questions whose answers are due.
+const ASKS_MAX: usize = 256;
+
+/// What an attached session is attached to.
+pub(crate) struct Attachment {
+    pub hub: Arc<DebugHub>,
+    /// Its number; 0 before `attach`.
+    pub client: u32,
+    /// It has shown the token.
+    is_trusted: bool,
+    drives: bool,
+    asks: BTreeMap<i64, RequestId>,
+    last_ask: i64,
+}
+
+impl Attachment {
+    /// It drives the program.
+    pub fn drives(&self) -> bool {
+        self.drives && self.client > 0
+    }
+}
+
+/// The end of an attached session where messages go in.
+#[derive(Clone)]
+pub struct SessionSender(SyncSender<SessionEvent>);
+
+impl SessionSender {
+    /// A message of the client; false where too many wait, or nobody takes them any more.
+    pub fn message(&self, text: &str) -> bool {
+        let message = match serde_json::from_str(text) {
+            Ok(message) => DapInput::Message(message),
+            Err(error) => DapInput::Garbage(error.to_string()),
+        };
+        self.0.try_send(SessionEvent::Client(message)).is_ok()
+    }
+
+    /// Something for people: what programs print, and the log.
+    pub fn output(&self, category: &'static str, text: String) {
+        // Who is behind misses some.
+        let _ = self.0.try_send(SessionEvent::Said(category, text));
+    }
+
+    /// The client has gone.
+    pub fn gone(&self) {
+        // Where there is no room the session ends with its output.
+        let _ = self.0.try_send(SessionEvent::Gone(None));
+    }
+}
+
+/// A session that is not served yet.
+pub struct AttachedSession {
+    notes: Receiver<SessionEvent>,
+    sender: SyncSender<SessionEvent>,
+    hub: Arc<DebugHub>,
+    is_trusted: bool,
+}
+
+impl AttachedSession {
+    /// A session of a client that has shown the token, or not, and where its messages go in.
+    pub fn new(hub: Arc<DebugHub>, is_trusted: bool) -> (Self, SessionSender) {
+        let (sender, notes) = std::sync::mpsc::sync_channel(NOTES_MAX);
+        let inlet = SessionSender(sender.clone());
+        let session = Self {
+            notes,
+            sender,
+            hub,
+            is_trusted,
+        };
+        (session, inlet)
+    }
+
+    /// Serves the client until it leaves, on the calling thread.
+    pub fn serve(self, out: &mut dyn MessageSink) {
+        let launch = |_: &Json| Err("this controller serves: attach to it".to_owned());
+        let mut session = DapSession::new(out, &launch, self.sender);
+        session.attachment = Some(Attachment {
+            hub: self.hub,
+            client: 0,
+            is_trusted: self.is_trusted,
+            drives: false,
+            asks: BTreeMap::new(),
+            last_ask: 0,
+        });
+        while !session.is_done {
+            // The session itself holds a sender, so that this does not fail.
+            match self.notes.recv() {
+                Ok(note) => session.take(note),
+                Err(_) => break,
+            }
+        }
+        session.detach();
+    }
+}
+
+impl DapSession<'_> {
+    /// The answer to a request, where it is another than that of a launched session.
+    pub(super) fn attached_request(
+        &mut self,
+        request: &RequestId,
+        arguments: &Json,
+    ) -> Option<Option<Result<Json, String>>> {
+        self.attachment.as_ref()?;
+        let command = request.1.as_str();
+        let drives_only = matches!(
+            command,
+            "setBreakpoints"
+                | "setFunctionBreakpoints"
+                | "setExceptionBreakpoints"
+                | "setDataBreakpoints"
+                | "continue"
+                | "next"
+                | "stepIn"
+                | "stepOut"
+                | "nextNode"
+                | "pause"
+                | "evaluate"
+                | "setVariable"
+                | "setExpression"
+        );
+        let (client, drives) = match &self.attachment {
+            Some(attachment) => (attachment.client, attachment.drives),
+            None => (0, false),
+        };
+        if drives_only && client > 0 && !drives {
+            let error = "this debugger only looks on; attach with \"drive\": true to drive";
+            return Some(Some(Err(error.to_owned())));
+        }
+        let nothing = |()| json!({});
+        Some(Some(match command {
+            "attach" => self.attach(arguments).map(nothing),
+            "launch" => Err("this controller serves: attach to it".to_owned()),
+            "stepBack" | "reverseContinue" | "gotoCycle" | "restartFrame" => Err(format!(
+                "{command}: a program on a running server goes forward only; open its recording to go back"
+            )),
+            "restart" | "terminate" => Err(format!(
+                "{command}: programs are started and stopped at the server's ports; disconnect leaves it running"
+            )),
+            "configurationDone" => Ok(json!({})),
+            "disconnect" => {
+                self.detach();
+                Ok(json!({}))
+            }
+            "continue" => self
+                .go_on(command, arguments)
+                .map(|()| json!({"allThreadsContinued": true})),
+            "next" | "stepIn" | "stepOut" | "nextNode" => {
+                self.go_on(command, arguments).map(nothing)
+            }
+            "pause" if self.run.is_none() => Err(self.not_watched()),
+            "stackTrace" | "scopes" | "variables" | "evaluate" | "setVariable"
+            | "setExpression" | "exceptionInfo" => {
+                return Some(self.ask_attached(request, arguments));
+            }
+            "threads" if self.phase == ProgramPhase::Held => {
+                return Some(self.ask_attached(request, arguments));
+            }
+            _ => return None,
+        }))
+    }
+
+    fn not_watched(&self) -> String {
+        match &self.launched {
+            None => "no program is running".to_owned(),
+            Some(_) => "this program had begun before anybody attached, so it has no places to be held at; start it again to debug it, pause it at the server's ports, or start the server with --attachable".to_owned(),
+        }
+    }
+
+    fn attach(&mut self, arguments: &Json) -> Result<(), String> {
+        let wants = arguments.get("drive").and_then(Json::as_bool);
+        let events = self.events.clone();
+        let attachment = self
+            .attachment
+            .as_mut()
+            .ok_or("there is nothing to attach to")?;
+        if attachment.client > 0 {
+            return Err("this debugger is attached already".to_owned());
+        }
+        let drives = wants.unwrap_or(true);
+        if drives && !attachment.is_trusted {
+            return Err("who drives has to show the token of the server; with \"drive\": false this debugger looks on".to_owned());
+        }
+        let (client, begun) = attachment.hub.join(events, drives)?;
+        (attachment.client, attachment.drives) = (client, drives);
+        let hub = attachment.hub.clone();
+        let cannot = json!({
+            "supportsStepBack": false,
+            "supportsRestartFrame": false,
+            "supportsRestartRequest": false,
+            "supportTerminateDebuggee": false,
+            "supportsTerminateRequest": false,
+            "supportsGotoCycleRequest": false,
+        });
+        self.event("capabilities", json!({ "capabilities": cannot }));
+        if drives {
+            hub.set_breakpoints(Arc::new(self.breakpoints.clone()));
+        }
+        self.program_begun(begun);
+        Ok(())
+    }
+
+    /// What the program was asked and has not answered is refused: it runs, and may never be held again.
+    fn refuse_asked(&mut self) {
+        let Some(attachment) = &mut self.attachment else {
+            return;
+        };
+        for (_, request) in std::mem::take(&mut attachment.asks) {
+            let error = format!("{}: the program went on before it had answered", request.1);
+            self.respond(&request, Err(error));
+        }
+    }
+
+    /// A program begins, or the one that ran has ended.
+    pub(super) fn program_begun(&mut self, begun: Option<ProgramStarted>) {
+        self.refuse_asked();
+        self.run = None;
+        self.launched = None;
+        self.phase = ProgramPhase::Before;
+        let Some(begun) = begun else {
+            self.output("console", "no program is running\n", 0);
+            return;
+        };
+        let program = ProgramText {
+            name: begun.name.to_string(),
+            text: begun.text.to_string(),
+        };
+        let file = SourceFile::new(program.name.clone(), program.text.clone());
+        self.generation = begun.generation;
+        self.launched = Some(LaunchedProgram::of_another(program, places(&file)));
+        self.phase = ProgramPhase::Running;
+        let name = begun.name.to_string();
+        self.event("process", json!({"name": name, "startMethod": "attach"}));
+        match begun.watched {
+            Some(watched) => self.run = Some(Run::of_another(watched.link, watched.orders)),
+            None => {
+                let text = self.not_watched();
+                self.output("important", &format!("{text}\n"), 0);
+            }
+        }
+        // Those of the program before are no places of this one.
+        self.breakpoints.places.clear();
+        self.bind_sources();
+        self.changed();
+        if let Some(attachment) = self.attachment.as_ref().filter(|a| a.drives()) {
+            attachment.hub.is_ready(self.generation);
+        }
+        if let Some(held) = begun.held {
+            self.threads = held.threads;
+            self.stopped(held.thread, held.why, held.position);
+        }
+    }
+
+    fn go_on(&mut self, command: &str, arguments: &Json) -> Result<(), String> {
+        if self.run.is_none() {
+            return Err(self.not_watched());
+        }
+        self.must_be_held()?;
+        let go = self.way_of(command, arguments)?;
+        let attachment = self
+            .attachment
+            .as_ref()
+            .ok_or("there is nothing to attach to")?;
+        attachment.hub.go(attachment.client, go)?;
+        self.phase = ProgramPhase::Running;
+        Ok(())
+    }
+
+    /// The driver has let the program go on.
+    pub(super) fn continued(&mut self) {
+        self.phase = ProgramPhase::Running;
+        self.refuse_asked();
+        let thread = u64::from(self.thread) + 1;
+        self.event(
+            "continued",
+            json!({"threadId": thread, "allThreadsContinued": true}),
+        );
+    }
+
+    fn ask_attached(
+        &mut self,
+        request: &RequestId,
+        arguments: &Json,
+    ) -> Option<Result<Json, String>> {
+        if self.run.is_none() {
+            return Some(Err(self.not_watched()));
+        }
+        if let Err(error) = self.must_be_held() {
+            return Some(Err(error));
+        }
+        let Some(attachment) = &mut self.attachment else {
+            return Some(Err("there is nothing to attach to".to_owned()));
+        };
+        if attachment.asks.len() >= ASKS_MAX {
+            return Some(Err(format!(
+                "{ASKS_MAX} questions wait for an answer already"
+            )));
+        }
+        attachment.last_ask = (attachment.last_ask + 1) & 0x7fff_ffff;
+        let number = attachment.last_ask;
+        attachment.asks.insert(number, request.clone());
+        let order = RunCommand::Ask {
+            request: (
+                i64::from(attachment.client) << 32 | number,
+                request.1.clone(),
+            ),
+            command: request.1.clone(),
+            arguments: arguments.clone(),
+        };
+        if self.run.as_ref().is_some_and(|run| run.order(order)) {
+            return None;
+        }
+        attachment.asks.remove(&number);
+        Some(Err(format!(
+            "{}: the program takes no questions just now",
+            request.1
+        )))
+    }
+
+    /// To which request of the client an answer is; None where that was refused meanwhile.
+    pub(super) fn asked_as(&mut self, request: &RequestId) -> Option<RequestId> {
+        match &mut self.attachment {
+            Some(attachment) => attachment.asks.remove(&(request.0 & 0xffff_ffff)),
+            None => self.own_asked(request),
+        }
+    }
+
+    fn detach(&mut self) {
+        self.refuse_asked();
+        if let Some(attachment) = &mut self.attachment
+            && attachment.client > 0
+        {
+            attachment.hub.leave(attachment.client);
+            attachment.client = 0;
+        }
+        self.run = None;
+    }
+}

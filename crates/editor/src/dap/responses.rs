@@ -1,0 +1,93 @@
+//! What a session says to its client: responses, events, output, and where the program's text is.
+
+use serde_json::{Value as Json, json};
+
+use super::session::DapSession;
+
+impl DapSession<'_> {
+    pub(super) fn source(&self) -> Result<Json, String> {
+        let launched = self.launched.as_ref().ok_or("no program was launched")?;
+        Ok(json!({"content": launched.program.text}))
+    }
+
+    pub(super) fn source_body(&self) -> Json {
+        let Some(launched) = &self.launched else {
+            return json!({});
+        };
+        let name = launched.path.file_name().map(|name| name.to_string_lossy());
+        match launched.is_on_disk {
+            true => json!({"name": name, "path": launched.path}),
+            false => match self.wanted_path() {
+                Some(path) => json!({"name": name, "path": path}),
+                None => json!({"name": launched.program.name, "sourceReference": 1}),
+            },
+        }
+    }
+
+    /// The file that the client knows an attached program by.
+    fn wanted_path(&self) -> Option<&std::path::Path> {
+        self.attachment.as_ref()?;
+        let wanted = self.wanted_sources.iter();
+        let mut own = wanted.filter(|(path, _)| self.is_program(path));
+        own.next().map(|(path, _)| path.as_path())
+    }
+
+    /// Whether a file is the text of the program; of a program of another machine only the name of the file tells.
+    pub(super) fn is_program(&self, path: &std::path::Path) -> bool {
+        self.launched.as_ref().is_some_and(|launched| {
+            let is_named_so =
+                || path.file_name().is_some() && path.file_name() == launched.path.file_name();
+            path == launched.path || self.attachment.is_some() && is_named_so()
+        })
+    }
+
+    pub(super) fn output(&mut self, category: &str, text: &str, line: u32) {
+        let mut body = json!({"category": category, "output": text});
+        if line > 0
+            && let Json::Object(fields) = &mut body
+        {
+            fields.insert("source".to_owned(), self.source_body());
+            let line = i64::from(line) - 1 + self.first_line;
+            fields.insert("line".to_owned(), json!(line));
+        }
+        self.event("output", body);
+    }
+
+    pub(super) fn respond(&mut self, request: &(i64, String), result: Result<Json, String>) {
+        let (number, command) = request;
+        let mut message = json!({
+            "type": "response",
+            "request_seq": number,
+            "command": command,
+            "success": result.is_ok(),
+        });
+        if let Json::Object(fields) = &mut message {
+            match result {
+                Ok(body) => {
+                    fields.insert("body".to_owned(), body);
+                }
+                Err(text) => {
+                    fields.insert("message".to_owned(), json!(text));
+                    let error = json!({"error": {"id": 1, "format": text, "showUser": true}});
+                    fields.insert("body".to_owned(), error);
+                }
+            }
+        }
+        self.send(message);
+    }
+
+    pub(super) fn event(&mut self, name: &str, body: Json) {
+        self.send(json!({"type": "event", "event": name, "body": body}));
+    }
+
+    pub(super) fn send(&mut self, mut message: Json) {
+        self.seq += 1;
+        if let Json::Object(fields) = &mut message {
+            fields.insert("seq".to_owned(), json!(self.seq));
+        }
+        // Nobody reads: the session is over.
+        if self.out.message(&message).is_err() {
+            self.is_done = true;
+        }
+    }
+}

@@ -1,0 +1,228 @@
+//! What passes between a session and the run it holds: orders to the thread of the program, events back.
+
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64};
+use std::sync::mpsc::Receiver;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use elite_runtime::TaskEnd;
+use motion_api::ProgramId;
+use serde_json::Value as Json;
+
+use super::breakpoints::Breakpoints;
+use super::hub::ProgramStarted;
+use super::run_position::{Intervention, Position, SeekTarget};
+use super::stream::DapInput;
+
+/// How a held program goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ResumeMode {
+    /// To the next breakpoint.
+    Free,
+    /// To the next statement of a thread.
+    StepIn(u32),
+    /// To the next one of the same call, or of the one it returns to.
+    Next(u32),
+    /// Out of the call.
+    Out(u32),
+    /// To the next node of the pendant's task.
+    Node(u32),
+    /// Until this many cycles have passed.
+    ToCycle(u64),
+}
+
+/// An order to the thread of a held program.
+pub(crate) enum RunCommand {
+    /// A request of the client that is about the program.
+    Ask {
+        /// To answer to.
+        request: RequestId,
+        /// What is asked.
+        command: String,
+        /// With what.
+        arguments: Json,
+    },
+    /// Go on.
+    Go(ResumeMode),
+    /// Stop; `is_stopping` is set.
+    Stop,
+}
+
+/// Which request an answer is to: its number and name.
+pub(crate) type RequestId = (i64, String);
+
+/// Why a program is held.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct SuspendReason {
+    /// The protocol's word.
+    pub reason: &'static str,
+    /// For people.
+    pub description: Option<String>,
+    /// More of it.
+    pub text: Option<String>,
+    /// Which breakpoints.
+    pub ids: Vec<u64>,
+}
+
+impl SuspendReason {
+    /// Only the protocol's word.
+    pub(crate) fn only(reason: &'static str) -> Self {
+        Self {
+            reason,
+            ..Self::default()
+        }
+    }
+}
+
+/// What a run is started for.
+#[derive(Clone, Debug)]
+pub(crate) enum Purpose {
+    /// To run, held at the first statement if so.
+    Run {
+        /// Held there.
+        stop_on_entry: bool,
+    },
+    /// To be held at a place without a word before it.
+    Seek(SeekTarget, SuspendReason),
+    /// To find the last place before this moment at which a breakpoint holds, without a word.
+    Scan {
+        /// See [`Position::moment`].
+        before: u64,
+    },
+}
+
+/// What the run tells.
+#[derive(Clone)]
+pub(crate) enum RunEvent {
+    /// It is held.
+    Stopped {
+        /// The thread.
+        thread: u32,
+        /// All that there are.
+        threads: Vec<u32>,
+        /// Why.
+        why: SuspendReason,
+        /// Where.
+        position: Position,
+        /// Where a breakpoint held last before, as far as that is known: not where breakpoints were changed on the way.
+        last: Option<Option<(Position, SuspendReason)>>,
+    },
+    /// Another client has let it go on.
+    Continued,
+    /// An answer.
+    Answer {
+        /// To this request.
+        request: RequestId,
+        /// The body, or a sentence.
+        result: Result<Json, String>,
+    },
+    /// Something was changed while the program is held.
+    Changed(Intervention),
+    /// Text for people.
+    Output {
+        /// The protocol's word for what it is.
+        category: &'static str,
+        /// The text.
+        text: String,
+        /// The line it comes from, 0 unknown.
+        line: u32,
+    },
+    /// What the program itself has said; its number counts in the run.
+    Said(u64, &'static str, String, u32),
+    /// A script thread is there, or is gone.
+    Thread {
+        /// Its number.
+        number: u32,
+        /// It is there.
+        is_there: bool,
+    },
+    /// What a scan has found.
+    Scanned(Option<(Position, SuspendReason)>),
+    /// An exception has ended the program: this is where it was raised.
+    Raised {
+        /// See [`Position::moment`].
+        moment: u64,
+        /// What is said there.
+        why: SuspendReason,
+    },
+    /// The program has ended, and nothing is left of it.
+    Ended(Option<TaskEnd>),
+}
+
+/// What a session hears.
+#[derive(Clone)]
+pub(crate) enum SessionEvent {
+    /// A message of the client.
+    Client(DapInput),
+    /// The client has gone, with the reason if it is one worth telling.
+    Gone(Option<String>),
+    /// A program begins on the controller that the client has attached to, or the one that ran has ended.
+    Begun(Option<Box<ProgramStarted>>),
+    /// A message from a controller elsewhere.
+    Remote(Json),
+    /// Something for people, and what it is.
+    Said(&'static str, String),
+    /// Of the run of this number.
+    Run(u64, Box<RunEvent>),
+}
+
+/// Between a session and one run.
+pub(crate) struct RunChannel {
+    /// Which run of the session it is.
+    pub generation: u64,
+    /// The program belongs to a controller that serves: it is held without the task standing still, and goes on without us.
+    pub is_attached: bool,
+    /// Somebody is there who can let it go on.
+    pub is_driven: AtomicBool,
+    /// The program that is debugged, where others run as well.
+    pub program: Option<ProgramId>,
+    /// What it is for.
+    pub purpose: Purpose,
+    /// What is done again on the way.
+    pub interventions: Vec<Intervention>,
+    /// Held at the end, however the program ends.
+    pub stop_at_end: bool,
+    /// What the client wants it held for; the number counts changes.
+    pub breakpoints: Mutex<Arc<Breakpoints>>,
+    /// See above.
+    pub changes: AtomicU64,
+    /// The client wants it held.
+    pub pause: AtomicBool,
+    /// Nobody wants it any more.
+    pub is_over: AtomicBool,
+    /// The client has it stopped: what it does on its way out is told, and so is its end.
+    pub is_stopping: AtomicBool,
+    /// Its output has been seen.
+    pub is_muted: AtomicBool,
+    /// How much the program has said so far, and how much of that the client has seen in earlier runs.
+    pub said: AtomicU64,
+    /// See above.
+    pub seen: AtomicU64,
+    /// The line of the latest statement.
+    pub line: AtomicU32,
+    /// Its column.
+    pub column: AtomicU32,
+    /// To the session; false when it is gone.
+    pub events: Box<dyn Fn(SessionEvent) -> bool + Send + Sync>,
+    /// From the session; taken by the program's thread.
+    pub orders: Mutex<Option<Receiver<RunCommand>>>,
+}
+
+impl RunChannel {
+    /// Tells the session; a session that is gone wants nothing of the run any more.
+    pub(crate) fn tell(&self, event: RunEvent) {
+        if !(self.events)(SessionEvent::Run(self.generation, Box::new(event))) {
+            self.is_over
+                .store(true, std::sync::atomic::Ordering::Release);
+        }
+    }
+
+    /// What the client wants it held for.
+    pub(crate) fn breakpoints(&self) -> Arc<Breakpoints> {
+        lock(&self.breakpoints).clone()
+    }
+}
+
+/// The values behind these locks are whole at every moment, so a poisoned one is as good as any.
+pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

@@ -1,0 +1,157 @@
+//! When a task looks round, and what it finds then: a cycle, orders, threads that sockets have woken.
+//!
+//! Between two turns a task learns nothing new of the world, so a recording that says what was seen in which turn is all that a
+//! repetition needs (`crate::external`). Turns are counted the same way whether or not anybody notes them.
+
+use elite_lang::{SourceFile, ThreadId, memory};
+use motion_api::ThreadNumber;
+
+use super::controls::Control;
+use super::scheduler::{BlockReason, Task, TaskEnd};
+use crate::external::{ExternalInputKind, TaskOrder};
+
+/// What should have happened since the turn before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum TurnCause {
+    /// Nothing that takes time.
+    Work,
+    /// A wait, usually for the next cycle.
+    Wait,
+}
+
+impl Task {
+    /// Looks round. What is seen from now on is that of the latest cycle.
+    pub(super) fn look(&mut self, since: TurnCause) {
+        let turn = self.context.next_turn();
+        let program = self.context.program();
+        let expected = match since {
+            TurnCause::Work => self.seen,
+            TurnCause::Wait => self.seen + 1,
+        };
+        self.worked = match since {
+            TurnCause::Work => self.worked.saturating_add(1),
+            TurnCause::Wait => 0,
+        };
+        let woken = if let Some(repeat) = self.context.repeat().cloned() {
+            repeat.watch(self.context.origin(0), turn, self.worked, self.seen);
+            let cycle = repeat.seen(program, turn).unwrap_or(expected);
+            while self.context.robot().moment().cycle < cycle
+                && !repeat.is_at_its_end()
+                && !self.settings.robot.timeline().has_ended()
+                && !self
+                    .attached
+                    .as_ref()
+                    .is_some_and(|attached| attached.is_over())
+            {
+                self.tick();
+            }
+            repeat
+                .woken(program, turn)
+                .iter()
+                .map(|id| ThreadId(*id))
+                .collect()
+        } else {
+            self.context.robot().look();
+            self.host.take_woken_outside()
+        };
+        self.seen = self.context.robot().moment().cycle;
+        if self.seen != expected {
+            self.worked = 0;
+            self.context.note(ExternalInputKind::Sees);
+        }
+        for thread in woken {
+            self.context
+                .note(ExternalInputKind::Woken { thread: thread.0 });
+            self.ready_woken(thread);
+        }
+        if let Some(attached) = self.attached.clone()
+            && since == TurnCause::Wait
+        {
+            self.interpreter.halted(|halt| attached.between_turns(halt));
+        }
+    }
+
+    /// Whether somebody waits for the outside world.
+    pub(super) fn has_waits_outside(&self) -> bool {
+        let mut waiting = self.threads.values().filter_map(|entry| entry.waiting);
+        waiting.any(|waiting| match waiting {
+            BlockReason::Token(token) => self.context.wait_of(token).is_on_the_outside(),
+            BlockReason::Parked { .. } => false,
+        })
+    }
+
+    /// Carries out what was ordered up to this turn.
+    pub(super) fn take_orders(&mut self) {
+        while let Some(control) = self
+            .came_meanwhile
+            .take()
+            .or_else(|| self.controls.try_next())
+        {
+            self.note_order(&control);
+            self.take(control);
+        }
+        let Some(repeat) = self.context.repeat().cloned() else {
+            return;
+        };
+        for order in repeat.orders(self.context.program(), self.context.turn()) {
+            match order {
+                TaskOrder::Stop => self.take(Control::Stop),
+                TaskOrder::Replace(successor) => self.take(Control::Replace(successor.into())),
+                TaskOrder::Pause => self.take(Control::Pause),
+                TaskOrder::Resume => self.take(Control::Resume),
+                TaskOrder::Secondary { name, text } => self.repeat_secondary(name, text),
+            }
+        }
+    }
+
+    pub(super) fn note_order(&self, control: &Control) {
+        if self.context.witness().is_none() {
+            return;
+        }
+        let order = match control {
+            Control::Stop => TaskOrder::Stop,
+            Control::Replace(successor) => TaskOrder::Replace(successor.to_string()),
+            Control::Pause => TaskOrder::Pause,
+            Control::Resume => TaskOrder::Resume,
+            Control::Secondary(program, _) => TaskOrder::Secondary {
+                name: program.file().name().to_owned(),
+                text: program.file().text().to_owned(),
+            },
+        };
+        self.context.note(ExternalInputKind::Order(order));
+    }
+
+    fn repeat_secondary(&mut self, name: String, text: String) {
+        if self.end.is_some() {
+            return;
+        }
+        let known = &self.known;
+        let compiled = memory::outside(|| elite_lang::compile(SourceFile::new(name, text), known));
+        // It compiled when it was recorded; another version may think otherwise, which shows in what follows.
+        if let Ok(program) = compiled {
+            self.start_secondary(&program);
+            memory::outside(|| drop(program));
+        }
+    }
+
+    /// The end of a task whose recorded run is at its end, or was left.
+    pub(super) fn end_of_recording(&self) -> Option<TaskEnd> {
+        let repeat = self.context.repeat()?;
+        repeat.is_at_its_end().then_some(TaskEnd::Stopped)
+    }
+
+    /// A thread goes on that was parked.
+    pub(super) fn ready_woken(&mut self, id: ThreadId) {
+        let woken = self
+            .threads
+            .iter_mut()
+            .find(|(_, entry)| entry.script.id() == id);
+        if let Some((number, entry)) = woken
+            && matches!(entry.waiting, Some(BlockReason::Parked { .. }))
+        {
+            entry.waiting = None;
+            let number: ThreadNumber = *number;
+            self.ready.push_back(number);
+        }
+    }
+}

@@ -1,0 +1,86 @@
+//! What holds a task and lets it go on, and what the robot is told of it.
+//!
+//! Others hold it by orders, a debugger besides; it goes on when both have let go.
+
+use io_bus::ProgramState;
+use motion_api::{CommandKind, IoChange, Origin};
+
+use super::scheduler::Task;
+use crate::debug::SuspendState;
+use crate::supervisor::TaskState;
+
+impl Task {
+    /// Goes on where it was held.
+    pub(super) fn go_on(&mut self) {
+        if self.paused {
+            self.paused = false;
+            self.tell_robot(CommandKind::Resume);
+            self.program_is(ProgramState::Running);
+            let now = self.context.robot().moment().time;
+            self.settings.panel.with_watchdogs(|dogs| dogs.restart(now));
+            self.show(TaskState::Running);
+        }
+    }
+
+    /// What a debugger holds while orders are heard.
+    pub(super) fn holds(&self) -> SuspendState {
+        let attached = self.attached.as_ref();
+        attached.map_or(SuspendState::Nothing, |attached| attached.holds())
+    }
+
+    /// Holds the task, or lets it go on, as a debugger wants; an order to hold it counts besides.
+    pub(super) fn follow_hold(&mut self) {
+        match self.holds() {
+            SuspendState::Nothing if self.is_paused_by_others => {}
+            SuspendState::Nothing => self.go_on(),
+            SuspendState::Program | SuspendState::At(_) => self.halt(),
+        }
+    }
+
+    pub(super) fn pause(&mut self) {
+        self.is_paused_by_others = true;
+        self.halt();
+    }
+
+    fn halt(&mut self) {
+        if !self.paused {
+            self.paused = true;
+            self.tell_robot(CommandKind::Pause);
+            self.program_is(ProgramState::Paused);
+            self.show(TaskState::Paused);
+        }
+    }
+
+    pub(super) fn show(&self, state: TaskState) {
+        self.status.send_modify(|status| status.state = state);
+    }
+
+    /// Gives the robot a command. Where there is no room for it just now it is given in one of the next cycles: a stop is
+    /// late at worst, never lost.
+    pub(super) fn tell_robot(&mut self, kind: CommandKind) {
+        self.untold.push_back(kind);
+        self.tell_what_is_untold();
+    }
+
+    pub(super) fn tell_what_is_untold(&mut self) {
+        let origin = Origin {
+            program: self.context.program(),
+            ..Origin::default()
+        };
+        while let Some(kind) = self.untold.front()
+            && self.settings.robot.send(origin, *kind).is_ok()
+        {
+            self.untold.pop_front();
+        }
+    }
+
+    /// For outputs that follow the run state (manual 5.20 to 5.25). A held program does not run.
+    pub(super) fn program_is(&mut self, state: ProgramState) {
+        if self.settings.extras.attendant.is_some() {
+            return;
+        }
+        let runs = state == ProgramState::Running;
+        self.tell_robot(CommandKind::SetIo(IoChange::ProgramRunning(runs)));
+        self.settings.fieldbus.set_program(state);
+    }
+}

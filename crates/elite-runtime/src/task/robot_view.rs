@@ -1,0 +1,114 @@
+//! The robot as a task sees it. Under the real clock that is the robot of one cycle for a whole turn: what happens while a
+//! slice of a thread runs is seen in the next one, so that when something was seen is known exactly. Under the virtual clock
+//! nothing happens in between.
+
+use std::cell::RefCell;
+use std::ops::Deref;
+use std::sync::Arc;
+
+use motion_api::{CommandId, CycleTime, IoImage, RobotState, StopReason};
+
+use crate::predicted_state::PredictedState;
+use crate::robot::Robot;
+
+/// See the module.
+pub(crate) struct RobotView {
+    robot: Arc<Robot>,
+    /// The state that is seen; `None` where nothing changes within a turn.
+    seen: RefCell<Option<Box<RobotState>>>,
+}
+
+impl Deref for RobotView {
+    type Target = Arc<Robot>;
+
+    fn deref(&self) -> &Arc<Robot> {
+        &self.robot
+    }
+}
+
+impl RobotView {
+    pub fn new(robot: Arc<Robot>) -> Self {
+        let seen = (!robot.timeline().is_virtual()).then(|| Box::new(robot.told()));
+        Self {
+            robot,
+            seen: RefCell::new(seen),
+        }
+    }
+
+    /// A new turn: what has happened meanwhile is seen.
+    pub fn look(&self) {
+        if let Some(seen) = &mut *self.seen.borrow_mut()
+            && self.robot.told_cycle() != seen.cycle
+        {
+            **seen = self.robot.told();
+        }
+    }
+
+    /// The state that is seen.
+    pub fn state(&self) -> RobotState {
+        let seen = self.seen.borrow();
+        seen.as_ref()
+            .map_or_else(|| self.robot.state(), |state| **state)
+    }
+
+    /// The latest moment there is, which says nothing to a program.
+    pub fn latest(&self) -> CycleTime {
+        self.robot.moment()
+    }
+
+    /// When that was.
+    pub fn moment(&self) -> CycleTime {
+        let seen = self.seen.borrow();
+        let of = |state: &RobotState| CycleTime::of(state);
+        seen.as_ref()
+            .map_or_else(|| self.robot.moment(), |state| of(state))
+    }
+
+    /// See [`Robot::io`].
+    pub fn io(&self) -> IoImage {
+        match &*self.seen.borrow() {
+            Some(state) => self.robot.io_after(state),
+            None => self.robot.io(),
+        }
+    }
+
+    /// See [`Robot::foreseen`].
+    pub fn foreseen(&self) -> PredictedState {
+        match &*self.seen.borrow() {
+            Some(state) => self.robot.foreseen_after(state),
+            None => self.robot.foreseen(),
+        }
+    }
+
+    /// See [`Robot::has_ended`].
+    pub fn has_ended(&self, id: CommandId) -> bool {
+        match &*self.seen.borrow() {
+            Some(state) => self.robot.has_ended_by(id, state.cycle),
+            None => self.robot.has_ended(id),
+        }
+    }
+
+    /// See [`Robot::may_be_followed`].
+    pub fn may_be_followed(&self, id: CommandId) -> bool {
+        match &*self.seen.borrow() {
+            Some(state) => self.robot.may_be_followed_by(id, state.cycle),
+            None => self.robot.may_be_followed(id),
+        }
+    }
+
+    /// See [`Robot::is_next_due`].
+    pub fn is_next_due(&self, id: CommandId) -> bool {
+        match &*self.seen.borrow() {
+            Some(state) => self.robot.is_next_due_by(id, state.cycle),
+            None => self.robot.is_next_due(id),
+        }
+    }
+
+    /// See [`Robot::protective_stops`].
+    pub fn protective_stops(&self) -> (u64, Option<StopReason>) {
+        match &*self.seen.borrow() {
+            Some(state) => self.robot.protective_stops_by(state.cycle),
+            None => self.robot.protective_stops(),
+        }
+    }
+}

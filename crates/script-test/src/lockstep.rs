@@ -1,0 +1,222 @@
+//! Two programs on one arm, under one virtual clock, the same on every machine: the test and the program it looks at.
+//!
+//! They take turns. In every cycle the program runs first, until it waits, then the test; then the cycle passes. While the
+//! test has nothing to do the program passes cycles alone. Each runs on a thread of its own, but never both at once, except
+//! that a program which has just been started comes to its first wait while the test stands still. Owns the turns; what a
+//! cycle does is the inner timeline's.
+
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::thread::{self, ThreadId};
+use std::time::Duration;
+
+use motion_api::Timeline;
+
+/// What is done before every cycle, given its number.
+type CycleHook = Box<dyn Fn(u64) + Send + Sync>;
+
+/// The timeline that two tasks drive.
+pub(crate) struct LockstepTimeline {
+    inner: Arc<dyn Timeline>,
+    state: Mutex<LockstepState>,
+    changed: Condvar,
+    before: OnceLock<CycleHook>,
+    /// Cycles so far.
+    cycles: AtomicU64,
+    /// A program is there beside the test.
+    has_company: Arc<AtomicBool>,
+}
+
+#[derive(Default)]
+struct LockstepState {
+    test: Option<ThreadId>,
+    program: Option<ThreadId>,
+    /// Programs that have come so far.
+    arrivals: u64,
+    /// The program waits for the next cycle, and for its turn in it.
+    program_waits: bool,
+    turn: ActiveTask,
+    /// The test has nothing to do before this cycle.
+    rests_until: u64,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum ActiveTask {
+    #[default]
+    Test,
+    Program,
+}
+
+impl LockstepTimeline {
+    /// Nobody takes part yet; who comes first is the test.
+    pub(crate) fn new(inner: Arc<dyn Timeline>) -> Self {
+        Self {
+            inner,
+            state: Mutex::default(),
+            changed: Condvar::new(),
+            before: OnceLock::new(),
+            cycles: AtomicU64::new(0),
+            has_company: Arc::default(),
+        }
+    }
+
+    /// Says what is done before every cycle; only the first call counts.
+    pub(crate) fn do_before_cycles(&self, act: CycleHook) {
+        let _ = self.before.set(act);
+    }
+
+    /// Cycles so far.
+    pub(crate) fn cycles(&self) -> u64 {
+        self.cycles.load(Ordering::Acquire)
+    }
+
+    /// True while a program is there beside the test.
+    pub(crate) fn company(&self) -> &Arc<AtomicBool> {
+        &self.has_company
+    }
+
+    /// How many programs have come so far.
+    pub(crate) fn arrivals(&self) -> u64 {
+        self.state().arrivals
+    }
+
+    /// Waits until more programs have come than `before`; false when `patience` was over first.
+    pub(crate) fn another_has_arrived(&self, before: u64, patience: Duration) -> bool {
+        let state = self.state();
+        let (state, _) = self
+            .changed
+            .wait_timeout_while(state, patience, |state| state.arrivals <= before)
+            .unwrap_or_else(PoisonError::into_inner);
+        state.arrivals > before
+    }
+
+    /// Waits until a program that was started waits for its turn, or is gone; false when `patience` was over first.
+    pub(crate) fn program_has_settled(&self, patience: Duration) -> bool {
+        let state = self.state();
+        let (state, _) = self
+            .changed
+            .wait_timeout_while(state, patience, |state| {
+                state.program.is_some() && !state.program_waits
+            })
+            .unwrap_or_else(PoisonError::into_inner);
+        state.program.is_none() || state.program_waits
+    }
+
+    fn pass(&self) -> bool {
+        if let Some(before) = self.before.get() {
+            before(self.cycles() + 1);
+        }
+        let passed = self.inner.advance();
+        if passed {
+            self.cycles.fetch_add(1, Ordering::AcqRel);
+        }
+        passed
+    }
+
+    /// The test has done its part of the cycle.
+    fn test_advances(&self) -> bool {
+        let mut state = self.state();
+        // A program that has just been started comes to its first wait before time passes.
+        while state.program.is_some() && !state.program_waits {
+            state = self.wait(state);
+        }
+        drop(state);
+        if !self.pass() {
+            return false;
+        }
+        let mut state = self.state();
+        if state.program.is_some() {
+            state.program_waits = false;
+            state.turn = ActiveTask::Program;
+            self.changed.notify_all();
+            while state.turn == ActiveTask::Program && state.program.is_some() {
+                state = self.wait(state);
+            }
+        }
+        state.turn = ActiveTask::Test;
+        true
+    }
+
+    /// The program has done its part of the cycle.
+    fn program_advances(&self) -> bool {
+        let mut state = self.state();
+        let rests = state.turn == ActiveTask::Program && self.cycles() < state.rests_until;
+        if state.test.is_none() || rests {
+            drop(state);
+            return self.pass();
+        }
+        state.program_waits = true;
+        state.turn = ActiveTask::Test;
+        self.changed.notify_all();
+        while state.turn == ActiveTask::Test && state.test.is_some() {
+            state = self.wait(state);
+        }
+        state.program_waits = false;
+        let is_alone = state.test.is_none();
+        drop(state);
+        // With the test gone nobody else passes the cycle that was waited for.
+        !is_alone || self.pass()
+    }
+
+    fn wait<'s>(&self, state: MutexGuard<'s, LockstepState>) -> MutexGuard<'s, LockstepState> {
+        let waited = self.changed.wait(state);
+        waited.unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn state(&self) -> MutexGuard<'_, LockstepState> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Timeline for LockstepTimeline {
+    fn is_virtual(&self) -> bool {
+        true
+    }
+
+    fn advance(&self) -> bool {
+        let own = thread::current().id();
+        let is_program = self.state().program == Some(own);
+        match is_program {
+            true => self.program_advances(),
+            false => self.test_advances(),
+        }
+    }
+
+    fn set_driven(&self, on: bool) {
+        let own = thread::current().id();
+        let mut state = self.state();
+        match on {
+            true if state.test.is_none() => {
+                state.test = Some(own);
+                state.turn = ActiveTask::Test;
+            }
+            true => {
+                state.program = Some(own);
+                state.arrivals += 1;
+                state.program_waits = false;
+                self.has_company.store(true, Ordering::Release);
+            }
+            false if state.program == Some(own) => {
+                state.program = None;
+                state.program_waits = false;
+                state.turn = ActiveTask::Test;
+                self.has_company.store(false, Ordering::Release);
+            }
+            false => state.test = None,
+        }
+        self.changed.notify_all();
+        drop(state);
+        self.inner.set_driven(on);
+    }
+
+    fn idle_until(&self, cycle: u64) {
+        let mut state = self.state();
+        if state.test == Some(thread::current().id()) {
+            state.rests_until = cycle;
+        }
+    }
+
+    fn has_ended(&self) -> bool {
+        self.inner.has_ended()
+    }
+}

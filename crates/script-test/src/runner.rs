@@ -1,0 +1,501 @@
+//! One test: a controller of its own, the test beside whatever program it starts, and what became of it.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::SyncSender;
+use std::sync::{Arc, Mutex};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use controller::condition::Condition;
+use controller::options::{ClockChoice, RecordTarget};
+use controller::outcome::ResultCollector;
+use controller::program_position::PositionTracker;
+use controller::{Controller, ControllerConfig, PreparedController, ProgramOutcome, StartOptions};
+use elite_runtime::message::Observer;
+use elite_runtime::{
+    Instrumentation, LineCountsByText, ProgramText, Supervisor, TaskState, TestTaskConfig,
+};
+use motion_api::{ProgramId, RobotState, Seconds};
+use recorder::CycleMessage;
+use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
+
+use crate::discover::TestCase;
+use crate::files::FileScope;
+use crate::golden_path::GoldenMode;
+use crate::lockstep::LockstepTimeline;
+use crate::simulated_peers::PeerRegistry;
+use crate::test_context::{ContextParts, Invariant, InvariantCheck, RunnerRequest, TestContext};
+use crate::test_object::functions;
+use crate::trace::{CycleTrace, TraceObserver};
+
+/// Who the sender of programs is, for messages.
+const SENDER: &str = "the test";
+/// How often it is looked whether a test is stuck.
+const LOOK_EVERY: Duration = Duration::from_millis(100);
+/// A test or a program that was stopped has so long to end.
+const ENDING_MAX: Duration = Duration::from_secs(10);
+const ENDING_POLL: Duration = Duration::from_micros(50);
+/// Cycles that a condition is judged by at a time.
+const CYCLES_AT_ONCE: usize = 2000;
+
+/// What every test is run with.
+#[derive(Clone)]
+pub(crate) struct TestPlan {
+    pub config: ControllerConfig,
+    pub files: FileScope,
+    pub goldens: GoldenMode,
+    /// Simulated time of a test.
+    pub timeout: Seconds,
+    /// Time of the machine without simulated time passing.
+    pub wall_timeout: Duration,
+    /// Where executed lines are counted, if they are.
+    pub counts: Option<Arc<Mutex<LineCountsByText>>>,
+    /// Where the recording of a failed test is kept.
+    pub recording: Option<PathBuf>,
+    /// Nobody waits for the result any more.
+    pub stop: Arc<AtomicBool>,
+}
+
+/// How a test went.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// As it should.
+    Passed,
+    /// Not.
+    Failed,
+    /// It could not be run.
+    Error,
+}
+
+impl Status {
+    /// The word for it.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Passed => "passed",
+            Self::Failed => "failed",
+            Self::Error => "error",
+        }
+    }
+}
+
+/// What became of a test.
+#[derive(Clone, Debug)]
+pub struct TestResult {
+    /// Which test.
+    pub case: TestCase,
+    /// How it went.
+    pub status: Status,
+    /// What went wrong, in a line or a few; empty when it passed.
+    pub message: String,
+    /// The same with places, call stack and both sides of what was compared.
+    pub report: String,
+    /// The line of the test that failed; of one that passed the line of the function.
+    pub line: u32,
+    /// Simulated time, s.
+    pub time: f64,
+    /// Time of the machine.
+    pub wall: Duration,
+    /// Its seed.
+    pub seed: u64,
+    /// What it printed.
+    pub prints: Vec<String>,
+    /// The recording that was kept of it.
+    pub recording: Option<PathBuf>,
+}
+
+/// Runs a test.
+pub(crate) fn run(case: &TestCase, plan: &TestPlan) -> TestResult {
+    let started = Instant::now();
+    let mut result = TestResult {
+        case: case.clone(),
+        status: Status::Error,
+        message: String::new(),
+        report: String::new(),
+        line: case.line,
+        time: 0.0,
+        wall: Duration::ZERO,
+        seed: plan.config.seed,
+        prints: Vec::new(),
+        recording: None,
+    };
+    if let Err(sentence) = try_run(case, plan, &mut result) {
+        result.status = Status::Error;
+        result.report.clone_from(&sentence);
+        result.message = sentence;
+    }
+    if let Some(path) = &plan.recording {
+        match result.status {
+            // A test that passed is not looked at again; a file that is not there is as good.
+            Status::Passed => drop(plan.files.remove_file(path)),
+            _ if path.exists() => result.recording = Some(path.clone()),
+            _ => {}
+        }
+    }
+    result.wall = started.elapsed();
+    result
+}
+
+fn try_run(case: &TestCase, plan: &TestPlan, result: &mut TestResult) -> Result<(), String> {
+    let mut config = ControllerConfig {
+        clock: ClockChoice::Virtual,
+        record: RecordTarget::Off,
+        ..plan.config.clone()
+    };
+    if let Some(path) = &plan.recording {
+        config.record = RecordTarget::File(path.clone());
+    }
+    let (trace, peers) = (
+        Arc::new(CycleTrace::default()),
+        Arc::new(PeerRegistry::default()),
+    );
+    let follower = Arc::new(PositionTracker::default());
+    let said = Arc::new(ResultCollector::new(Arc::new(TraceObserver {
+        trace: trace.clone(),
+        follower: follower.clone(),
+    })));
+    let extras = Instrumentation {
+        attendant: None,
+        stand_ins: Some(peers.clone()),
+        line_counts: plan.counts.clone(),
+        debug: None,
+    };
+    let prepared = PreparedController::new(&config, StartOptions::alone())
+        .map_err(|error| error.to_string())?;
+    let mut turns = None;
+    let controller = prepared.start_through(said.clone(), extras, |inner| {
+        turns.insert(Arc::new(LockstepTimeline::new(inner))).clone()
+    });
+    let controller = controller.map_err(|error| error.to_string())?;
+    follower.connect(controller.robot());
+    // The closure was called, or the start has failed.
+    let turns = turns.ok_or_else(|| "the clock was not started".to_owned())?;
+    let (requests, inbox) = unbounded_channel();
+    let folder = case.file.path.parent().unwrap_or(Path::new(""));
+    let bench = Arc::new(TestContext::new(ContextParts {
+        robot: controller.robot().clone(),
+        fieldbus: controller.fieldbus().clone(),
+        programs: controller.supervisor().clone(),
+        said,
+        turns: turns.clone(),
+        trace,
+        peers,
+        folder: folder.to_owned(),
+        files: plan.files.clone(),
+        goldens: plan.goldens,
+        requests: requests.clone(),
+        timeout: plan.timeout,
+    }));
+    let weak = Arc::downgrade(&bench);
+    turns.do_before_cycles(Box::new(move |cycle| {
+        if let Some(bench) = weak.upgrade() {
+            bench.before_cycle(cycle);
+        }
+    }));
+    let own = bench.clone();
+    let attendant = TestTaskConfig {
+        object: Some(crate::OBJECT),
+        methods: Arc::new(move |attendance| functions(&own, attendance)),
+        has_company: turns.company().clone(),
+    };
+    let told = Arc::new(ResultCollector::new(Arc::new(EndObserver(requests))));
+    let tests = controller.supervisor().beside(told.clone(), attendant);
+    bench.is_run_by(tests.clone());
+    let broken = Runner {
+        bench: &bench,
+        tests: &tests,
+        wall_timeout: plan.wall_timeout,
+        stop: &plan.stop,
+        watched: Vec::new(),
+    }
+    .run(case, inbox)?;
+    let end = ended(&tests)?;
+    bench.programs.stop();
+    ended(&bench.programs)?;
+    conclude(case, result, &bench, &told, end, broken);
+    drop((tests, bench, turns));
+    shut_down(controller);
+    Ok(())
+}
+
+fn shut_down(controller: Controller) {
+    // A recording that was cut short has been told of in the log.
+    controller.shut_down();
+}
+
+/// Waits until nothing runs any more; the outcome of the last program, if there was one.
+fn ended(supervisor: &Supervisor) -> Result<Option<ProgramOutcome>, String> {
+    let since = Instant::now();
+    loop {
+        let status = supervisor.status();
+        if status.state == TaskState::Stopped {
+            return Ok(status.end.as_ref().map(ProgramOutcome::from));
+        }
+        if since.elapsed() > ENDING_MAX {
+            let text = format!(
+                "a program was stopped and has not ended within {} s",
+                ENDING_MAX.as_secs()
+            );
+            return Err(text);
+        }
+        thread::sleep(ENDING_POLL);
+    }
+}
+
+/// What became of the test.
+fn conclude(
+    case: &TestCase,
+    result: &mut TestResult,
+    bench: &TestContext,
+    told: &ResultCollector,
+    end: Option<ProgramOutcome>,
+    broken: Option<(u32, String)>,
+) {
+    result.time = bench.robot.state().time;
+    let end = end.unwrap_or(ProgramOutcome::Failed);
+    let said = told.result(end, result.time, None);
+    result.prints = said.prints;
+    result.status = Status::Failed;
+    let error = said.error.unwrap_or_else(|| format!("the test {end}"));
+    let lines = case.file.text.lines().count() as u32;
+    if let Some(reason) = bench.given_up() {
+        result.message = format!("timeout: {reason}");
+        result.report.clone_from(&result.message);
+        result.line = said.line.filter(|line| *line <= lines).unwrap_or(case.line);
+    } else if end == ProgramOutcome::Failed {
+        result.line = said.line.filter(|line| *line <= lines).unwrap_or(case.line);
+        result.report = without_call(&said.report.unwrap_or_default(), case, lines);
+        result.message = match help_of(&result.report) {
+            Some(help) => format!("{error} ({help})"),
+            None => error,
+        };
+    } else if let Some((line, sentence)) = broken {
+        result.line = line;
+        result.message = format!("AssertionError: {sentence}");
+        result.report.clone_from(&result.message);
+    } else if end == ProgramOutcome::Ended {
+        result.status = Status::Passed;
+    } else {
+        result.message = error;
+        result.report.clone_from(&result.message);
+    }
+}
+
+/// What a report says in its line of advice: the values on both sides of an `assert`.
+fn help_of(report: &str) -> Option<&str> {
+    let mut lines = report.lines().filter_map(|l| l.strip_prefix("  help: "));
+    lines.next()
+}
+
+/// The report without the call of the test, which is not in its file.
+fn without_call(report: &str, case: &TestCase, lines: u32) -> String {
+    let head = format!("  {}, line ", case.file.path.display());
+    let mut kept = String::new();
+    let mut rest = report.lines().peekable();
+    while let Some(line) = rest.next() {
+        let number = line
+            .strip_prefix(&head)
+            .and_then(|rest| rest.split(',').next()?.parse::<u32>().ok());
+        if number.is_some_and(|number| number > lines) {
+            // The text of the line and its mark.
+            while rest.next_if(|line| line.starts_with("    ")).is_some() {}
+            continue;
+        }
+        kept.push_str(line);
+        kept.push('\n');
+    }
+    kept
+}
+
+/// Does for a test what only another thread can.
+struct Runner<'r> {
+    bench: &'r Arc<TestContext>,
+    tests: &'r Supervisor,
+    wall_timeout: Duration,
+    stop: &'r AtomicBool,
+    /// Conditions, and how many cycles each has been judged by.
+    watched: Vec<(Invariant, Condition, usize)>,
+}
+
+impl Runner<'_> {
+    /// Runs the test to its end; a condition that did not hold, with its line.
+    fn run(
+        mut self,
+        case: &TestCase,
+        mut inbox: UnboundedReceiver<RunnerRequest>,
+    ) -> Result<Option<(u32, String)>, String> {
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_all()
+            .build()
+            .map_err(|error| error.to_string())?;
+        let text = format!(
+            "{}\n{}()\n",
+            case.file.text.trim_end_matches('\n'),
+            case.name
+        );
+        let program = ProgramText {
+            name: case.file.path.display().to_string(),
+            text,
+        };
+        runtime.block_on(async {
+            let tests = self.tests.clone();
+            let submitting = tests.submit(program, SENDER);
+            tokio::pin!(submitting);
+            let mut is_submitted = false;
+            let (mut seen, mut since) = (0, Instant::now());
+            loop {
+                tokio::select! {
+                    biased;
+                    request = inbox.recv() => match request {
+                        Some(RunnerRequest::Start(program, reply)) => self.start(program, &reply).await,
+                        Some(RunnerRequest::Watch(watched, reply)) => {
+                            // Whoever asked waits for it.
+                            let _ = reply.send(self.watch(watched));
+                        }
+                        Some(RunnerRequest::Ended) | None => break,
+                    },
+                    submitted = &mut submitting, if !is_submitted => {
+                        is_submitted = true;
+                        submitted.map_err(|error| error.to_string())?;
+                    }
+                    () = tokio::time::sleep(LOOK_EVERY) => {
+                        if self.stop.load(Ordering::Relaxed) {
+                            self.bench.give_up("nobody waits for the test any more".to_owned());
+                        }
+                        let now = self.bench.turns.cycles();
+                        if now != seen {
+                            (seen, since) = (now, Instant::now());
+                        } else if since.elapsed() > self.wall_timeout {
+                            self.give_up_stuck();
+                        }
+                    }
+                }
+            }
+            Ok::<(), String>(())
+        })?;
+        Ok(self.judge_the_rest())
+    }
+
+    fn give_up_stuck(&self) {
+        let wall = self.wall_timeout.as_secs_f64();
+        self.bench.give_up(format!(
+            "no simulated time passed for {wall} s: something computes without waiting (--wall-timeout)"
+        ));
+    }
+
+    /// Starts a program; it has come to its first wait, or is gone, when the test hears of it.
+    async fn start(&self, program: ProgramText, reply: &SyncSender<Result<(), String>>) {
+        let turns = &self.bench.turns;
+        let before = turns.arrivals();
+        let started = self.bench.programs.submit(program, SENDER).await;
+        if started.is_ok() {
+            let since = Instant::now();
+            // A secondary program is not waited for by who submits it; until it has come nobody would give it a turn.
+            while !turns.another_has_arrived(before, LOOK_EVERY) && since.elapsed() < ENDING_MAX {}
+            while !self.bench.turns.program_has_settled(LOOK_EVERY) {
+                if since.elapsed() > self.wall_timeout {
+                    self.give_up_stuck();
+                    // What computes on without end cannot be waited for, either.
+                    if since.elapsed() > self.wall_timeout + ENDING_MAX {
+                        break;
+                    }
+                }
+            }
+        }
+        let started = started.map(drop).map_err(|error| error.to_string());
+        // A test that has gone does not hear it.
+        let _ = reply.send(started);
+    }
+
+    fn watch(&mut self, watched: Invariant) -> InvariantCheck {
+        let condition = match Condition::new("condition", &watched.text) {
+            Ok(condition) => condition,
+            Err(error) => return InvariantCheck::NoCondition(error.to_string()),
+        };
+        let mut judged = 0;
+        match judge(&self.bench.trace, &watched, &condition, &mut judged) {
+            Ok(None) => {
+                self.watched.push((watched, condition, judged));
+                InvariantCheck::Kept
+            }
+            Ok(Some(sentence)) => InvariantCheck::Broken(sentence),
+            Err(sentence) => InvariantCheck::NoCondition(sentence),
+        }
+    }
+
+    /// Judges what came after conditions were asked for.
+    fn judge_the_rest(&mut self) -> Option<(u32, String)> {
+        let trace = &self.bench.trace;
+        let mut watched = self.watched.iter_mut();
+        watched.find_map(|(watched, condition, judged)| {
+            match judge(trace, watched, condition, judged) {
+                Ok(broken) => Some((watched.line, broken?)),
+                Err(sentence) => Some((watched.line, sentence)),
+            }
+        })
+    }
+}
+
+/// Looks at the cycles that a condition has not been judged by; what is wrong, if something is.
+fn judge(
+    trace: &CycleTrace,
+    watched: &Invariant,
+    condition: &Condition,
+    judged: &mut usize,
+) -> Result<Option<String>, String> {
+    loop {
+        let (states, missed) = trace.since(*judged, CYCLES_AT_ONCE);
+        if states.is_empty() && missed > 0 {
+            return Err(format!(
+                "the test is too long for conditions: {missed} cycles were not kept"
+            ));
+        }
+        if states.is_empty() {
+            return Ok(None);
+        }
+        for state in &states {
+            let cycle = CycleMessage::from(state);
+            let holds = condition.holds(&cycle, &trace.doing(*judged));
+            *judged += 1;
+            if holds.map_err(|error| error.to_string())? != watched.always {
+                return Ok(Some(broken(watched, state, &cycle)));
+            }
+        }
+    }
+}
+
+fn broken(watched: &Invariant, state: &RobotState, cycle: &CycleMessage) -> String {
+    let mut text = match watched.always {
+        true => format!("always: `{}` did not hold", watched.text),
+        false => format!("never: `{}` held", watched.text),
+    };
+    text.push_str(&format!(" at {:.3} s", state.time));
+    // The values of what the condition names.
+    let named = cycle.fields().into_iter().filter(|(name, _)| {
+        let words = |c: char| !(c.is_alphanumeric() || c == '_');
+        watched.text.split(words).any(|word| word == *name)
+    });
+    for (name, value) in named {
+        let shown = match value {
+            recorder::FieldValue::Unsigned(x) => x.to_string(),
+            recorder::FieldValue::Number(x) => format!("{x}"),
+            recorder::FieldValue::Numbers(values) => {
+                let values: Vec<String> = values.iter().map(|x| format!("{x:.4}")).collect();
+                format!("[{}]", values.join(", "))
+            }
+            recorder::FieldValue::Text(text) => text.to_owned(),
+        };
+        text.push_str(&format!("; {name} was {shown}"));
+    }
+    text
+}
+
+/// Says that the test has ended.
+struct EndObserver(UnboundedSender<RunnerRequest>);
+
+impl Observer for EndObserver {
+    fn program_ended(&self, _: ProgramId) {
+        // Nobody listens once it has been said.
+        let _ = self.0.send(RunnerRequest::Ended);
+    }
+}
