@@ -129,7 +129,7 @@ impl MotionLimits {
     }
 
     /// The arm's limits with these in place of its own.
-    pub(crate) fn to_joint_limits(&self, own: &JointLimits) -> JointLimits {
+    pub(crate) fn applied_to(&self, own: &JointLimits) -> JointLimits {
         JointLimits {
             position_min: self.position_min,
             position_max: self.position_max,
@@ -198,7 +198,7 @@ impl CycleConfig {
     /// # Errors
     /// As [`resolve`](Self::resolve).
     pub fn limited_model(&self) -> Result<RobotModel, ConfigError> {
-        let limits = self.resolve()?.to_joint_limits(self.model.limits());
+        let limits = self.resolve()?.applied_to(self.model.limits());
         Ok(self.model.clone().with_limits(limits))
     }
 
@@ -254,7 +254,7 @@ impl CycleConfig {
         let own = self.model.limits();
         let normal = self.limits.resolve(own, &NAMES)?;
         let asked = &self.reduced_limits;
-        let mut reduced = asked.resolve(&normal.to_joint_limits(own), &REDUCED_NAMES)?;
+        let mut reduced = asked.resolve(&normal.applied_to(own), &REDUCED_NAMES)?;
         if asked.joint_jerk.is_none() {
             reduced.jerk = normal.jerk;
         }

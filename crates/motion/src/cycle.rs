@@ -160,7 +160,7 @@ impl ControlLoop {
         let model = config
             .model
             .clone()
-            .with_limits(limits.to_joint_limits(config.model.limits()));
+            .with_limits(limits.applied_to(config.model.limits()));
         let dynamics = model.dynamics(&config.payload, config.gravity);
         let mut plant = Plant::new(
             config.plant,

@@ -149,7 +149,7 @@ mod imp {
     const WHAT: &str = "holding paths to a folder";
 
     /// No folder is ever opened.
-    pub(super) type Held = File;
+    pub(super) type RawHandle = File;
 
     pub(super) fn open(_: &Path) -> io::Result<RawHandle> {
         Err(crate::needs_linux(WHAT))

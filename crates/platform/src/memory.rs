@@ -185,7 +185,7 @@ mod imp {
     pub unsafe fn unmap(_: *mut u8, _: usize) {}
 
     #[derive(Clone, Copy)]
-    pub struct Left;
+    pub struct DeferredUnmap;
 
     impl DeferredUnmap {
         pub const NONE: Self = DeferredUnmap;

@@ -13,6 +13,7 @@ pub fn favour() -> Result<bool, String> {
     imp::favour()
 }
 
+#[cfg(target_os = "linux")]
 pub(crate) use imp::no_favour;
 
 /// Gives the calling thread a real-time priority, 1 to 99: nothing with a lower one runs while it wants to.
@@ -100,9 +101,6 @@ mod imp {
     pub(super) fn favour() -> Result<bool, String> {
         Err(crate::needs_linux("a nice value for threads").to_string())
     }
-
-    #[allow(dead_code, reason = "only Linux starts processes for programs")]
-    pub(crate) fn no_favour() {}
 
     pub(super) fn fifo(_: u8) -> Result<(), String> {
         Err(crate::needs_linux("a FIFO priority").to_string())

@@ -294,12 +294,12 @@ mod imp {
     ///
     /// # Errors
     /// Always.
-    pub fn end_with_this_one(_: &mut Command) -> io::Result<()> {
+    pub fn kill_with_parent(_: &mut Command) -> io::Result<()> {
         Err(crate::needs_linux(WHAT))
     }
 
     /// The process gets a group of its own: what a terminal sends to this one does not reach it.
-    pub fn own_group(command: &mut Command) {
+    pub fn set_process_group(command: &mut Command) {
         #[cfg(unix)]
         {
             use std::os::unix::process::CommandExt as _;

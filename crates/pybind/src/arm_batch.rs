@@ -24,7 +24,7 @@ const PATIENCE: Duration = Duration::from_secs(30);
 const ARMS_MAX: usize = 4096;
 
 /// Arms that are moved together.
-#[pyclass(frozen, module = "elitescript._elitescript")]
+#[pyclass(frozen, name = "Fleet", module = "elitescript._elitescript")]
 pub(crate) struct ArmBatch {
     arms: Vec<Mutex<Option<SteppedController>>>,
     threads: usize,

@@ -294,7 +294,7 @@ impl PathScan {
         let model = arm.model;
         let q = model.ik_method().nearest(
             model.chain(),
-            &unlimited.to_joint_limits(model.limits()),
+            &unlimited.applied_to(model.limits()),
             &base_from_flange,
             &self.previous.q,
         )?;
