@@ -1,7 +1,7 @@
 //! Tests of the whole program, most of them through its binary, in one binary: a file each.
 //!
-//! Some talk to a server in real time and look at how long it takes. Those have the machine to themselves: under nextest by
-//! `.config/nextest.toml`, in one process by the lock of `common::alone`.
+//! Some talk to a server in real time and look at how long it takes. Those have the machine to themselves: under
+//! nextest by `.config/nextest.toml`, in one process by the lock of `common::alone`.
 
 mod common;
 

@@ -1,5 +1,6 @@
-//! The interface behind the page over real sockets, as a program uses it: token and control, frames, what is held and how it
-//! ends, what is refused, and searches through the recording that is being made. Browsers are tried in `web/browser`.
+//! The interface behind the page over real sockets, as a program uses it: token and control, frames, what is held and
+//! how it ends, what is refused, and searches through the recording that is being made. Browsers are tried in
+//! `web/browser`.
 
 #![allow(clippy::unwrap_used, reason = "a test helper fails by panicking")]
 
@@ -419,7 +420,8 @@ fn events_are_given_from_either_end_and_by_level() {
         assert_eq!(status, 200, "{body}");
         serde_json::from_str(&body).unwrap()
     };
-    // Nobody looks at the page, so modes are looked at a few times a second: the second order waits until the first is seen.
+    // Nobody looks at the page, so modes are looked at a few times a second: the second order waits until the first is
+    // seen.
     for (seen, order) in [json!({"do": "power_off"}), json!({"do": "power_on"})]
         .iter()
         .enumerate()

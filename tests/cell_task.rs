@@ -1,5 +1,5 @@
-//! A task as the pendant generates it, with a configuration whose variables outlive plays and a PLC that hands out orders: loaded,
-//! set and started at the dashboard, as a line's computer does it.
+//! A task as the pendant generates it, with a configuration whose variables outlive plays and a PLC that hands out
+//! orders: loaded, set and started at the dashboard, as a line's computer does it.
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
 use std::io::{Read, Write};
@@ -178,8 +178,8 @@ const CELL_OF_GUARD: &str = r#"<EliTask name="guard" installationName="" robotTy
 </EliTask>
 "#;
 
-/// A node "direction" with "until": a thread moves along an axis of the tool towards a point a kilometre away, and the node watches an
-/// input, stops the thread and brakes. What the arm has done is left in general purpose words.
+/// A node "direction" with "until": a thread moves along an axis of the tool towards a point a kilometre away, and the
+/// node watches an input, stops the thread and brakes. What the arm has done is left in general purpose words.
 const DIRECTION: &str = r#"def guard():
   $ LINE: (1, "MoveJ")
   movej([0, -1.5708, -1.5708, -1.5708, 1.5708, 0], a=4, v=2)

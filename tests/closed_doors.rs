@@ -1,4 +1,5 @@
-//! Who must not get in does not get in, over real sockets on every port: browsers and pages, one client too many, floods.
+//! Who must not get in does not get in, over real sockets on every port: browsers and pages, one client too many,
+//! floods.
 
 #![allow(clippy::unwrap_used, reason = "a test helper fails by panicking")]
 

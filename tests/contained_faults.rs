@@ -1,4 +1,5 @@
-//! Faults of ours are contained: a panic in each kind of thread of a running server takes down what it must, and no more.
+//! Faults of ours are contained: a panic in each kind of thread of a running server takes down what it must, and no
+//! more.
 //!
 //! The panics are raised on demand (`supervision::injection`), over real sockets everything else.
 

@@ -1,5 +1,6 @@
-//! What the program is linked from: every crate comes from the registry, has a licence that may be handed out with ours, and is
-//! there once. What is there twice is listed here with who needs it; a new pair is a decision, not an accident.
+//! What the program is linked from: every crate comes from the registry, has a licence that may be handed out with
+//! ours, and is there once. What is there twice is listed here with who needs it; a new pair is a decision, not an
+//! accident.
 //!
 //! What changes without a change here, yanked versions and advisories, is asked by packaging/audit.py.
 
@@ -91,7 +92,8 @@ fn linked() -> BTreeSet<Linked> {
 
 /// Whether an SPDX expression can be met with the allowed licences: one of each `OR`, all of each `AND`.
 fn is_allowed(expression: &str, allowed: &[&str]) -> bool {
-    // Older crates write a slash; brackets stand around whole alternatives only, so that AND binds what is outside them.
+    // Older crates write a slash; brackets stand around whole alternatives only, so that AND binds what is outside
+    // them.
     let expression = expression.replace('/', " OR ");
     let mut depth = 0;
     let mut parts = vec![String::new()];

@@ -1,4 +1,5 @@
-//! `eliteserver fleet` with real processes: start, pages, a robot that dies, one that cannot start, rolling restart, the end.
+//! `eliteserver fleet` with real processes: start, pages, a robot that dies, one that cannot start, rolling restart,
+//! the end.
 
 #![allow(
     clippy::unwrap_used,

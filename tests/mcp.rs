@@ -1,4 +1,5 @@
-//! `eliteserver mcp` over its standard streams: every tool, the folder that it is held to, bad input, calls that are cancelled.
+//! `eliteserver mcp` over its standard streams: every tool, the folder that it is held to, bad input, calls that are
+//! cancelled.
 
 #![allow(
     clippy::unwrap_used,

@@ -1,7 +1,7 @@
 //! Everything that motion commands must not take, as scripts type it: what each answers, and that the arm never moves.
 //!
-//! The answers are golden texts (`tests/snapshots`); `INSTA_UPDATE=always` writes them, the difference is what has to be
-//! reviewed.
+//! The answers are golden texts (`tests/snapshots`); `INSTA_UPDATE=always` writes them, the difference is what has to
+//! be reviewed.
 
 #![allow(
     clippy::unwrap_used,

@@ -1,6 +1,6 @@
-//! Programs in the shape in which the pendant writes them (`tests/pendant`), through the real binary: `check` finds nothing,
-//! they run, and the recording tells node by node where their threads were. Comments at the beginning of a program say what
-//! is expected of it; `NAME.toml` beside it is its cell.
+//! Programs in the shape in which the pendant writes them (`tests/pendant`), through the real binary: `check` finds
+//! nothing, they run, and the recording tells node by node where their threads were. Comments at the beginning of a
+//! program say what is expected of it; `NAME.toml` beside it is its cell.
 
 #![allow(
     clippy::unwrap_used,

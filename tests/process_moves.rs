@@ -1,5 +1,5 @@
-//! Process moves and offsets of the path as recordings show them: the TCP's speed over many short moves, and an offset that
-//! is moved in and out within the limits of the arm.
+//! Process moves and offsets of the path as recordings show them: the TCP's speed over many short moves, and an offset
+//! that is moved in and out within the limits of the arm.
 
 #![allow(
     clippy::unwrap_used,

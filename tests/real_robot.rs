@@ -235,7 +235,8 @@ fn who_is_no_robot_is_told_so_within_seconds() {
     std::fs::write(&file, "pass\n").unwrap();
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = listener.local_addr().unwrap().port();
-    // The first peer speaks another language, the second says nothing, the third hangs up, the fourth stops in the middle.
+    // The first peer speaks another language, the second says nothing, the third hangs up, the fourth stops in the
+    // middle.
     let peers = std::thread::spawn(move || {
         let mut peers = Vec::new();
         for answer in ["HTTP/1.1 400 Bad Request\r\n\r\n", "", "bye", "\0\0\u{4}"] {

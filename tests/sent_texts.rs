@@ -1,5 +1,5 @@
-//! What becomes of texts on port 30001 as clients of the field send them: cut off, with blanks, with a call behind a block; and
-//! what a sender hears of a program that another one replaces.
+//! What becomes of texts on port 30001 as clients of the field send them: cut off, with blanks, with a call behind a
+//! block; and what a sender hears of a program that another one replaces.
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
 use std::io::Write;

@@ -421,7 +421,8 @@ fn a_debugger_drives_a_program_of_a_running_server_another_looks_on_and_ports_ar
     assert!(server.terminate().success());
 }
 
-/// A server that watches every program lets a debugger attach to one that has begun, and the program does not wait for it.
+/// A server that watches every program lets a debugger attach to one that has begun, and the program does not wait for
+/// it.
 #[test]
 fn a_debugger_attaches_to_a_program_that_has_begun_where_the_server_watches_all() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,5 @@
-//! What takes no time: settings of a program are in the cycle that follows, in the program's order, and the program goes on.
+//! What takes no time: settings of a program are in the cycle that follows, in the program's order, and the program
+//! goes on.
 //!
 //! `crates/elite-runtime/tests/zero_time.rs` calls every such builtin; here the real cycle carries them out.
 

@@ -1,4 +1,5 @@
-//! A stop, a pause and an abort act within a tenth of a second, whatever else the controller was sent and whatever hangs.
+//! A stop, a pause and an abort act within a tenth of a second, whatever else the controller was sent and whatever
+//! hangs.
 //!
 //! The programs hold a connection to the test, which sees to the millisecond when they end or go on.
 
@@ -351,8 +352,8 @@ fn an_abort_is_there_in_time_behind_any_backlog_of_statements() {
     client.write_all(b"abort\n").unwrap();
     watch.wait_for_bytes(2);
     let took = watch.seen().last.unwrap().duration_since(asked);
-    // What the system still held of the backlog was read first, which takes no longer than to send all of it, and the arm
-    // came to rest.
+    // What the system still held of the backlog was read first, which takes no longer than to send all of it, and the
+    // arm came to rest.
     let allowed = busy.allowed() + sending + Duration::from_millis(400);
     println!("{took:?} of {allowed:?}");
     assert!(took < allowed, "{took:?} of {allowed:?}");

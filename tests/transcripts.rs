@@ -9,8 +9,8 @@
 //!   one piece. `>> NAME text` sends bytes as they are, with the escapes `\n`, `\r`, `\\` and `\xFF`.
 //! - `! wait STATE`: until the task is stopped, running or paused; `! wait interpreter`: until that mode is active;
 //!   `! wait moving`: until the arm moves.
-//! - `! repeat N NAME text`: sends a line N times; `! collect N NAME`: takes N acknowledgements. `! close NAME`: ends the
-//!   connection, `! end NAME`: its sending half. `! quiet NAME`: nothing comes. `! restarts N NAME`: see the code.
+//! - `! repeat N NAME text`: sends a line N times; `! collect N NAME`: takes N acknowledgements. `! close NAME`: ends
+//!   the connection, `! end NAME`: its sending half. `! quiet NAME`: nothing comes. `! restarts N NAME`: see the code.
 //! - `< NAME text`: a line that NAME receives. On port 30001 that is the next exception, states are left out. NAME may
 //!   also be `log` (what programs write), `panel.KEY` (a part of the page `/panel`) or `file.PATH` (a log file).
 //!

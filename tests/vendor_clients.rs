@@ -1,6 +1,7 @@
 //! The clients that stand in for the vendor's SDK, its ROS 2 driver and dashboard users, against the real server.
 //!
-//! They are written in Python from the protocol pages, see `tests/clients`; this starts them with the binary under test.
+//! They are written in Python from the protocol pages, see `tests/clients`; this starts them with the binary under
+//! test.
 
 use std::path::Path;
 use std::process::Command;

@@ -1,7 +1,7 @@
 //! Bundles the page from `web/` where Node (18 or newer) is there; otherwise builds a page that says so.
 //!
-//! The libraries of the page come from the npm registry by `npm ci`, in the versions of the lock file. Nothing of them is
-//! committed, and a build without network or Node still works.
+//! The libraries of the page come from the npm registry by `npm ci`, in the versions of the lock file. Nothing of them
+//! is committed, and a build without network or Node still works.
 
 use std::collections::hash_map::DefaultHasher;
 use std::hash::{Hash as _, Hasher as _};

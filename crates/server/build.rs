@@ -1,4 +1,5 @@
-//! Packs the font of the pictures: what draws letters of it, compressed. As it is it would be a twentieth of the program.
+//! Packs the font of the pictures: what draws letters of it, compressed. As it is it would be a twentieth of the
+//! program.
 
 use std::io::Write as _;
 use std::ops::Range;

@@ -1,5 +1,5 @@
-//! What the system tests share: a running server on free ports, a client of its dashboard, a reader of the state stream that
-//! knows only the protocol page, and a recording read back with the public mcap reader.
+//! What the system tests share: a running server on free ports, a client of its dashboard, a reader of the state stream
+//! that knows only the protocol page, and a recording read back with the public mcap reader.
 
 #![allow(
     clippy::unwrap_used,
@@ -21,8 +21,8 @@ use recorder::{RecorderConfig, Rotation, Setup};
 /// Longest time any step of a test may take.
 pub const PATIENCE: Duration = Duration::from_secs(60);
 
-/// The machine, for tests that talk in real time or look at how long something takes: one of them at a time. Where each test is a
-/// process of its own (nextest), `.config/nextest.toml` sees to the same.
+/// The machine, for tests that talk in real time or look at how long something takes: one of them at a time. Where each
+/// test is a process of its own (nextest), `.config/nextest.toml` sees to the same.
 pub fn alone() -> MutexGuard<'static, ()> {
     static MACHINE: Mutex<()> = Mutex::new(());
     // One that failed has left nothing behind that the next could trip over.
@@ -128,7 +128,8 @@ impl Server {
     pub fn primary(&self) -> Primary {
         let stream = TcpStream::connect(("127.0.0.1", self.ports["primary"])).unwrap();
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
-        // A connection is made before the server has taken it, and what happens until then is not told to it. What comes first stays.
+        // A connection is made before the server has taken it, and what happens until then is not told to it. What
+        // comes first stays.
         assert_eq!(stream.peek(&mut [0]).unwrap(), 1);
         Primary { stream }
     }

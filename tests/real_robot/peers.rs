@@ -1,5 +1,5 @@
-//! A proxy between a command and its robot that delays, cuts, garbles, duplicates and re-orders what the robot says, and
-//! peers that say what a test made by hand.
+//! A proxy between a command and its robot that delays, cuts, garbles, duplicates and re-orders what the robot says,
+//! and peers that say what a test made by hand.
 
 use std::io::{Read, Write};
 use std::net::{Shutdown, TcpListener, TcpStream};

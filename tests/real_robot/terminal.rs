@@ -1,5 +1,5 @@
-//! What a person at a terminal sees: the shell's editing, completion and history, the line that follows a program, and the
-//! question before a robot elsewhere moves. The terminal is a pseudo terminal.
+//! What a person at a terminal sees: the shell's editing, completion and history, the line that follows a program, and
+//! the question before a robot elsewhere moves. The terminal is a pseudo terminal.
 
 use std::fs::File;
 use std::io::{Read, Write};

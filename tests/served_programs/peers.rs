@@ -1,4 +1,5 @@
-//! Programs of a server that deal with machines and people: recorded, repeated without any of them, and walked backwards.
+//! Programs of a server that deal with machines and people: recorded, repeated without any of them, and walked
+//! backwards.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{TcpListener, TcpStream};

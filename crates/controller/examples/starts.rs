@@ -1,4 +1,5 @@
-//! How long a controller takes to start, to run a program that does nothing, and to end: figures for docs/BENCHMARKS.md.
+//! How long a controller takes to start, to run a program that does nothing, and to end: figures for
+//! docs/BENCHMARKS.md.
 
 #![allow(clippy::unwrap_used, reason = "a measurement fails by panicking")]
 

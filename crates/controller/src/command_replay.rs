@@ -1,5 +1,5 @@
-//! Recorded commands and changes of registers, given again: each command before the cycle that took it, each change before the
-//! cycle that saw it.
+//! Recorded commands and changes of registers, given again: each command before the cycle that took it, each change
+//! before the cycle that saw it.
 
 use std::sync::Arc;
 

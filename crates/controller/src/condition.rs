@@ -18,8 +18,9 @@ use thiserror::Error;
 
 pub use crate::program_position::ProgramPosition;
 
-/// Safepoints that one turn of an evaluation may pass, and the turns: a condition is looked at for every cycle, it cannot be a
-/// program. It may need a second turn however easy it is, since the interpreter gives way after so much work of all evaluations.
+/// Safepoints that one turn of an evaluation may pass, and the turns: a condition is looked at for every cycle, it
+/// cannot be a program. It may need a second turn however easy it is, since the interpreter gives way after so much
+/// work of all evaluations.
 const FUEL: u32 = 2_000;
 const TURNS_MAX: u32 = 5;
 /// Numbers of modes that are looked for.
@@ -165,7 +166,8 @@ impl Condition {
             match thread.resume(Resume::Continue, FUEL) {
                 ResumeOutcome::Done(value) => return Ok(value.as_bool() == Some(true)),
                 ResumeOutcome::Failed(error) => return Err(raised(&error)),
-                // What earlier evaluations left is looked through slice by slice; that is no work of this one, whose fuel is kept.
+                // What earlier evaluations left is looked through slice by slice; that is no work of this one, whose
+                // fuel is kept.
                 ResumeOutcome::OutOfFuel if self.interpreter.is_searching() => {}
                 ResumeOutcome::OutOfFuel => turns += 1,
                 _ => break,

@@ -26,7 +26,8 @@ pub struct ControllerConfig {
     pub clock: ClockChoice,
     /// Length of a control cycle.
     pub step: StepMillis,
-    /// Under the real clock cycles begin this long after a multiple of the step on the machine's clock; `None`: when it starts.
+    /// Under the real clock cycles begin this long after a multiple of the step on the machine's clock; `None`: when it
+    /// starts.
     pub phase: Option<Duration>,
     /// How the arm is simulated.
     pub plant: PlantChoice,

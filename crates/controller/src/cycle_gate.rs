@@ -1,7 +1,8 @@
 //! A virtual clock that passes only as many cycles as somebody allows: how a program is stepped.
 //!
-//! Owns the count of allowed cycles and the meeting of two threads: the task, which asks for a cycle at a time, and whoever
-//! allows them, who learns when all are used and the task waits for more. What a cycle does is the inner timeline's.
+//! Owns the count of allowed cycles and the meeting of two threads: the task, which asks for a cycle at a time, and
+//! whoever allows them, who learns when all are used and the task waits for more. What a cycle does is the inner
+//! timeline's.
 
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;

@@ -1,7 +1,7 @@
 //! Inputs, outputs and registers by the names of the cell file: what one reads now, and what setting one does.
 //!
-//! Owns which values a point takes, and the sentence where one does not fit. Pure: who carries a change out, and who may ask for
-//! which, is its callers' business.
+//! Owns which values a point takes, and the sentence where one does not fit. Pure: who carries a change out, and who
+//! may ask for which, is its callers' business.
 
 use core::fmt;
 
@@ -161,7 +161,8 @@ impl PointChange {
         }
     }
 
-    /// Setting a point: of an input from outside, of an output as a client of a port does. `config` tells domains and pins.
+    /// Setting a point: of an input from outside, of an output as a client of a port does. `config` tells domains and
+    /// pins.
     ///
     /// # Errors
     /// [`PointError`] but for `NoPoint` and `Output`.

@@ -1,9 +1,10 @@
-//! One arm with its task, its recording and its clock, without ports: what `run`, `serve` and whoever else runs programs
-//! start. Many fit into one process; each is deterministic under the virtual clock, whatever the others do.
+//! One arm with its task, its recording and its clock, without ports: what `run`, `serve` and whoever else runs
+//! programs start. Many fit into one process; each is deterministic under the virtual clock, whatever the others do.
 //!
-//! Owns the settings of a robot, the cell file, how the parts are wired together, the threads (clock, pump, recorder) and
-//! the order in which they end. What a program says goes to the recording here; who else is told is the business of whoever
-//! starts a controller, through one [`Observer`](elite_runtime::message::Observer). Knows no port and no command line.
+//! Owns the settings of a robot, the cell file, how the parts are wired together, the threads (clock, pump, recorder)
+//! and the order in which they end. What a program says goes to the recording here; who else is told is the business of
+//! whoever starts a controller, through one [`Observer`](elite_runtime::message::Observer). Knows no port and no
+//! command line.
 
 // No thread starts but through `supervision`; nothing waits for, or panics at, whoever reads our output.
 #![cfg_attr(

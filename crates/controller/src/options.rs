@@ -1,5 +1,5 @@
-//! The values that options of the robot take: one text form each, the same on the command line, in configuration files and
-//! wherever else a controller is started.
+//! The values that options of the robot take: one text form each, the same on the command line, in configuration files
+//! and wherever else a controller is started.
 //!
 //! Every type parses itself and says in one sentence what was wrong and what is allowed. Nothing here opens a file or
 //! a socket, and nothing knows which option a value belongs to.

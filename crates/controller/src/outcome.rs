@@ -1,7 +1,7 @@
 //! How a program ended, in the words that tests, Python and sweeps share, and who notes it down.
 //!
-//! Owns the words, the result of a program and the [`ResultCollector`] that gathers what it said. Starts and stops nothing:
-//! that is [`stepped`](crate::stepped)'s.
+//! Owns the words, the result of a program and the [`ResultCollector`] that gathers what it said. Starts and stops
+//! nothing: that is [`stepped`](crate::stepped)'s.
 
 use core::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -156,8 +156,8 @@ impl ResultCollector {
         self.noted().line
     }
 
-    /// The result of a program with this outcome that took `time` simulated seconds; `given_up` says why it was ended, if
-    /// it was because of a time-out.
+    /// The result of a program with this outcome that took `time` simulated seconds; `given_up` says why it was ended,
+    /// if it was because of a time-out.
     pub fn result(
         &self,
         outcome: ProgramOutcome,

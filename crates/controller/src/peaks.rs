@@ -35,8 +35,8 @@ impl Peaks {
         }
     }
 
-    /// The value of that name: `tcp_speed`, `tcp_force`, `tcp_torque`, `joint_speed`, `joint_torque` (of the joint that has
-    /// the largest), or of one joint, counted from 0, as in `joint_speed[2]`.
+    /// The value of that name: `tcp_speed`, `tcp_force`, `tcp_torque`, `joint_speed`, `joint_torque` (of the joint that
+    /// has the largest), or of one joint, counted from 0, as in `joint_speed[2]`.
     ///
     /// # Errors
     /// A sentence with the names there are.

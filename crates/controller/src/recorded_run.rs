@@ -1,5 +1,5 @@
-//! A recorded run, read for its programs to be run again: their texts, what came to them from outside, and the commands that
-//! move the arm meanwhile.
+//! A recorded run, read for its programs to be run again: their texts, what came to them from outside, and the commands
+//! that move the arm meanwhile.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::path::Path;

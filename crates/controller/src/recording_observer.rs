@@ -1,7 +1,7 @@
 //! What happens, in the recording: programs, lines, variables, messages. Then it is passed on to who is told besides.
 //!
-//! Called on the task's thread and on the pump thread. Under the virtual clock a program waits here for a recording that
-//! does not keep up; nothing else waits.
+//! Called on the task's thread and on the pump thread. Under the virtual clock a program waits here for a recording
+//! that does not keep up; nothing else waits.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

@@ -1,4 +1,5 @@
-//! A recorded run that passes again: the arm is moved by the recorded commands, the programs are run beside and compared.
+//! A recorded run that passes again: the arm is moved by the recorded commands, the programs are run beside and
+//! compared.
 //!
 //! Owns the clock of such a run and the order in which its programs begin. What comes to a program in which turn is in
 //! `elite_runtime::external`.
@@ -161,8 +162,8 @@ impl RerunController {
         self.again.left().trouble.clone()
     }
 
-    /// Runs the programs in their order, up to and with `last`, or all of them and then the cycles that are left. Gives the end
-    /// of the last one that began.
+    /// Runs the programs in their order, up to and with `last`, or all of them and then the cycles that are left. Gives
+    /// the end of the last one that began.
     ///
     /// # Errors
     /// The operating system gave no runtime.

@@ -102,8 +102,8 @@ impl Controller {
         self.recorder.as_ref().map(Recorder::meter)
     }
 
-    /// Runs a program of `sender` and waits for its end; when `stop` comes first, the program is stopped. `None`: it was
-    /// refused, which the observer was told.
+    /// Runs a program of `sender` and waits for its end; when `stop` comes first, the program is stopped. `None`: it
+    /// was refused, which the observer was told.
     ///
     /// # Errors
     /// The operating system gave no runtime.

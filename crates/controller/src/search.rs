@@ -35,8 +35,8 @@ pub struct SearchStats {
     pub cycles: u64,
 }
 
-/// Looks at every cycle of a recording. `place` is what the condition is called in messages; `each` is given every row as it
-/// ends and says whether the search goes on, `wanted` is asked before every cycle.
+/// Looks at every cycle of a recording. `place` is what the condition is called in messages; `each` is given every row
+/// as it ends and says whether the search goes on, `wanted` is asked before every cycle.
 ///
 /// # Errors
 /// The condition cannot be read or fails, the recording cannot be read, or `each` fails.

@@ -118,8 +118,8 @@ impl StartOptions {
         }
     }
 
-    /// One program after the other, and nobody there but who started it: before and after a program nothing needs time to
-    /// pass, and the whole recording counts more than its time.
+    /// One program after the other, and nobody there but who started it: before and after a program nothing needs time
+    /// to pass, and the whole recording counts more than its time.
     pub const fn alone() -> Self {
         Self {
             operator: Operator::Absent,
@@ -320,8 +320,8 @@ impl PreparedController {
         self.start_through(observer, Instrumentation::default(), |timeline| timeline)
     }
 
-    /// The same with something between the clock and whoever asks it for cycles, and with what only tests of programs ask
-    /// for.
+    /// The same with something between the clock and whoever asks it for cycles, and with what only tests of programs
+    /// ask for.
     ///
     /// # Errors
     /// [`StartError`], in a sentence.

@@ -1,9 +1,9 @@
 //! A controller under the virtual clock whose time passes only when its owner says so: programs are run to their end or
 //! stepped, cycle by cycle, and every run is the same.
 //!
-//! Between two calls a program stands still: its thread waits at the [`CycleGate`]. So what the owner reads and sets between
-//! them belongs to a certain cycle, whatever the machine is doing. Owns the meeting of owner and program, and the two
-//! bounds that a program has: simulated time, and time of the machine in which no simulated time passes.
+//! Between two calls a program stands still: its thread waits at the [`CycleGate`]. So what the owner reads and sets
+//! between them belongs to a certain cycle, whatever the machine is doing. Owns the meeting of owner and program, and
+//! the two bounds that a program has: simulated time, and time of the machine in which no simulated time passes.
 
 use std::io;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -232,8 +232,8 @@ impl SteppedController {
         }
     }
 
-    /// Runs a program to its end, for at most `simulated` seconds. A program that computes without waiting for longer than
-    /// the patience has timed out as well. Interrupted, it is stopped.
+    /// Runs a program to its end, for at most `simulated` seconds. A program that computes without waiting for longer
+    /// than the patience has timed out as well. Interrupted, it is stopped.
     ///
     /// # Errors
     /// As [`start`](Self::start) and [`finish`](Self::finish) but for [`SteppedError::Stuck`].
@@ -276,8 +276,8 @@ impl SteppedController {
         self.pass_alone(left, patience)
     }
 
-    /// Lets cycles pass until `holds` says so, which is asked before the first and after every one; false when `simulated`
-    /// seconds have passed, or the owner did not want to go on.
+    /// Lets cycles pass until `holds` says so, which is asked before the first and after every one; false when
+    /// `simulated` seconds have passed, or the owner did not want to go on.
     ///
     /// # Errors
     /// As [`pass`](Self::pass), and whatever `holds` gives.

@@ -1,5 +1,5 @@
-//! A controller whose owner passes time: outcomes in their words, time-outs on the cycle, and steps that meet the program
-//! where it stands.
+//! A controller whose owner passes time: outcomes in their words, time-outs on the cycle, and steps that meet the
+//! program where it stands.
 
 #![allow(
     clippy::unwrap_used,

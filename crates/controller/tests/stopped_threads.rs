@@ -1,4 +1,5 @@
-//! A thread that is stopped, or ends, takes its motion with it; whatever follows from another thread waits for the braking.
+//! A thread that is stopped, or ends, takes its motion with it; whatever follows from another thread waits for the
+//! braking.
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 

@@ -1,5 +1,5 @@
-//! Outputs and registers that a program sets between two blended motions change where the arm enters the blend radius, and the arm
-//! moves as it does without them.
+//! Outputs and registers that a program sets between two blended motions change where the arm enters the blend radius,
+//! and the arm moves as it does without them.
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 

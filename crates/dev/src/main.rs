@@ -85,7 +85,8 @@ enum DevCommand {
     /// Writes the pages of all functions of the robot: docs/reference and docs/zh/reference
     #[cfg(feature = "ports")]
     Reference,
-    /// Figures of names and comments: types that are no nouns, shared names, comments that lean on others, long functions and lines
+    /// Figures of names and comments: types that are no nouns, shared names, comments that lean on others, long
+    /// functions and lines
     #[cfg(feature = "names")]
     Names {
         /// Only these crates
@@ -230,8 +231,8 @@ fn obey(order: DevCommand) -> Result<ExitCode, Box<dyn std::error::Error>> {
     }
 }
 
-/// Runs the targets of these names, or all of them, prints the table, and keeps the inputs of findings in `folder`; whether there
-/// were none.
+/// Runs the targets of these names, or all of them, prints the table, and keeps the inputs of findings in `folder`;
+/// whether there were none.
 fn campaign(
     names: Vec<String>,
     seed: u64,

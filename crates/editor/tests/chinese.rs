@@ -1,5 +1,5 @@
-//! Nothing that people are told lacks its Chinese form: the sentences of findings, of the robot's functions and of stops are
-//! taken from where the source declares them, those of functions from their declarations.
+//! Nothing that people are told lacks its Chinese form: the sentences of findings, of the robot's functions and of
+//! stops are taken from where the source declares them, those of functions from their declarations.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -29,7 +29,8 @@ const OF_ROBOT: &[&str] = &[
     "kinematics/src/collision.rs",
 ];
 
-/// Functions one by one: of these texts only those that begin with a function are sentences of it, the others declarations.
+/// Functions one by one: of these texts only those that begin with a function are sentences of it, the others
+/// declarations.
 const OF_FUNCTIONS: &str = "elite-runtime/src/builtins";
 
 /// Texts in those places that stay as they are.

@@ -1,5 +1,5 @@
-//! `async` and `await` are names: the editor completes, explains, colours and renames them like others, and says where they begin what the
-//! language has not.
+//! `async` and `await` are names: the editor completes, explains, colours and renames them like others, and says where
+//! they begin what the language has not.
 
 use serde_json::{Value, json};
 

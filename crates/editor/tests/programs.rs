@@ -13,7 +13,8 @@ use elite_lang::syntax::same_tree;
 /// Symbols of one program that are renamed: some of each, or it takes minutes without optimisation.
 const RENAMED_MAX: usize = 6;
 const BYTES_MAX: usize = 40_000;
-/// Programs that call the robot wrongly to see what happens, and one of Python's own functions that the robot has in another form.
+/// Programs that call the robot wrongly to see what happens, and one of Python's own functions that the robot has in
+/// another form.
 const ON_PURPOSE: &[&str] = &[
     "modes_test.script",
     "pow_corners.script",

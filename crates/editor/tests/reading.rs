@@ -1,5 +1,5 @@
-//! Random edits: the analysis that goes along with them is that of the text as it is: findings, tokens, scopes, symbols, places
-//! of names.
+//! Random edits: the analysis that goes along with them is that of the text as it is: findings, tokens, scopes,
+//! symbols, places of names.
 
 use editor::analysis::scopes::NameTables;
 use editor::analysis::{Analysis, TextKind};

@@ -1,5 +1,5 @@
-//! Fills a task's memory with one kind of object after the other, each in a task of its own, and prints what the system says
-//! of the process: the most it held and what it holds afterwards. For docs/BENCHMARKS.md; give the limit in MiB.
+//! Fills a task's memory with one kind of object after the other, each in a task of its own, and prints what the system
+//! says of the process: the most it held and what it holds afterwards. For docs/BENCHMARKS.md; give the limit in MiB.
 
 #[path = "../tests/support/shapes.rs"]
 mod shapes;

@@ -1,5 +1,6 @@
-//! Bytes that objects take, ours beside CPython's: a list of many of one kind, by the memory account here and by `tracemalloc`
-//! there, divided by their number, so with the place in the list. For docs/BENCHMARKS.md; needs `python3` on the path.
+//! Bytes that objects take, ours beside CPython's: a list of many of one kind, by the memory account here and by
+//! `tracemalloc` there, divided by their number, so with the place in the list. For docs/BENCHMARKS.md; needs `python3`
+//! on the path.
 
 use std::process::{Command, ExitCode};
 use std::rc::Rc;

@@ -1,5 +1,6 @@
-//! How long a program keeps the other script threads waiting: `stretches FILE`. The longest work between two safepoints, by the
-//! processor's time of the thread, for each line that the program has printed before it; those above a millisecond.
+//! How long a program keeps the other script threads waiting: `stretches FILE`. The longest work between two
+//! safepoints, by the processor's time of the thread, for each line that the program has printed before it; those above
+//! a millisecond.
 
 use std::cell::RefCell;
 use std::rc::Rc;

@@ -1,14 +1,16 @@
-//! Sentences in Chinese: the table of those that this crate makes about texts of programs, and how sentences are found in such
-//! tables.
+//! Sentences in Chinese: the table of those that this crate makes about texts of programs, and how sentences are found
+//! in such tables.
 //!
-//! A sentence is known by its English form, in which `{}` stands for what varies. Findings stay English inside; whoever shows
-//! them to people asks for the Chinese form. Python's own exceptions keep CPython's words, which is how people know them.
+//! A sentence is known by its English form, in which `{}` stands for what varies. Findings stay English inside; whoever
+//! shows them to people asks for the Chinese form. Python's own exceptions keep CPython's words, which is how people
+//! know them.
 
 mod table;
 
 use crate::diagnostic::Diagnostic;
 
-/// English forms and their Chinese ones. In those `{0}` is what stands for the first `{}` as it is, `{0~}` the same in Chinese.
+/// English forms and their Chinese ones. In those `{0}` is what stands for the first `{}` as it is, `{0~}` the same in
+/// Chinese.
 pub type PhraseTable = &'static [(&'static str, &'static str)];
 
 /// Sentences about texts of programs.

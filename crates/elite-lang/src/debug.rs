@@ -1,12 +1,13 @@
-//! Programs that somebody watches statement by statement: where they are, what their variables hold, and a place at which
-//! the embedder can hold them.
+//! Programs that somebody watches statement by statement: where they are, what their variables hold, and a place at
+//! which the embedder can hold them.
 //!
-//! Costs nothing where nobody watches: what stands before a statement is a node of its own ([`crate::eval::watch`]), made
-//! only for programs that are spawned after [`Interpreter::debug`](crate::Interpreter::debug). Owns the calls that are under
-//! way in each script thread and the count of statements. Decides nothing: whether to hold is the [`DebugHook`]'s business.
+//! Costs nothing where nobody watches: what stands before a statement is a node of its own ([`crate::eval::watch`]),
+//! made only for programs that are spawned after [`Interpreter::debug`](crate::Interpreter::debug). Owns the calls that
+//! are under way in each script thread and the count of statements. Decides nothing: whether to hold is the
+//! [`DebugHook`]'s business.
 //!
-//! The count of statements is the same in every run of a program whose surroundings are the same, so that it names a place
-//! in a run.
+//! The count of statements is the same in every run of a program whose surroundings are the same, so that it names a
+//! place in a run.
 
 mod evaluate;
 mod halt;

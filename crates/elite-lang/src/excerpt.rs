@@ -1,5 +1,5 @@
-//! The part of a text that is shown with a finding: the lines around it, long ones cut around the place. Showing a finding
-//! costs the same however long the text and its lines are.
+//! The part of a text that is shown with a finding: the lines around it, long ones cut around the place. Showing a
+//! finding costs the same however long the text and its lines are.
 
 use std::ops::Range;
 

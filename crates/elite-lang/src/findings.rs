@@ -1,5 +1,5 @@
-//! The findings of one pass over a text: only the first ones are kept, so that a text full of slips costs no more than one
-//! with a few. Owns their number and how much of the text their messages quote; what they say is up to the passes.
+//! The findings of one pass over a text: only the first ones are kept, so that a text full of slips costs no more than
+//! one with a few. Owns their number and how much of the text their messages quote; what they say is up to the passes.
 
 use std::borrow::Cow;
 
@@ -69,8 +69,8 @@ pub fn in_order(mut findings: Vec<Diagnostic>) -> Vec<Diagnostic> {
     findings
 }
 
-/// Tells findings which node of the pendant's task they are in; `marks` are in the order of the text. One about a directive
-/// is in none.
+/// Tells findings which node of the pendant's task they are in; `marks` are in the order of the text. One about a
+/// directive is in none.
 pub fn in_nodes(mut findings: Vec<Diagnostic>, marks: &[NodeDirective]) -> Vec<Diagnostic> {
     for finding in findings
         .iter_mut()

@@ -82,8 +82,8 @@ pub trait Host {
         Ok(())
     }
 
-    /// Whether a thread that is being stopped may compute on in its `finally` and `with` blocks. Asked now and then, after some
-    /// thousand safepoints.
+    /// Whether a thread that is being stopped may compute on in its `finally` and `with` blocks. Asked now and then,
+    /// after some thousand safepoints.
     fn unwinding_goes_on(&self) -> bool {
         true
     }

@@ -34,8 +34,8 @@ pub struct Interpreter {
     leftovers: Rc<FreeListPurge>,
 }
 
-/// The blocks that a task has left on the shelves of its thread. They go back to the system, if that is worth it, when the interpreter
-/// and everybody who has asked for this (`Interpreter::leftovers`) has dropped it.
+/// The blocks that a task has left on the shelves of its thread. They go back to the system, if that is worth it, when
+/// the interpreter and everybody who has asked for this (`Interpreter::leftovers`) has dropped it.
 #[derive(Default)]
 pub struct FreeListPurge {
     are_large: Cell<bool>,
@@ -193,7 +193,8 @@ impl Interpreter {
             .unwrap_or_default()
     }
 
-    /// An object that programs find beside the builtins, with methods of the embedder. `name` is its own and its class's.
+    /// An object that programs find beside the builtins, with methods of the embedder. `name` is its own and its
+    /// class's.
     pub fn provide_object(&self, name: &str, methods: Vec<NativeFunction>) {
         let object = embedded::object(&self.core, name, methods, Vec::new());
         self.core
@@ -230,8 +231,8 @@ impl Interpreter {
         self.core.is_searching()
     }
 
-    /// What is left of the task in the system's allocator. Who drops this last, on the thread that ran the task, gives it
-    /// back: after others have been told that the task has ended, for it takes its time.
+    /// What is left of the task in the system's allocator. Who drops this last, on the thread that ran the task, gives
+    /// it back: after others have been told that the task has ended, for it takes its time.
     pub fn leftovers(&self) -> Rc<FreeListPurge> {
         self.leftovers.clone()
     }
@@ -340,7 +341,8 @@ impl ScriptThread {
         self.core.nodes.shown(self.state.node)
     }
 
-    /// The nodes that the thread that was resumed last came to meanwhile, in order; of very many, the first and the last.
+    /// The nodes that the thread that was resumed last came to meanwhile, in order; of very many, the first and the
+    /// last.
     pub fn take_passages(&self) -> Vec<NodeChange> {
         self.core.nodes.take_passages()
     }
@@ -360,8 +362,8 @@ impl ScriptThread {
     /// total; a second stop unwinds without running more code.
     ///
     /// # Panics
-    /// When a native stack has overflowed, which is a fault of ours. The interpreter and its threads are to be dropped then; they
-    /// leave everything as it is, and no interpreter is made on this OS thread any more.
+    /// When a native stack has overflowed, which is a fault of ours. The interpreter and its threads are to be dropped
+    /// then; they leave everything as it is, and no interpreter is made on this OS thread any more.
     pub fn resume(&mut self, resume: Resume, fuel: u32) -> ResumeOutcome {
         let Some(mut coroutine) = self.coroutine.take() else {
             return self.ended.take().unwrap_or(ResumeOutcome::Stopped);

@@ -66,12 +66,13 @@ impl Param {
     }
 }
 
-/// The body of a native function. It holds no values: what nothing can find, neither the search for cycles nor the queue that takes
-/// deep chains apart would know of.
+/// The body of a native function. It holds no values: what nothing can find, neither the search for cycles nor the
+/// queue that takes deep chains apart would know of.
 #[derive(Clone)]
 pub struct NativeBody(Rc<dyn Fn(&mut NativeCall<'_>) -> R>);
 
-/// What natives need of their embedder: it is there for the whole task, and who drops the last native drops no values with it.
+/// What natives need of their embedder: it is there for the whole task, and who drops the last native drops no values
+/// with it.
 pub trait NativeContext: 'static {}
 
 impl<C: NativeContext + ?Sized> NativeContext for Rc<C> {}
@@ -196,8 +197,8 @@ impl NativeCall<'_> {
         self.ev.core.nodes.state().inherited()
     }
 
-    /// A motion that the calling thread waited for has ended, or could not be done: a node that is to be shown after it is
-    /// shown from now on, or not at all.
+    /// A motion that the calling thread waited for has ended, or could not be done: a node that is to be shown after it
+    /// is shown from now on, or not at all.
     pub fn motion_ended(&self, failed: bool) {
         self.ev.core.nodes.motion_ended(failed, self.line());
     }
@@ -251,8 +252,8 @@ impl NativeCall<'_> {
         self.ev.truth(value)
     }
 
-    /// Runs work that comes back to itself through a value's parts, within the depth and the native stack there is. All recursion
-    /// through values goes through here.
+    /// Runs work that comes back to itself through a value's parts, within the depth and the native stack there is. All
+    /// recursion through values goes through here.
     ///
     /// # Errors
     /// `RecursionError`, or what `inner` raises.

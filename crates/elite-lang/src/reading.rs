@@ -1,7 +1,7 @@
 //! A text that is read again and again while it is written: what a change leaves alone is not read anew.
 //!
-//! Owns which parts of tree and findings are kept. They are those of one fresh reading: whatever a change could reach is made
-//! anew (`parser::units`, `resolve::parts`).
+//! Owns which parts of tree and findings are kept. They are those of one fresh reading: whatever a change could reach
+//! is made anew (`parser::units`, `resolve::parts`).
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -61,8 +61,8 @@ impl ParsedDocument {
         &self.findings
     }
 
-    /// The pieces that the text was read in: their statements, by their numbers in the body of the module, and the number of
-    /// the piece in the reading before that had the same text, tree and neighbours and was taken over.
+    /// The pieces that the text was read in: their statements, by their numbers in the body of the module, and the
+    /// number of the piece in the reading before that had the same text, tree and neighbours and was taken over.
     pub fn pieces(&self) -> impl ExactSizeIterator<Item = DocumentUnit> {
         self.read.units.iter().map(|unit| DocumentUnit {
             statements: unit.body.clone(),

@@ -141,8 +141,8 @@ impl SourceFile {
         self.line_starts.partition_point(|start| *start <= offset) as u32
     }
 
-    /// Line and column of the byte at `offset`; offsets past the end mean the end of the last line, since behind a final
-    /// newline there is no line to show.
+    /// Line and column of the byte at `offset`; offsets past the end mean the end of the last line, since behind a
+    /// final newline there is no line to show.
     pub fn position(&self, offset: u32) -> Position {
         let offset = self.on_a_line(offset);
         let line = self.line_of(offset as u32);

@@ -5,8 +5,8 @@ const CHARS_MAX: usize = 64;
 /// Most names that are compared with one.
 const CANDIDATES_MAX: usize = 4096;
 
-/// The candidate that differs least from `name`, if it is near enough to be a likely slip. Long names, and those of a crowd
-/// beyond the first few thousand, are not looked at.
+/// The candidate that differs least from `name`, if it is near enough to be a likely slip. Long names, and those of a
+/// crowd beyond the first few thousand, are not looked at.
 pub fn nearest(name: &str, candidates: impl Iterator<Item = impl AsRef<str>>) -> Option<String> {
     let letters: Vec<char> = name.chars().take(CHARS_MAX + 1).collect();
     let limit = match letters.len() {
@@ -35,8 +35,8 @@ pub fn nearest(name: &str, candidates: impl Iterator<Item = impl AsRef<str>>) ->
     best.map(|(_, text)| text)
 }
 
-/// Edit distance with transpositions of neighbours counted as one (optimal string alignment); None if it is above `limit`.
-/// Three rows of the table are kept.
+/// Edit distance with transpositions of neighbours counted as one (optimal string alignment); None if it is above
+/// `limit`. Three rows of the table are kept.
 fn distance(a: &[char], b: &str, limit: usize) -> Option<usize> {
     let b: Vec<char> = b.chars().take(a.len() + limit + 1).collect();
     if a.len().abs_diff(b.len()) > limit {

@@ -1,5 +1,5 @@
-//! Native stack for work on trees that may be deep: parsing, resolving, lowering, and dropping them. The caller's own stack may be
-//! small.
+//! Native stack for work on trees that may be deep: parsing, resolving, lowering, and dropping them. The caller's own
+//! stack may be small.
 
 use std::cell::Cell;
 
@@ -28,7 +28,8 @@ thread_local! {
     static IS_DEEP: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Drops a tree, or parts of one, on a stack that is deep enough. Trees hold constants only: no script code runs, and nothing waits.
+/// Drops a tree, or parts of one, on a stack that is deep enough. Trees hold constants only: no script code runs, and
+/// nothing waits.
 pub fn drop_tree<T>(tree: T) {
     work_on_tree(|| drop(tree));
 }

@@ -146,8 +146,8 @@ impl InjectedNames {
 
 impl NativeCall<'_> {
     /// Runs a statement in the scope of the function that called this native. Natives that the statement calls may
-    /// wait, and a stop of the thread comes through as `Raised::CancelFlag`, which has to be passed on. Any other error is
-    /// the embedder's to pass on or to report with [`NativeCall::report`]; the thread can run further statements.
+    /// wait, and a stop of the thread comes through as `Raised::CancelFlag`, which has to be passed on. Any other error
+    /// is the embedder's to pass on or to report with [`NativeCall::report`]; the thread can run further statements.
     ///
     /// # Errors
     /// What the statement raises; `NameError` if it declares a name `global` that is not a global of the program.

@@ -214,7 +214,8 @@ fn mutated(piece: &str, numbers: &mut Numbers) -> String {
 
 /// Disagreements that stay, each with its reason.
 fn is_meant(text: &str, ours_accepts: bool) -> bool {
-    // ruff takes `yield , 1`, `yield / 1` and `yield != 1`; CPython does not. It also lets tabs and blanks mix, and refuses `raise;`.
+    // ruff takes `yield , 1`, `yield / 1` and `yield != 1`; CPython does not. It also lets tabs and blanks mix, and
+    // refuses `raise;`.
     let odd_yield = |rest: &str| {
         rest.trim_start()
             .starts_with(|c| ",/=<@.&|^%>!".contains(c))
@@ -237,7 +238,8 @@ fn is_meant(text: &str, ours_accepts: bool) -> bool {
     // It takes an `else` after `try` that has no `except`, as long as there is a `finally`.
     let bare_else =
         ["else:", "finally:"].iter().all(|word| text.contains(word)) && !text.contains("except");
-    // It does not look for the loop or function that a `break` or `return` belongs to, and assigns to a name in brackets.
+    // It does not look for the loop or function that a `break` or `return` belongs to, and assigns to a name in
+    // brackets.
     let outside = our_errors(text)
         .iter()
         .any(|error| error.message.contains("outside a"));

@@ -1,6 +1,6 @@
-//! Programs whose blocks end in any mixture of ways run the same: with `end` at the column of the header, with `end` at that
-//! of the lines, or without; with any indentation; with blank lines, comments and directives between; with statements on
-//! one line. Trees are drawn from numbers that look random, printed plainly and in mixtures, and run.
+//! Programs whose blocks end in any mixture of ways run the same: with `end` at the column of the header, with `end` at
+//! that of the lines, or without; with any indentation; with blank lines, comments and directives between; with
+//! statements on one line. Trees are drawn from numbers that look random, printed plainly and in mixtures, and run.
 
 use crate::support;
 

@@ -1,8 +1,8 @@
 //! Compiling takes time in proportion to the text, whatever the text is made of, right or wrong.
 //!
 //! Every shape repeats one production of the grammar; texts of one size and of four times that size are compiled,
-//! checked and their findings shown, and the times compared. Times are those of the processor, so that other work on the
-//! machine does not disturb them.
+//! checked and their findings shown, and the times compared. Times are those of the processor, so that other work on
+//! the machine does not disturb them.
 
 use elite_lang::{
     FINDINGS_MAX, KnownNames, SourceFile, check, compile, compile_statement, render_human,

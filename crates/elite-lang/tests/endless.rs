@@ -1,5 +1,5 @@
-//! A stop reaches what never ends by itself: natives that are given endless iterators, and work whose size is a number that anybody can
-//! write. Between two safepoints there are a few milliseconds at most, and a stop ends the program.
+//! A stop reaches what never ends by itself: natives that are given endless iterators, and work whose size is a number
+//! that anybody can write. Between two safepoints there are a few milliseconds at most, and a stop ends the program.
 //!
 //! Functions are those of the builtins and of the library that `dir` finds, methods those of a value of every type.
 #![allow(clippy::unwrap_used, clippy::expect_used)] // a test
@@ -12,7 +12,8 @@ use nix::time::{ClockId, clock_gettime};
 
 use crate::support::Task;
 
-/// The longest work between two safepoints; without optimisation all of it is slower by more than an order of magnitude.
+/// The longest work between two safepoints; without optimisation all of it is slower by more than an order of
+/// magnitude.
 const STRETCH_MAX: Duration = Duration::from_millis(if cfg!(debug_assertions) { 32 } else { 5 });
 /// How often something must take too long before it counts: the machine does other things, too.
 const TRIES: usize = 3;
@@ -21,7 +22,8 @@ const TURNS: usize = 12;
 /// What has not come to a safepoint after this long never will.
 const SILENCE_MAX: Duration = Duration::from_secs(60);
 
-/// Iterators without an end. What they yield is refused by some natives, is nothing for others, and grows in none that drop it.
+/// Iterators without an end. What they yield is refused by some natives, is nothing for others, and grows in none that
+/// drop it.
 const ENDLESS: &[&str] = &[
     "itertools.repeat('')",
     "itertools.repeat((1, 2))",

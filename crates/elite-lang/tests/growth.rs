@@ -1,8 +1,8 @@
 //! No operation grows faster than it should, and none keeps the other script threads waiting.
 //!
-//! Every method of every builtin type is called, with whatever arguments from a small set it takes, on a value of one size
-//! and of four times that size; the times are compared. They are those of the processor, so that other work on the machine
-//! does not disturb them. New methods are found by `dir`.
+//! Every method of every builtin type is called, with whatever arguments from a small set it takes, on a value of one
+//! size and of four times that size; the times are compared. They are those of the processor, so that other work on the
+//! machine does not disturb them. New methods are found by `dir`.
 
 use crate::support;
 
@@ -134,7 +134,8 @@ fn compare(receivers: &[(&str, &str)]) {
     }
 }
 
-/// How often what seems to grow too fast is measured: a square does so each time, a machine with other work now and then.
+/// How often what seems to grow too fast is measured: a square does so each time, a machine with other work now and
+/// then.
 const TRIES: usize = 4;
 
 /// Fails with what took more than in proportion longer on the larger data, each time it was measured.

@@ -1,5 +1,6 @@
-//! Whatever can nest in the grammar nests 200 levels deep at most, and every long chain ends in a tree of bounded depth:
-//! each production repeated many times over is refused with a reason or is a program, and its tree is dropped unharmed.
+//! Whatever can nest in the grammar nests 200 levels deep at most, and every long chain ends in a tree of bounded
+//! depth: each production repeated many times over is refused with a reason or is a program, and its tree is dropped
+//! unharmed.
 
 use crate::support;
 

@@ -1,5 +1,5 @@
-//! No native keeps the other script threads waiting: between two safepoints there are a few milliseconds of work at most,
-//! however much data it is given.
+//! No native keeps the other script threads waiting: between two safepoints there are a few milliseconds of work at
+//! most, however much data it is given.
 //!
 //! Every method of every builtin type, every builtin function and the functions of the library are called with whatever
 //! arguments from a small set they take, on large data. The longest time of the processor between two turns counts, so
@@ -14,8 +14,8 @@ use elite_lang::{Limits, Resume, ResumeOutcome, render_script_error};
 use nix::time::{ClockId, clock_gettime};
 use support::Task;
 
-/// The longest work between two safepoints: what INTERFACES promises, and some more without optimisation, where all of it is
-/// slower by more than an order of magnitude, on machines whose clock drifts by a factor of two.
+/// The longest work between two safepoints: what INTERFACES promises, and some more without optimisation, where all of
+/// it is slower by more than an order of magnitude, on machines whose clock drifts by a factor of two.
 const STRETCH_MAX: Duration = Duration::from_millis(if cfg!(debug_assertions) { 32 } else { 5 });
 /// How often something must take too long before it counts.
 const TRIES: usize = 4;
@@ -133,7 +133,8 @@ fn processor_time() -> Duration {
     }
 }
 
-/// Runs a program that prints a label before everything it does; the longest work between two safepoints for each label.
+/// Runs a program that prints a label before everything it does; the longest work between two safepoints for each
+/// label.
 fn stretches(text: &str) -> BTreeMap<String, Duration> {
     let limits = Limits {
         memory_bytes: 2 << 30,
@@ -209,8 +210,8 @@ for name in dir(make(1)):
     )
 }
 
-/// What keeps the others waiting whenever it is tried. A machine counts page faults, and what its own host takes from it, as
-/// time of the processor: one long stretch proves nothing, the same one again and again does.
+/// What keeps the others waiting whenever it is tried. A machine counts page faults, and what its own host takes from
+/// it, as time of the processor: one long stretch proves nothing, the same one again and again does.
 fn too_long(text: &str) -> BTreeMap<String, Duration> {
     let long = || {
         let mut found = stretches(text);
@@ -777,7 +778,8 @@ fn regular_expressions_give_way_2() {
     check_expressions(1, 2);
 }
 
-/// What a program does with many values, and what it leaves behind: how they are made of `n`, and what is done with them (`x`).
+/// What a program does with many values, and what it leaves behind: how they are made of `n`, and what is done with
+/// them (`x`).
 const DEEDS: &[(&str, &str)] = &[
     ("list(range(n))", "f(*x)"),
     ("list(range(n))", "max(*x)"),

@@ -1,8 +1,8 @@
 //! Runs `tests/scripts/FEATURE/NAME.script` and compares what it prints with `NAME.out`.
 //!
 //! The expected output comes from CPython 3.11, except in `elite/`, which holds what is not Python. An uncaught
-//! exception counts as output: its last line. `UPDATE_SCRIPTS=1 cargo test -p elite-lang --test all scripts::` writes the
-//! expected output anew with `python3`.
+//! exception counts as output: its last line. `UPDATE_SCRIPTS=1 cargo test -p elite-lang --test all scripts::` writes
+//! the expected output anew with `python3`.
 
 #![allow(clippy::unwrap_used)] // a test: a broken file should stop it
 

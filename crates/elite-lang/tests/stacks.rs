@@ -1,5 +1,5 @@
-//! Deep data on small stacks: every text that nests, run, compiled, evaluated and dropped in generators and in deep calls. And what
-//! lies below all care: a native stack that overflows ends its task, and no more.
+//! Deep data on small stacks: every text that nests, run, compiled, evaluated and dropped in generators and in deep
+//! calls. And what lies below all care: a native stack that overflows ends its task, and no more.
 #![allow(clippy::unwrap_used, clippy::expect_used)] // a test
 
 use std::hint::black_box;
@@ -87,7 +87,8 @@ fn groups_of_expressions_nest_in_any_call() {
     assert_eq!(output, "read\n");
 }
 
-/// A fault of ours: recursion that asks nobody whether there is room, in steps of different sizes, with or without blocks of memory.
+/// A fault of ours: recursion that asks nobody whether there is room, in steps of different sizes, with or without
+/// blocks of memory.
 fn fall(call: &mut elite_lang::NativeCall<'_>) -> elite_lang::ScriptResult {
     fn step(size: i64, level: u64) -> u64 {
         let small = [level; 5];

@@ -1,5 +1,5 @@
-//! A stop reaches every native: between two safepoints there are a few milliseconds at most, also where a native walks through values
-//! that hold others twice, thirty levels deep, so that it never comes to an end.
+//! A stop reaches every native: between two safepoints there are a few milliseconds at most, also where a native walks
+//! through values that hold others twice, thirty levels deep, so that it never comes to an end.
 //!
 //! Functions and methods are those that `dir` finds, with values of every kind that holds others.
 #![allow(clippy::unwrap_used, clippy::expect_used)] // a test
@@ -13,7 +13,8 @@ use crate::support::Task;
 
 /// Levels that hold the next one twice: enough to compute for a second.
 const LEVELS: usize = if cfg!(debug_assertions) { 21 } else { 26 };
-/// The longest work between two safepoints; without optimisation all of it is slower by more than an order of magnitude.
+/// The longest work between two safepoints; without optimisation all of it is slower by more than an order of
+/// magnitude.
 const STRETCH_MAX: Duration = Duration::from_millis(if cfg!(debug_assertions) { 32 } else { 5 });
 /// How often something must take too long before it counts: the machine does other things, too.
 const TRIES: usize = 3;

@@ -1,7 +1,8 @@
 //! What is told about programs and the robot in Chinese: findings, errors of builtins, refusals, stops.
 //!
-//! Owns the table of this crate's sentences and of those of the motion (`motion-api`). Inside, in recordings and towards programs
-//! every text stays English; whoever shows one to people asks here. Types of exceptions and Python's own words stay as they are.
+//! Owns the table of this crate's sentences and of those of the motion (`motion-api`). Inside, in recordings and
+//! towards programs every text stays English; whoever shows one to people asks here. Types of exceptions and Python's
+//! own words stay as they are.
 
 mod table;
 
@@ -72,7 +73,8 @@ fn headline(english: &str) -> Option<String> {
     Some(format!("{kind}: {said}"))
 }
 
-/// A report line by line: titles and advice of findings, and the lines with a type and a message. Lines of programs stay.
+/// A report line by line: titles and advice of findings, and the lines with a type and a message. Lines of programs
+/// stay.
 fn report(english: &str) -> String {
     let lines = english.split_inclusive('\n').map(|line| {
         let (text, end) = line.split_at(line.trim_end_matches('\n').len());

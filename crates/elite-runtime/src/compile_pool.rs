@@ -1,8 +1,8 @@
 //! Where texts from outside are compiled: on a few threads of their own, so that a long text holds up no port.
 //!
 //! Owns the queue and its threads. Texts are taken in the order they came; whoever waits for one has no second in the
-//! queue, so nobody's texts come before those of others for long. Short texts have a thread that takes no long ones. What
-//! is compiled and what is done with the findings is up to the caller.
+//! queue, so nobody's texts come before those of others for long. Short texts have a thread that takes no long ones.
+//! What is compiled and what is done with the findings is up to the caller.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};

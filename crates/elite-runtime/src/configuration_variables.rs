@@ -1,9 +1,10 @@
-//! The global variables of a configuration: the file beside the task, and the values in the text of a generated program.
+//! The global variables of a configuration: the file beside the task, and the values in the text of a generated
+//! program.
 //!
-//! Pure. The file is the pendant's (`NAME.configuration.variables`): one element a variable, with its current value. What is
-//! written back differs in values alone. A generated program sets the same variables at its beginning, with the values of the
-//! moment in which it was generated; [`with_values`] puts the current ones there. Our own reading of files and public programs; the
-//! format is not published.
+//! Pure. The file is the pendant's (`NAME.configuration.variables`): one element a variable, with its current value.
+//! What is written back differs in values alone. A generated program sets the same variables at its beginning, with the
+//! values of the moment in which it was generated; [`with_values`] puts the current ones there. Our own reading of
+//! files and public programs; the format is not published.
 
 use std::collections::BTreeMap;
 
@@ -148,8 +149,8 @@ fn attribute(element: &BytesStart<'_>, key: &[u8]) -> Result<Option<String>, NoV
     Ok(None)
 }
 
-/// The variables that a generated program sets at its beginning: each a line `global NAME` and the line `NAME = VALUE` behind
-/// it, before the first node.
+/// The variables that a generated program sets at its beginning: each a line `global NAME` and the line `NAME = VALUE`
+/// behind it, before the first node.
 pub fn in_program(text: &str) -> Vec<Variable> {
     let mut found: Vec<Variable> = Vec::new();
     for (name, value, _) in beginning(text) {
@@ -163,8 +164,8 @@ pub fn in_program(text: &str) -> Vec<Variable> {
     found
 }
 
-/// The text with current values where it first sets these variables. What sets them again, as the start values of a task do,
-/// stays, and so does the number of every line.
+/// The text with current values where it first sets these variables. What sets them again, as the start values of a
+/// task do, stays, and so does the number of every line.
 pub fn with_values(text: &str, values: &BTreeMap<String, String>) -> String {
     let mut changed = text.to_owned();
     let mut set: Vec<&str> = Vec::new();

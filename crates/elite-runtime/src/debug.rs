@@ -1,8 +1,8 @@
 //! A program that is debugged: who holds it, and what a program that stands still can be asked and told.
 //!
-//! The debugger lives on the thread of the task and hears of every statement and of every cycle before it passes; while it
-//! takes its time, nothing moves and no time passes under the virtual clock. Owns the border only: what is held, and why,
-//! is decided by whoever attaches.
+//! The debugger lives on the thread of the task and hears of every statement and of every cycle before it passes; while
+//! it takes its time, nothing moves and no time passes under the virtual clock. Owns the border only: what is held, and
+//! why, is decided by whoever attaches.
 
 use std::rc::Rc;
 
@@ -38,8 +38,8 @@ pub trait TaskDebugger: DebugHook {
     /// The task has looked round, and no script thread runs. Only where time passes by itself, or the task is held.
     fn between_turns(&self, _halt: &PausedProgram<'_>) {}
 
-    /// Whether a program is held without the task standing still: orders of ports are heard, the arm halts on its path as for
-    /// any pause, and only the thread that is held has its turns, in which it is asked again.
+    /// Whether a program is held without the task standing still: orders of ports are heard, the arm halts on its path
+    /// as for any pause, and only the thread that is held has its turns, in which it is asked again.
     fn holds(&self) -> SuspendState {
         SuspendState::Nothing
     }

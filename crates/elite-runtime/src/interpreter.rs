@@ -1,8 +1,8 @@
 //! Statements from port 30020 on their way to the running task (manual chapter 2).
 //!
 //! Owns the queue that ports and task share, and decides which statements get into it. Statements are compiled on the
-//! threads for that, so that the answer waits neither for the task nor for other ports; `interpreter_mode()` takes them out
-//! and executes them.
+//! threads for that, so that the answer waits neither for the task nor for other ports; `interpreter_mode()` takes them
+//! out and executes them.
 
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -58,8 +58,8 @@ pub(crate) enum NextAction {
     End,
 }
 
-/// Text of all statements that wait, bytes; one more counts as one too many. The 8500 statements of the manual have 7 KiB
-/// each with this; compiled they take about ten times as much.
+/// Text of all statements that wait, bytes; one more counts as one too many. The 8500 statements of the manual have 7
+/// KiB each with this; compiled they take about ten times as much.
 pub const QUEUED_BYTES_MAX: usize = 64 * 1024 * 1024;
 
 /// A statement that waits.
@@ -328,8 +328,9 @@ impl InterpreterMode {
         }
     }
 
-    /// The injected functions were removed; the last statement that they can come from. With the queue, what waits is thrown
-    /// away: it was sent before, for of what came behind a `clear_interpreter()` at the port nothing has been accepted.
+    /// The injected functions were removed; the last statement that they can come from. With the queue, what waits is
+    /// thrown away: it was sent before, for of what came behind a `clear_interpreter()` at the port nothing has been
+    /// accepted.
     pub(crate) fn cleared(&self, queue: bool) -> StatementId {
         let mut shared = self.shared();
         shared.queue.cleared();

@@ -34,7 +34,8 @@ pub enum PushError<S> {
     /// [`STATEMENTS_MAX`] wait.
     #[error("{STATEMENTS_MAX} statements wait to be executed, which is the limit")]
     Full(S),
-    /// An accepted `clear_interpreter()` has not been executed yet; try again when [`StatementQueue::is_held`] is false.
+    /// An accepted `clear_interpreter()` has not been executed yet; try again when [`StatementQueue::is_held`] is
+    /// false.
     #[error("a clear_interpreter() has to be executed first")]
     Held(S),
 }

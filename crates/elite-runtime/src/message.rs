@@ -1,7 +1,7 @@
 //! What programs and the robot tell people: log lines, script errors, robot events; and who is told.
 //!
-//! Three kinds of trouble stay apart: a script error ends a task, a robot event changes the robot's state and is seen by
-//! all, a service error (not here) ends one connection.
+//! Three kinds of trouble stay apart: a script error ends a task, a robot event changes the robot's state and is seen
+//! by all, a service error (not here) ends one connection.
 
 use std::sync::Arc;
 
@@ -160,8 +160,8 @@ impl Message {
     }
 }
 
-/// Is told what happens, on the thread where it happens; must not wait. What an observer does not look at goes to the one
-/// behind it, if there is one: nothing is lost in a chain because a link forgot it.
+/// Is told what happens, on the thread where it happens; must not wait. What an observer does not look at goes to the
+/// one behind it, if there is one: nothing is lost in a chain because a link forgot it.
 pub trait Observer: Send + Sync {
     /// The observer behind this one. Whoever has one and looks at an event passes the event on as well.
     fn next(&self) -> Option<&dyn Observer> {
@@ -189,8 +189,8 @@ pub trait Observer: Send + Sync {
         }
     }
 
-    /// A script thread stands at another line, or in another node of the pendant's task. Lines come at most once a cycle
-    /// and thread and when it ends; nodes as they are passed, of very many in a cycle the first and the last.
+    /// A script thread stands at another line, or in another node of the pendant's task. Lines come at most once a
+    /// cycle and thread and when it ends; nodes as they are passed, of very many in a cycle the first and the last.
     fn line_changed(
         &self,
         program: ProgramId,
@@ -260,7 +260,8 @@ pub enum InterpreterEvent<'a> {
     Left,
 }
 
-/// Tells an observer on behalf of a task: what the observer keeps for other threads is not counted as the task's memory.
+/// Tells an observer on behalf of a task: what the observer keeps for other threads is not counted as the task's
+/// memory.
 pub(crate) struct UnmeteredObserver(pub Arc<dyn Observer>);
 
 impl Observer for UnmeteredObserver {

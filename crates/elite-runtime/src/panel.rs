@@ -1,4 +1,5 @@
-//! What outlives programs and what people see and answer: flags, popups, watched RTSI inputs, the task's global variables.
+//! What outlives programs and what people see and answer: flags, popups, watched RTSI inputs, the task's global
+//! variables.
 //!
 //! Shared by the task's thread and the ports, so everything is behind short locks and bounded. Owns no clock: who sets
 //! something that ages says the simulated time. A task that waits for people is woken through [`Panel::news`].

@@ -1,9 +1,10 @@
-//! The robot as a program sees it that has just set something: the state of the latest cycle with what waits in the ring.
+//! The robot as a program sees it that has just set something: the state of the latest cycle with what waits in the
+//! ring.
 //!
-//! Settings take no simulated time: the caller goes on in this cycle, and the motion thread takes the command in the next
-//! one. So whoever asks in between is answered from here, and what the motion thread would refuse is refused here. It has
-//! the last word all the same: what others do in between may be refused there, which is logged. Owns no command; `robot`
-//! keeps those.
+//! Settings take no simulated time: the caller goes on in this cycle, and the motion thread takes the command in the
+//! next one. So whoever asks in between is answered from here, and what the motion thread would refuse is refused here.
+//! It has the last word all the same: what others do in between may be refused there, which is logged. Owns no command;
+//! `robot` keeps those.
 
 use kinematics::{Pose, RpyPose, Wrench};
 use motion_api::form::check_tick_count;
@@ -263,8 +264,8 @@ impl PredictionCache {
             .map_or(CommandId::NONE, |kept| kept.newest)
     }
 
-    /// The robot with the commands that are under way over the state. `commands` shows those younger than the given one,
-    /// in their order.
+    /// The robot with the commands that are under way over the state. `commands` shows those younger than the given
+    /// one, in their order.
     pub fn of<'a, I: Iterator<Item = &'a Command>>(
         &mut self,
         of: PredictionKey,

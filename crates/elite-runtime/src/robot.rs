@@ -41,8 +41,8 @@ pub struct Robot {
     repeat: OnceLock<Arc<Rerun>>,
 }
 
-/// Commands of a program are remembered for so many cycles after their end, for programs that see the robot as it was a little
-/// before; and at most so many of them.
+/// Commands of a program are remembered for so many cycles after their end, for programs that see the robot as it was a
+/// little before; and at most so many of them.
 const REMEMBERED_CYCLES: u64 = 250;
 const REMEMBERED_MAX: usize = 4096;
 /// Stops that are remembered with their cycle.
@@ -66,8 +66,8 @@ struct CommandTable {
     foresight: PredictionCache,
     /// See [`PredictionKey::changes`].
     changes: u64,
-    /// Commands that have ended and whose outcome nobody asks for, in the order of their ends: programs may still see a cycle
-    /// before. Few of them are looked at, those behind that cycle.
+    /// Commands that have ended and whose outcome nobody asks for, in the order of their ends: programs may still see a
+    /// cycle before. Few of them are looked at, those behind that cycle.
     ended: VecDeque<EndedCommand>,
 }
 
@@ -362,8 +362,8 @@ impl Robot {
         io_after(&self.awaited(), state, state.cycle)
     }
 
-    /// The state as the next cycle will have it, as far as commands that wait set something: what a program is shown, whose
-    /// settings take no time.
+    /// The state as the next cycle will have it, as far as commands that wait set something: what a program is shown,
+    /// whose settings take no time.
     pub(crate) fn foreseen(&self) -> PredictedState {
         let mut awaited = self.awaited();
         // Under the lock: what is no longer open was published before.

@@ -1,8 +1,8 @@
 //! Which program runs: starts tasks, replaces one by the next, passes on stop, pause and secondary programs.
 //!
 //! Owns the life cycle of tasks (each on an OS thread of its own) and the status that ports show. What happens inside a
-//! task is `task`'s. There is one main program at a time: a second one that compiles ends the first by force and begins as
-//! soon as that has unwound, while the arm may still brake (`task::HandoverStop`).
+//! task is `task`'s. There is one main program at a time: a second one that compiles ends the first by force and begins
+//! as soon as that has unwound, while the arm may still brake (`task::HandoverStop`).
 
 mod ask;
 
@@ -36,8 +36,8 @@ pub const GRACE: Duration = Duration::from_secs(2);
 /// Numbers of programs that attend others come after this, so that the two never meet.
 const PROGRAMS_BEFORE_ATTENDANTS: u32 = 1 << 20;
 
-/// How long a secondary program waits for room beside a task that is flooded with such (the refusal must come soon), and
-/// a sender for its program to begin.
+/// How long a secondary program waits for room beside a task that is flooded with such (the refusal must come soon),
+/// and a sender for its program to begin.
 const PATIENCE: Duration = Duration::from_millis(500);
 /// How often it is offered to a task: each time that one ends and another begins.
 const ATTEMPTS_TO_JOIN: u32 = 2;
@@ -227,9 +227,9 @@ impl Supervisor {
         self.shared.status.subscribe()
     }
 
-    /// Starts a program that `sender` wants to run. A secondary one (`sec`) joins the running task. A main one takes the
-    /// place of the one that runs, which is ended by force; one that does not compile changes nothing. A program that ran
-    /// to its end may still have the arm on its way: it is replaced like any other.
+    /// Starts a program that `sender` wants to run. A secondary one (`sec`) joins the running task. A main one takes
+    /// the place of the one that runs, which is ended by force; one that does not compile changes nothing. A program
+    /// that ran to its end may still have the arm on its way: it is replaced like any other.
     ///
     /// # Errors
     /// [`SubmitError`]; it was also reported to the observer, as a script error of the refused program.
@@ -302,8 +302,8 @@ impl Supervisor {
         self.start(name, true, source, self.presets().clone())
     }
 
-    /// Hands a secondary program to the running task, compiled, so that a long text does not hold that up; `None` when no
-    /// task took it. One that does not compile is told and done with.
+    /// Hands a secondary program to the running task, compiled, so that a long text does not hold that up; `None` when
+    /// no task took it. One that does not compile is told and done with.
     async fn join(&self, source: &mut ProgramSource) -> Option<ProgramId> {
         if !self.is_running() {
             return None;
@@ -380,8 +380,8 @@ impl Supervisor {
         Ok(id)
     }
 
-    /// Returns when a program has had its first turn, so that a sender's programs begin in their order. One that is held, or
-    /// takes long to compile, is not waited for.
+    /// Returns when a program has had its first turn, so that a sender's programs begin in their order. One that is
+    /// held, or takes long to compile, is not waited for.
     async fn wait_until_begun(&self, id: ProgramId) {
         let mut status = self.watch();
         let is_past = |s: &TaskStatus| {

@@ -1,8 +1,8 @@
 //! Files that clients and scripts name by a path in the task folder: task files, configurations, micro-line files.
 //!
-//! Owns the rule that a name never leaves the folder, and which file holds the program of a task: the pendant keeps a task
-//! as XML, `NAME.task`, and beside it what it sends to the controller, `NAME.task.script` (from controller output, not from
-//! the manual). Errors are one sentence without a line break, for a reply.
+//! Owns the rule that a name never leaves the folder, and which file holds the program of a task: the pendant keeps a
+//! task as XML, `NAME.task`, and beside it what it sends to the controller, `NAME.task.script` (from controller output,
+//! not from the manual). Errors are one sentence without a line break, for a reply.
 
 use std::fs;
 use std::io::{BufRead, BufReader, Read};
@@ -109,8 +109,8 @@ impl TaskFolder {
     }
 
     /// The text of a task: the file of this name, or the one with `.task` or `.script` after it. A name that has one of
-    /// these endings also stands for the file with the other. Any other dot belongs to the name: `v1.2` is never `v1`. If
-    /// that file is the pendant's XML, the text is that of the file with `.script` after its whole name.
+    /// these endings also stands for the file with the other. Any other dot belongs to the name: `v1.2` is never `v1`.
+    /// If that file is the pendant's XML, the text is that of the file with `.script` after its whole name.
     ///
     /// # Errors
     /// [`FolderError`]

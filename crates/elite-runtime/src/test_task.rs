@@ -1,9 +1,9 @@
-//! A program beside the one that the arm runs: a test of that program. It has the builtins of every program, and one object
-//! more whose methods its starter provides.
+//! A program beside the one that the arm runs: a test of that program. It has the builtins of every program, and one
+//! object more whose methods its starter provides.
 //!
-//! It does not count as the program of the robot: outputs that follow the run state ignore it, and a protective stop, which
-//! ends the other one, is something for it to look at. Owns no methods and no turns: whose turn it is in a cycle is decided by
-//! the timeline.
+//! It does not count as the program of the robot: outputs that follow the run state ignore it, and a protective stop,
+//! which ends the other one, is something for it to look at. Owns no methods and no turns: whose turn it is in a cycle
+//! is decided by the timeline.
 
 use std::rc::Rc;
 use std::sync::Arc;
@@ -35,8 +35,8 @@ pub struct TestTaskConfig {
 pub struct TestTaskHandle(pub(crate) Rc<TaskContext>);
 
 impl TestTaskHandle {
-    /// Lets `answering` be called in every cycle in which a builtin of the program waits for time or for somebody else: that may
-    /// be somebody whom the program plays itself.
+    /// Lets `answering` be called in every cycle in which a builtin of the program waits for time or for somebody else:
+    /// that may be somebody whom the program plays itself.
     pub fn while_waiting(&self, answering: Rc<WaitHook>) {
         self.0.set_answering(answering);
     }

@@ -28,8 +28,8 @@ pub(crate) fn repr_text(value: &Value, limit: usize) -> String {
 /// Longest answer, bytes.
 const ANSWER_MAX: usize = 64 << 10;
 
-/// Python's notation with six decimals, as answers on port 40011 have it: clients find numbers by their digits and a point, and
-/// take an exponent for another number. The error says that it is too long.
+/// Python's notation with six decimals, as answers on port 40011 have it: clients find numbers by their digits and a
+/// point, and take an exponent for another number. The error says that it is too long.
 pub(crate) fn fixed_text(value: &Value) -> Result<String, String> {
     let mut text = ValueFormatter {
         out: String::new(),

@@ -1,6 +1,6 @@
 //! A program in the shape of the vendor's external-control script, retyped in our own words: everything inside one
-//! function that `end` closes, tabs, a class derived from `queue.Queue` with zero-argument `super()`, a condition on the
-//! queue's own mutex, a lock around the motion, script threads that are stopped and joined, and a reverse socket on
+//! function that `end` closes, tabs, a class derived from `queue.Queue` with zero-argument `super()`, a condition on
+//! the queue's own mutex, a lock around the motion, script threads that are stopped and joined, and a reverse socket on
 //! which a program on a PC sends packets of eight integers.
 //!
 //! The robot's socket and motion functions are stand-ins inside the program, so that the test is about the language.

@@ -1,8 +1,8 @@
-//! Every parameter of every function of chapters 5 to 8 with values that do not fit: the exception names the function, the
-//! argument, what was given and what is allowed.
+//! Every parameter of every function of chapters 5 to 8 with values that do not fit: the exception names the function,
+//! the argument, what was given and what is allowed.
 //!
-//! `tests/vectors/field_functions.json` holds names, types and ranges as the manual prints them, so that the declarations in
-//! the code are checked against the manual and not against themselves. The texts are golden.
+//! `tests/vectors/field_functions.json` holds names, types and ranges as the manual prints them, so that the
+//! declarations in the code are checked against the manual and not against themselves. The texts are golden.
 
 #![allow(
     clippy::unwrap_used,

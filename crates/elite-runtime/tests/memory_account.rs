@@ -66,8 +66,8 @@ fn calls(builtin: &Builtin) -> [String; 2] {
     [false, true].map(|all| format!("{}({})", builtin.name, arguments(all)))
 }
 
-/// How much more a task holds after many calls of `statement`, counted for half of them. What is looked at is the least of each
-/// quarter: tables grow, and what has died is forgotten, in steps.
+/// How much more a task holds after many calls of `statement`, counted for half of them. What is looked at is the least
+/// of each quarter: tables grow, and what has died is forgotten, in steps.
 fn drift(statement: &str) -> Result<isize, String> {
     let once = drift_in(statement, LOOKS)?;
     if once.abs() <= DRIFT_MAX {

@@ -1,5 +1,5 @@
-//! Where observers are told that script threads stand: lines once a cycle and at the end, nodes of the pendant's task as they
-//! are passed.
+//! Where observers are told that script threads stand: lines once a cycle and at the end, nodes of the pendant's task
+//! as they are passed.
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 

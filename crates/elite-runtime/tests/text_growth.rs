@@ -1,5 +1,5 @@
-//! A walk through a text by `str_at`, `str_sub` and `str_find` grows with its length, not with the square of it: letters of several
-//! bytes are not counted from the beginning again and again.
+//! A walk through a text by `str_at`, `str_sub` and `str_find` grows with its length, not with the square of it:
+//! letters of several bytes are not counted from the beginning again and again.
 
 use crate::common;
 

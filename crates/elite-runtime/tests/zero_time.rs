@@ -1,4 +1,5 @@
-//! Builtins that neither move, wait nor talk to the outside take no simulated time: two hundred calls of each, in one cycle.
+//! Builtins that neither move, wait nor talk to the outside take no simulated time: two hundred calls of each, in one
+//! cycle.
 //!
 //! The list comes from the declarations: a builtin that is added says here how it is called, or why it is not.
 

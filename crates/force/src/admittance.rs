@@ -1,10 +1,11 @@
 //! The law of one force axis: which speed is wanted for the force that is missing.
 //!
-//! In contact v = e / D + s, with e the missing force and D = K / ω: whatever the stiffness K, the force then approaches
-//! its target like exp(-ω t). ω comes from the gain; K from [`Stiffness`]; s is the speed at which the surface itself
-//! recedes while the tool slides over it. The speed is also one from which the arm can stop at the target with the
-//! acceleration it has. Without contact a mass is accelerated by the missing force against the user's damping, up to the
-//! user's speed limit (manual 4.1 to 4.3) and no faster than what a touch of the hardest surface leaves room for.
+//! In contact v = e / D + s, with e the missing force and D = K / ω: whatever the stiffness K, the force then
+//! approaches its target like exp(-ω t). ω comes from the gain; K from [`Stiffness`]; s is the speed at which the
+//! surface itself recedes while the tool slides over it. The speed is also one from which the arm can stop at the
+//! target with the acceleration it has. Without contact a mass is accelerated by the missing force against the user's
+//! damping, up to the user's speed limit (manual 4.1 to 4.3) and no faster than what a touch of the hardest surface
+//! leaves room for.
 //!
 //! Signs: forces here are what the tool applies to the environment, along the axis.
 

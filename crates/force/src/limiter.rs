@@ -6,8 +6,8 @@
 //! minimum without bounds is looked at first: where it keeps them it is the answer, to machine precision. Otherwise
 //! clarabel's interior point method solves the program, scaled to the size of the bounds; its data are overwritten in
 //! place (two allocator calls a solve, inside the library). If it needs more than a fixed number of iterations the
-//! answer is the clamped minimum, drawn towards a point that keeps every bound until it does too: never the best, always
-//! allowed. Owns no task frame and no force, and no rule where the bounds come from.
+//! answer is the clamped minimum, drawn towards a point that keeps every bound until it does too: never the best,
+//! always allowed. Owns no task frame and no force, and no rule where the bounds come from.
 
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{
@@ -30,8 +30,8 @@ const ROWS: usize = 4 * DOF;
 /// A component without a limit gets this many half widths of the joints' bounds: |J| ≤ 2 m makes at most 24.
 const UNLIMITED_HALF_WIDTHS: f64 = 100.0;
 
-/// An answer may miss a limit of the twist by this, m/s or rad/s: where the center is at a limit, nothing less would let
-/// the joints move at all.
+/// An answer may miss a limit of the twist by this, m/s or rad/s: where the center is at a limit, nothing less would
+/// let the joints move at all.
 const TWIST_TOLERANCE: f64 = 1e-9;
 
 /// What is wrong with a limiter or its input.
@@ -284,8 +284,8 @@ impl FeasibleSet {
         })
     }
 
-    /// `qd` inside the bounds of the joints, then towards the center until the twist is inside its limits too. Both sets
-    /// are convex and the center lies in both. The interior point method ends a hair inside or outside.
+    /// `qd` inside the bounds of the joints, then towards the center until the twist is inside its limits too. Both
+    /// sets are convex and the center lies in both. The interior point method ends a hair inside or outside.
     fn project(&self, qd: &Vector6<f64>) -> Vector6<f64> {
         let inside = Vector6::from_fn(|k, _| within(qd[k], self.lower[k], self.upper[k]));
         let way = inside - self.center;

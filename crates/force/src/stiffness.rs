@@ -1,8 +1,8 @@
 //! How hard the environment is: the slope of the force over the way, estimated while the tool presses.
 //!
-//! Linear regression F = c + K x + b y over an exponential window, where x is the way along the force axis and y the way
-//! sideways: on a tilted surface the force stays although x moves, and b explains that instead of K. The estimate is
-//! held inside the confidence interval of K and moves no further than that interval demands: data without motion say
+//! Linear regression F = c + K x + b y over an exponential window, where x is the way along the force axis and y the
+//! way sideways: on a tilted surface the force stays although x moves, and b explains that instead of K. The estimate
+//! is held inside the confidence interval of K and moves no further than that interval demands: data without motion say
 //! nothing and change nothing, and what is not known yet counts as hard, which is the safe side for a controller. While
 //! the tool slides a surface is taken for softer only if the way explains the force: an edge, or a turn of the motion,
 //! bends the surface in the window, and a force that is kept well over that would look like no stiffness at all.

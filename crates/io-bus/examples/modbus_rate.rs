@@ -3,8 +3,8 @@
 //! Reads one holding register a signal, SPACING addresses apart (1: neighbours share requests), and prints how many
 //! updates came more than a period late. The device has to have the addresses.
 //!
-//! Beside it a thread that does nothing but sleep to the same beat: when that is late, the machine was busy with others, and
-//! all 200 signals are late at once.
+//! Beside it a thread that does nothing but sleep to the same beat: when that is late, the machine was busy with
+//! others, and all 200 signals are late at once.
 
 #![allow(clippy::print_stdout, reason = "what it is for")]
 

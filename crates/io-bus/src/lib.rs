@@ -1,8 +1,8 @@
 //! Field buses and other lines to the outside: Modbus both ways, serial lines, script sockets, remote calls.
 //!
-//! Knows no script value. The runtime finds signals, serial ports and the words of [`PortImage`] in [`Fieldbus`] and reads the
-//! controller's own Modbus map ([`modbus_server::map`]) for `read_port_*` and `write_port_*`; the server hands connections to
-//! [`modbus_server::serve`].
+//! Knows no script value. The runtime finds signals, serial ports and the words of [`PortImage`] in [`Fieldbus`] and
+//! reads the controller's own Modbus map ([`modbus_server::map`]) for `read_port_*` and `write_port_*`; the server
+//! hands connections to [`modbus_server::serve`].
 
 // No thread starts but through `supervision`; nothing waits for, or panics at, whoever reads our output.
 #![cfg_attr(

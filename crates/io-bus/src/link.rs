@@ -12,8 +12,8 @@ use tokio::net::TcpStream;
 
 use crate::names;
 
-/// Who stands in for machines on the network, in tests of programs. Both ends are in this process, so that what is sent is
-/// there at once, and waiting for an answer takes simulated time only.
+/// Who stands in for machines on the network, in tests of programs. Both ends are in this process, so that what is sent
+/// is there at once, and waiting for an answer takes simulated time only.
 pub trait SimulatedPeers: Send + Sync {
     /// Whether somebody stands in for this address.
     fn simulates(&self, host: &str, port: u16) -> bool;
@@ -53,7 +53,8 @@ macro_rules! on {
 }
 
 impl PeerStream {
-    /// Connects to who stands in for the address, if somebody does, and to the machine otherwise. Needs a tokio runtime.
+    /// Connects to who stands in for the address, if somebody does, and to the machine otherwise. Needs a tokio
+    /// runtime.
     ///
     /// # Errors
     /// What the system said.

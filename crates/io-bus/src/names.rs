@@ -1,7 +1,7 @@
 //! Names of other machines become addresses without anybody having to wait for the system's resolver.
 //!
-//! The resolver blocks, may do so for half a minute, and cannot be interrupted. So each look-up has a thread of its own,
-//! which is left behind when nobody waits for it any more: a wait on a name can be dropped like any other.
+//! The resolver blocks, may do so for half a minute, and cannot be interrupted. So each look-up has a thread of its
+//! own, which is left behind when nobody waits for it any more: a wait on a name can be dropped like any other.
 
 use std::io;
 use std::net::{IpAddr, SocketAddr, ToSocketAddrs};
@@ -76,8 +76,9 @@ pub async fn connect(host: &str, port: u16) -> io::Result<TcpStream> {
     }))
 }
 
-/// Connects from a port that may be one of this machine's services a moment later: the vendor's clients listen on numbers
-/// among those that the system gives out, and a connection that was closed must not keep them from it for a minute.
+/// Connects from a port that may be one of this machine's services a moment later: the vendor's clients listen on
+/// numbers among those that the system gives out, and a connection that was closed must not keep them from it for a
+/// minute.
 async fn connect_from_anywhere(address: SocketAddr) -> io::Result<TcpStream> {
     let socket = match address {
         SocketAddr::V4(_) => TcpSocket::new_v4()?,

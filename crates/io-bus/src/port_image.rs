@@ -1,5 +1,6 @@
 //! What the controller's own Modbus map shows beside the robot's state: the general purpose words that scripts
-//! (`read_port_register` …, manual 6.1.11 to 6.1.14) and Modbus clients share, what the program does, and who has control.
+//! (`read_port_register` …, manual 6.1.11 to 6.1.14) and Modbus clients share, what the program does, and who has
+//! control.
 //!
 //! Values outlive programs and clients. Shared by reference between threads; a lock is held for a few instructions.
 
@@ -25,8 +26,8 @@ pub enum ProgramState {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u8)]
 pub enum ControlMode {
-    /// Remote control is switched off in the settings, as it leaves the factory: the pendant controls, programs are taken from
-    /// port 30001 all the same.
+    /// Remote control is switched off in the settings, as it leaves the factory: the pendant controls, programs are
+    /// taken from port 30001 all the same.
     Mixed = 0,
     /// The pendant alone.
     Local = 1,

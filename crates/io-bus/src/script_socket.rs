@@ -1,7 +1,7 @@
 //! The TCP client sockets of scripts (manual 7.1): what is read, how long, and what stays for the next read.
 //!
-//! Owns one connection and the bytes that were received and not read yet. Reads may wait while other threads send. A read
-//! that is dropped loses nothing: bytes leave the socket only into the buffer, and the buffer only as a result.
+//! Owns one connection and the bytes that were received and not read yet. Reads may wait while other threads send. A
+//! read that is dropped loses nothing: bytes leave the socket only into the buffer, and the buffer only as a result.
 
 pub mod decode;
 
@@ -18,8 +18,8 @@ use decode::{ParseOutcome, floats, saturated, text};
 
 pub use decode::TEXT_BYTES_MAX;
 
-/// How long a connection may take (manual 7.1.1), a reply of `socket_get_var` (7.1.4), and a send to a peer that does not
-/// read (our choice).
+/// How long a connection may take (manual 7.1.1), a reply of `socket_get_var` (7.1.4), and a send to a peer that does
+/// not read (our choice).
 pub const CONNECT_TIME: Duration = Duration::from_secs(2);
 
 /// Bytes kept unread; beyond, the peer has to wait.
@@ -114,8 +114,8 @@ impl ScriptSocket {
         .unwrap_or_default()
     }
 
-    /// Up to `count` numbers of one frame `(1.5, 2, 3)`; none when no whole frame of numbers came. What stands before the
-    /// parenthesis, and numbers beyond `count`, are dropped with the frame.
+    /// Up to `count` numbers of one frame `(1.5, 2, 3)`; none when no whole frame of numbers came. What stands before
+    /// the parenthesis, and numbers beyond `count`, are dropped with the frame.
     pub async fn read_floats(&self, count: usize, patience: Option<Duration>) -> Vec<f64> {
         self.read(patience, |unread, is_last| floats(unread, count, is_last))
             .await
@@ -152,8 +152,8 @@ impl ScriptSocket {
             .unwrap_or(0)
     }
 
-    /// Looks for something in the unread bytes and reads on until it is there, the time is over, or the peer has closed:
-    /// then `look` is called once more with true and has to take what there is.
+    /// Looks for something in the unread bytes and reads on until it is there, the time is over, or the peer has
+    /// closed: then `look` is called once more with true and has to take what there is.
     async fn read<T>(
         &self,
         patience: Option<Duration>,

@@ -1,4 +1,5 @@
-//! A serial port of the controller (manual 5.31 to 5.34, chapter 8): RS-485 bytes or Modbus RTU over a device, a pty or TCP.
+//! A serial port of the controller (manual 5.31 to 5.34, chapter 8): RS-485 bytes or Modbus RTU over a device, a pty or
+//! TCP.
 //!
 //! Owns the open line, its settings and the bytes nobody has read yet. A line outlives programs, so it is driven by a
 //! thread of its own; functions that wait can be dropped at any time and leave the line usable.
@@ -255,7 +256,8 @@ impl SerialLine {
         .await
     }
 
-    /// Passes bytes on between the line and `stream`, both ways, until one of them ends. Programs have their turns between.
+    /// Passes bytes on between the line and `stream`, both ways, until one of them ends. Programs have their turns
+    /// between.
     ///
     /// # Errors
     /// [`SerialError::Mode`] when the port is closed, or in Modbus RTU mode; [`SerialError::OpenPort`].

@@ -1,10 +1,10 @@
 //! Numbers between two bounds.
 //!
-//! Owns the one way in which the cycle keeps a number within bounds. `f64::clamp` panics when they are crossed or NaN, which
-//! small limits and rounding can bring about anywhere; this does not, whatever is given.
+//! Owns the one way in which the cycle keeps a number within bounds. `f64::clamp` panics when they are crossed or NaN,
+//! which small limits and rounding can bring about anywhere; this does not, whatever is given.
 
-/// `value` where it lies between `low` and `high`, otherwise the nearer of them. Crossed bounds leave nothing between them:
-/// their middle is as near to both as can be. NaN stays NaN, and a bound that is NaN bounds nothing.
+/// `value` where it lies between `low` and `high`, otherwise the nearer of them. Crossed bounds leave nothing between
+/// them: their middle is as near to both as can be. NaN stays NaN, and a bound that is NaN bounds nothing.
 #[inline]
 pub fn within(value: f64, low: f64, high: f64) -> f64 {
     if low > high {

@@ -1,7 +1,7 @@
 //! Arms as they were built: the lengths and twists that the maker measured, from a file or from a controller.
 //!
-//! Owns the calibration file (TOML), the sentences about what is wrong in it, and the chain that follows from its numbers.
-//! How such a chain is inverted is the business of [`crate::ik`].
+//! Owns the calibration file (TOML), the sentences about what is wrong in it, and the chain that follows from its
+//! numbers. How such a chain is inverted is the business of [`crate::ik`].
 
 mod file;
 
@@ -201,8 +201,8 @@ impl Calibration {
         }
     }
 
-    /// Every number must be near the model's own. Joints 2, 3 and 4 turn about nearly parallel axes, so where along them
-    /// the offset lies says little: their d count together.
+    /// Every number must be near the model's own. Joints 2, 3 and 4 turn about nearly parallel axes, so where along
+    /// them the offset lies says little: their d count together.
     fn check_against(&self, model: &str, nominal: &DhTable) -> Result<(), CalibrationError> {
         let given = &self.modified_dh;
         let (lengths, angles) = ("m", "rad");
@@ -265,8 +265,8 @@ impl Calibration {
         Ok(())
     }
 
-    /// The chain, given the model's d: frames 2 and 3 stay where the model has them along their axes, so that masses and
-    /// capsules are where the metal is, however the offset is shared among the three axes.
+    /// The chain, given the model's d: frames 2 and 3 stay where the model has them along their axes, so that masses
+    /// and capsules are where the metal is, however the offset is shared among the three axes.
     fn chain(&self, nominal: &DhTable) -> Chain {
         let DhTable { a, d, alpha } = &self.modified_dh;
         let (sines, cosines) = trig::sin_cos(alpha);
@@ -325,8 +325,8 @@ impl RobotModel {
     /// calibration is for this model is not looked at, see [`Calibration::model_for`].
     ///
     /// # Errors
-    /// [`CalibrationError::UnsupportedGeometry`] for a URDF of another shape, [`CalibrationError::Value`] for numbers that are far
-    /// from the model's own.
+    /// [`CalibrationError::UnsupportedGeometry`] for a URDF of another shape, [`CalibrationError::Value`] for numbers
+    /// that are far from the model's own.
     pub fn calibrated(self, calibration: &Calibration) -> Result<Self, CalibrationError> {
         let Some(nominal) = self.dh().map(|table| table.modified()) else {
             return Err(CalibrationError::UnsupportedGeometry {

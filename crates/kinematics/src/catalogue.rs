@@ -31,8 +31,8 @@ impl RobotModel {
     /// A built-in arm by name; upper and lower case are the same.
     ///
     /// # Errors
-    /// [`ModelError::UnknownName`] lists the names there are; [`ModelError::UnsupportedModel`] is for arms that exist but
-    /// whose dimensions are not public.
+    /// [`ModelError::UnknownName`] lists the names there are; [`ModelError::UnsupportedModel`] is for arms that exist
+    /// but whose dimensions are not public.
     ///
     /// ```
     /// let arm = kinematics::RobotModel::built_in("cs66")?;

@@ -66,8 +66,8 @@ pub fn segment_distance(
             0.0
         }
     };
-    // Nearest points of the infinite lines, s along a; parallel lines may start anywhere. Then t on b, and if t had to be
-    // cut to the segment, s again for that end.
+    // Nearest points of the infinite lines, s along a; parallel lines may start anywhere. Then t on b, and if t had to
+    // be cut to the segment, s again for that end.
     let s = ratio(uv * vr - ur * vv, uu * vv - uv * uv);
     let t = ratio(uv * s + vr, vv);
     let s = ratio(uv * t - ur, uu);
@@ -179,8 +179,8 @@ impl CollisionModel {
         self.capsules[link].iter().map(far).fold(0.0, f64::max)
     }
 
-    /// How far from its axis each joint moves any part of the links at most, whatever the others do, m. So two links come
-    /// nearer by no more than the sum of these times the turns of the joints.
+    /// How far from its axis each joint moves any part of the links at most, whatever the others do, m. So two links
+    /// come nearer by no more than the sum of these times the turns of the joints.
     pub fn max_lever_arms(&self, chain: &Chain) -> [f64; DOF] {
         let extent = |link| self.bounding_radius(link);
         core::array::from_fn(|joint| {
@@ -193,8 +193,8 @@ impl CollisionModel {
         })
     }
 
-    /// Radius of the housing around the elbow, m: the thickest capsule of upper arm and forearm that the axis of joint 3
-    /// goes through. `None` for an arm without such capsules. The same at any `frames`.
+    /// Radius of the housing around the elbow, m: the thickest capsule of upper arm and forearm that the axis of joint
+    /// 3 goes through. `None` for an arm without such capsules. The same at any `frames`.
     pub fn elbow_radius(&self, frames: &Frames) -> Option<f64> {
         let elbow = frames.base_from_joint[2];
         // Longer than any link is thick.

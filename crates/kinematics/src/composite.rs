@@ -1,7 +1,8 @@
 //! Mass properties about the origin of a frame, in which bodies that are held rigid are put together.
 //!
-//! Owns the ten numbers and how they go from a joint's frame to its parent's. Bodies are joined by adding the numbers, where
-//! [`RigidBody`] with its inertia about the centre of mass needs the parallel axis theorem twice; a cycle does it six times.
+//! Owns the ten numbers and how they go from a joint's frame to its parent's. Bodies are joined by adding the numbers,
+//! where [`RigidBody`] with its inertia about the centre of mass needs the parallel axis theorem twice; a cycle does it
+//! six times.
 
 use crate::matrix3::product;
 use crate::payload::RigidBody;

@@ -259,8 +259,9 @@ impl Dynamics {
         self.forward_dynamics_with_armature(q, qd, tau, &[0.0; DOF])
     }
 
-    /// As [`Self::forward_dynamics`], where each joint turns a rotor as well: `armature` is the rotors' inertia about the
-    /// joint axes, kg m² (gear ratio squared times their own), whose gyroscopic effects are left out (Featherstone 9.6).
+    /// As [`Self::forward_dynamics`], where each joint turns a rotor as well: `armature` is the rotors' inertia about
+    /// the joint axes, kg m² (gear ratio squared times their own), whose gyroscopic effects are left out (Featherstone
+    /// 9.6).
     pub fn forward_dynamics_with_armature(
         &self,
         q: &JointPositions,

@@ -1,9 +1,10 @@
 //! Elementary functions, the same bits on every machine.
 //!
-//! Owns which functions the crates of motion may call. Those of std call the system's C library, whose last digits differ between
-//! releases and processors; one digit is enough for two recordings of one program to part. These are compiled in. (Square roots and
-//! roundings are exact everywhere and stay with std; six sines at once are in [`crate::trig`].) Clippy refuses the others in
-//! `kinematics`, `motion` and `force`; nalgebra is built to use the same.
+//! Owns which functions the crates of motion may call. Those of std call the system's C library, whose last digits
+//! differ between releases and processors; one digit is enough for two recordings of one program to part. These are
+//! compiled in. (Square roots and roundings are exact everywhere and stay with std; six sines at once are in
+//! [`crate::trig`].) Clippy refuses the others in `kinematics`, `motion` and `force`; nalgebra is built to use the
+//! same.
 
 /// Sine and cosine of an angle in radians.
 #[inline]
@@ -87,8 +88,8 @@ pub const fn cube(x: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// What the functions must give, bit for bit, whatever machine runs this. The arguments are such that C libraries differ
-    /// on some of them.
+    /// What the functions must give, bit for bit, whatever machine runs this. The arguments are such that C libraries
+    /// differ on some of them.
     #[test]
     fn the_bits_are_those_of_the_first_machine() {
         let arguments = [0.1, 0.7, 1.3, 2.9, 10.5, 1234.567, 1e-5, 3e7];

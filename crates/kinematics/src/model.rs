@@ -181,8 +181,9 @@ impl RobotModel {
             .nearest(&self.chain, &self.limits, &base_from_flange, near)
     }
 
-    /// The inverse solution for the next place of a path that was at `near`: as [`Self::inverse_nearest`], in some 10 µs
-    /// at most for any arm. For an arm without closed form other branches are not searched; a path cannot jump to one.
+    /// The inverse solution for the next place of a path that was at `near`: as [`Self::inverse_nearest`], in some 10
+    /// µs at most for any arm. For an arm without closed form other branches are not searched; a path cannot jump to
+    /// one.
     pub fn inverse_continuous(
         &self,
         base_from_tcp: &Pose,

@@ -8,7 +8,8 @@ use crate::trig;
 use core::f64::consts::{FRAC_PI_2, PI};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
-/// Rotations closer to a half turn than this (half of it, as the cosine of half the angle) get the axis sign of the convention.
+/// Rotations closer to a half turn than this (half of it, as the cosine of half the angle) get the axis sign of the
+/// convention.
 const HALF_TURN_COSINE: f64 = 1e-10;
 
 /// Cosine of the pitch up to which roll and yaw turn about the same axis.
@@ -16,7 +17,8 @@ pub(crate) const GIMBAL_LOCK: f64 = 1e-9;
 
 /// Sine and cosine, exact at multiples of a quarter turn up to two turns.
 ///
-/// `cos(FRAC_PI_2)` is 6e-17 in floating point; robot files mean zero, and the closed-form inverse kinematics checks for it.
+/// `cos(FRAC_PI_2)` is 6e-17 in floating point; robot files mean zero, and the closed-form inverse kinematics checks
+/// for it.
 pub fn sin_cos_exact(angle_rad: f64) -> (f64, f64) {
     let turns = (angle_rad / FRAC_PI_2).round();
     if turns.abs() <= 8.0 && (angle_rad - turns * FRAC_PI_2).abs() <= 1e-15 * turns.abs() {

@@ -1,8 +1,8 @@
 //! What the safety settings allow: joint ranges, safety planes, and the tool against them.
 //!
-//! Owns the one check that both `is_within_safety_limits` (manual 3.1.35) and the control cycle make, so that they agree.
-//! Knows no inputs and no modes of the machine: the caller says which planes count ([`PlaneSwitches`]). Fixed size, no
-//! allocation. Speeds and forces are not looked at, they are no property of a position.
+//! Owns the one check that both `is_within_safety_limits` (manual 3.1.35) and the control cycle make, so that they
+//! agree. Knows no inputs and no modes of the machine: the caller says which planes count ([`PlaneSwitches`]). Fixed
+//! size, no allocation. Speeds and forces are not looked at, they are no property of a position.
 
 mod plane;
 
@@ -283,8 +283,8 @@ impl SafetyBounds {
         None
     }
 
-    /// What keeps the arm from standing at `q`: a joint outside its range (first; [`POSITION_SLACK`] is for rounding), or a
-    /// plane.
+    /// What keeps the arm from standing at `q`: a joint outside its range (first; [`POSITION_SLACK`] is for rounding),
+    /// or a plane.
     pub fn violation_at(
         &self,
         model: &RobotModel,
@@ -299,8 +299,8 @@ impl SafetyBounds {
         outside.or_else(|| self.plane_violation(&model.forward(q), flange_from_tcp, switches))
     }
 
-    /// Two links that would overlap too much at `q`, for an arm that is at `here`: one that stands in itself may move as long as
-    /// it does not get deeper.
+    /// Two links that would overlap too much at `q`, for an arm that is at `here`: one that stands in itself may move
+    /// as long as it does not get deeper.
     pub fn link_violation(
         &self,
         model: &RobotModel,

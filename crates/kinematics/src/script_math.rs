@@ -234,8 +234,8 @@ pub fn wrench_trans(t_from_to: &RpyPose, w_from: &Wrench) -> Wrench {
     w_from.transformed_by(&Pose::from_rpy(t_from_to))
 }
 
-/// The frame at `origin` whose X axis has the first direction and whose Y axis lies on the side of the second, as a pose (from
-/// controller output, not from the manual).
+/// The frame at `origin` whose X axis has the first direction and whose Y axis lies on the side of the second, as a
+/// pose (from controller output, not from the manual).
 ///
 /// # Errors
 /// A direction of length zero, or two that are parallel.

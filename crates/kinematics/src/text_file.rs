@@ -6,8 +6,8 @@ use std::fs::File;
 use std::io::{Error, ErrorKind, Read, Result};
 use std::path::Path;
 
-/// The longest text file that is read: 16 MiB, several times what any of the readers takes. A name may lead to anything, as
-/// `/dev/zero`, which never ends.
+/// The longest text file that is read: 16 MiB, several times what any of the readers takes. A name may lead to
+/// anything, as `/dev/zero`, which never ends.
 pub const TEXT_FILE_BYTES_MAX: u64 = 16 << 20;
 
 /// The text of a file.

@@ -1,6 +1,7 @@
 //! Calibrated arms: whether every inverse solution is found, whether each is one, and whether any comes twice.
 //!
-//! Random calibrations of every built-in arm at random configurations, half of them close to a singularity. The long run:
+//! Random calibrations of every built-in arm at random configurations, half of them close to a singularity. The long
+//! run:
 //!
 //!     CONFIGURATIONS=100000 cargo test --release -p kinematics --test all calibrated:: -- --nocapture
 

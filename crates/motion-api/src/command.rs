@@ -107,8 +107,8 @@ pub enum CommandKind {
         /// Distance from the target at which the arc touches, m; 0 stops at the target.
         radius: f64,
     },
-    /// Through the points that were handed over with it, at even times, from the first on, where the arm stands (manual 3.1.40):
-    /// see [`CommandSender::send_points`](crate::CommandSender::send_points).
+    /// Through the points that were handed over with it, at even times, from the first on, where the arm stands (manual
+    /// 3.1.40): see [`CommandSender::send_points`](crate::CommandSender::send_points).
     MoveMl {
         /// How many they are.
         count: u32,
@@ -137,8 +137,8 @@ pub enum CommandKind {
     },
     /// Any other input or output, or how it is configured (manual chapter 5).
     SetIo(IoChange),
-    /// An input or output that changes when a planned motion ends: where the arm enters its blend zone, or stops. At once where
-    /// that motion has ended already; never where it is stopped before.
+    /// An input or output that changes when a planned motion ends: where the arm enters its blend zone, or stops. At
+    /// once where that motion has ended already; never where it is stopped before.
     SetIoAtZone {
         /// The motion.
         motion: CommandId,
@@ -241,7 +241,8 @@ pub enum CommandKind {
     /// A wrench that acts on the tool from outside until the next one: N and Nm, base axes, about the TCP. Counts while
     /// [`FtRtsiInput`](Self::FtRtsiInput) is on.
     SetExternalWrench([f64; 6]),
-    /// A load on the tool from now on, as of `[[wrench]]` of the cell: felt by the arm, not only by its sensor. Loads add up.
+    /// A load on the tool from now on, as of `[[wrench]]` of the cell: felt by the arm, not only by its sensor. Loads
+    /// add up.
     Push {
         /// N and Nm, about the TCP.
         wrench: [f64; 6],
@@ -318,7 +319,8 @@ pub enum CommandKind {
     },
     /// Offsets of the path count from now on (from controller output, not from the manual, as the next four).
     PathOffsetEnable,
-    /// Offsets count no more; the joints brake with `acceleration` wherever that leads, and the next motion begins there.
+    /// Offsets count no more; the joints brake with `acceleration` wherever that leads, and the next motion begins
+    /// there.
     PathOffsetDisable {
         /// rad/s².
         acceleration: f64,

@@ -19,16 +19,16 @@ pub enum Event {
         /// The cycle in which it ended.
         cycle: u64,
     },
-    /// A motion with a blend radius is planned and the arm comes so near to its blend that the next motion should follow: its
-    /// sender may send that now, although the command has not ended.
+    /// A motion with a blend radius is planned and the arm comes so near to its blend that the next motion should
+    /// follow: its sender may send that now, although the command has not ended.
     ReadyForNext {
         /// Which.
         id: CommandId,
         /// The cycle in which that is so.
         cycle: u64,
     },
-    /// The arm has come so near to the blend of a motion, or to its end, that it slows down unless the next motion comes at once:
-    /// what its sender does before that he does now, although the command may not have ended.
+    /// The arm has come so near to the blend of a motion, or to its end, that it slows down unless the next motion
+    /// comes at once: what its sender does before that he does now, although the command may not have ended.
     Due {
         /// Which.
         id: CommandId,
@@ -308,7 +308,8 @@ pub enum StopReason {
         /// Limit, N.
         limit: f64,
     },
-    /// A conveyor carried the TCP out of reach, or to where the joints would have to change their speeds faster than they can.
+    /// A conveyor carried the TCP out of reach, or to where the joints would have to change their speeds faster than
+    /// they can.
     #[error("the conveyor carries the TCP to where the arm cannot follow")]
     ConveyorLost,
     /// The offset of the path is larger than the program allows.
@@ -325,7 +326,8 @@ pub enum StopReason {
         /// Limit, rad.
         most_rotation: f64,
     },
-    /// The offset of the path led out of reach, or to where the joints would have to change their speeds faster than they can.
+    /// The offset of the path led out of reach, or to where the joints would have to change their speeds faster than
+    /// they can.
     #[error("the path offset leads the TCP to where the arm cannot follow")]
     PathOffsetLost,
     /// TCP or tool were about to cross a safety plane.

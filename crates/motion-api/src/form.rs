@@ -8,8 +8,8 @@ use kinematics::{Payload, PayloadError};
 
 use crate::{CommandKind, EncoderRange, Refusal};
 
-/// Largest reach of a TCP or a centre of gravity from the flange, m, and heaviest payload, kg, that are taken. The rated
-/// payload of the model is checked where scripts are; these only keep out numbers that no physics survives.
+/// Largest reach of a TCP or a centre of gravity from the flange, m, and heaviest payload, kg, that are taken. The
+/// rated payload of the model is checked where scripts are; these only keep out numbers that no physics survives.
 pub const TOOL_REACH_MAX: f64 = 10.0;
 /// See [`TOOL_REACH_MAX`].
 pub const PAYLOAD_MASS_MAX: f64 = 1000.0;

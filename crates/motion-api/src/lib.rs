@@ -1,7 +1,8 @@
 //! The contract between two worlds: scripts and ports on one side, the motion thread on the other.
 //!
-//! Everything that crosses the border is defined here and has a fixed size: commands in, events and records out, and the
-//! latest state for whoever wants to look; the points of a moveml cross it as a handle ([`PointList`]). Owns no planner, no physics, no script value, no socket.
+//! Everything that crosses the border is defined here and has a fixed size: commands in, events and records out, and
+//! the latest state for whoever wants to look; the points of a moveml cross it as a handle ([`PointList`]). Owns no
+//! planner, no physics, no script value, no socket.
 //!
 //! - [`Command`]s go in through a lock-free ring ([`motion_channel`] makes both ends).
 //! - [`Event`]s (completions, refusals, warnings, stops) and [`Record`]s (every cycle, every command taken) come out.

@@ -1,8 +1,8 @@
 //! The points of a moveml: a list that is made and checked by its sender, handed over once, and never changed.
 //!
-//! A list is too long for a slot of the command ring, so it crosses the border as a handle beside its command. Owns what a list
-//! is and which numbers may stand in it. Nobody frees one on the motion thread: the sender keeps its handle until no other is
-//! left ([`CommandSender::send_points`](crate::CommandSender::send_points)).
+//! A list is too long for a slot of the command ring, so it crosses the border as a handle beside its command. Owns
+//! what a list is and which numbers may stand in it. Nobody frees one on the motion thread: the sender keeps its handle
+//! until no other is left ([`CommandSender::send_points`](crate::CommandSender::send_points)).
 
 use kinematics::JointPositions;
 

@@ -122,8 +122,8 @@ pub struct RegisterCache {
 }
 
 impl RegisterCache {
-    /// Looks at the registers as they are now; true when one was written since the last look. One that is written meanwhile
-    /// has its old or its new value, and its new one at the next look.
+    /// Looks at the registers as they are now; true when one was written since the last look. One that is written
+    /// meanwhile has its old or its new value, and its new one at the next look.
     pub fn refresh(&mut self, registers: &Registers) -> bool {
         // Before the values: a write that comes in between is read again.
         let banks = [&registers.input, &registers.output];

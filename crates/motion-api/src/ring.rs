@@ -97,8 +97,8 @@ pub struct RingCapacities {
 impl Default for RingCapacities {
     fn default() -> Self {
         Self {
-            // Two cycles take them all where they set something, eight where they are motions: a stop behind them is there
-            // within 35 ms.
+            // Two cycles take them all where they set something, eight where they are motions: a stop behind them is
+            // there within 35 ms.
             commands: 512,
             reserved_commands: 64,
             events: 4096,
@@ -359,7 +359,8 @@ impl FrameReader {
         self.ring.slots()
     }
 
-    /// Shows the next `count` cycles, as far as they wait, in order, where they lie; and how many of them are still to come.
+    /// Shows the next `count` cycles, as far as they wait, in order, where they lie; and how many of them are still to
+    /// come.
     pub fn visit_frames(&mut self, count: usize, mut see: impl FnMut(&CycleFrame, usize)) {
         for left in (0..count).rev() {
             let Ok(one) = self.ring.read_chunk(1) else {

@@ -1,8 +1,9 @@
 //! A sequence lock over atomic words: one writer, any number of readers, nobody waits for the writer but who meets it.
 //!
-//! The writer never waits. A reader that meets a write in progress reads again. Safe code only: the value travels as 64-bit
-//! atomics (Boehm, "Can seqlocks get along with programming language memory models?", 2012, for the fences). The atomics are
-//! those of `crate::atomics`: the model in `tests/interleavings.rs` takes in this file with loom's in their place.
+//! The writer never waits. A reader that meets a write in progress reads again. Safe code only: the value travels as
+//! 64-bit atomics (Boehm, "Can seqlocks get along with programming language memory models?", 2012, for the fences). The
+//! atomics are those of `crate::atomics`: the model in `tests/interleavings.rs` takes in this file with loom's in their
+//! place.
 
 use core::marker::PhantomData;
 

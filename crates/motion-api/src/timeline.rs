@@ -35,11 +35,12 @@ pub trait Timeline: Send + Sync {
     /// nobody drives it, a virtual timeline of a server goes on at wall pace.
     fn set_driven(&self, on: bool);
 
-    /// Says that whoever drives from this thread has nothing to do before the cycle with this number: where several take
-    /// turns, it need not be asked in between.
+    /// Says that whoever drives from this thread has nothing to do before the cycle with this number: where several
+    /// take turns, it need not be asked in between.
     fn idle_until(&self, _cycle: u64) {}
 
-    /// True when no cycle will ever run again: the clock was stopped, or a fault has ended it. Nobody may wait for it then.
+    /// True when no cycle will ever run again: the clock was stopped, or a fault has ended it. Nobody may wait for it
+    /// then.
     fn has_ended(&self) -> bool {
         false
     }

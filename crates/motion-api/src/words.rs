@@ -1,4 +1,5 @@
-//! Fixed-size values as sequences of 64-bit words, so that the snapshot cell can hold them in atomics without unsafe code.
+//! Fixed-size values as sequences of 64-bit words, so that the snapshot cell can hold them in atomics without unsafe
+//! code.
 
 use kinematics::{JointAccelerations, JointPositions, JointSpeeds, JointTorques, Payload, RpyPose};
 

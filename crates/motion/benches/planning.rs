@@ -1,7 +1,8 @@
 //! How long it takes until a motion command is planned, and whether long chains of blends stream without a stop.
 //!
-//! `cargo bench -p motion --bench planning`; times are the thread's own, so that they hold on a busy machine too. The ideal plant costs next to nothing, so the time of the cycles from taking
-//! a command to the first setpoint of its motion is that of planning.
+//! `cargo bench -p motion --bench planning`; times are the thread's own, so that they hold on a busy machine too. The
+//! ideal plant costs next to nothing, so the time of the cycles from taking a command to the first setpoint of its
+//! motion is that of planning.
 #![allow(
     clippy::expect_used,
     reason = "a bench that cannot go on should say where"

@@ -51,8 +51,8 @@ fn stream(gain: f64, lookahead: f64, point: impl Fn(f64) -> f64, seconds: f64) -
         .collect()
 }
 
-/// A sine of 0.05 rad and 1 Hz: the delay (s) at which the setpoints fit best, what is off then (rms over the amplitude),
-/// and their own amplitude over that of the sine.
+/// A sine of 0.05 rad and 1 Hz: the delay (s) at which the setpoints fit best, what is off then (rms over the
+/// amplitude), and their own amplitude over that of the sine.
 fn sine(gain: f64, lookahead: f64) -> (f64, f64, f64) {
     const SIZE: f64 = 0.05;
     let wanted = |t: f64| SIZE * (2.0 * t).min(1.0) * (core::f64::consts::TAU * t).sin();

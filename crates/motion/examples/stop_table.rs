@@ -1,8 +1,8 @@
 //! How long the arm takes to rest, by what moves it and why it stops, as a table in Markdown.
 //!
-//! `cargo run -p motion --example stop_table`. Setpoints of an ideal CS66 at 4 ms, stopped a second after the command (in the
-//! blend: in the middle of it); times from the cycle in which the stop is taken. *Joints* is the shortest time to rest of joints
-//! that brake one by one.
+//! `cargo run -p motion --example stop_table`. Setpoints of an ideal CS66 at 4 ms, stopped a second after the command
+//! (in the blend: in the middle of it); times from the cycle in which the stop is taken. *Joints* is the shortest time
+//! to rest of joints that brake one by one.
 #![allow(
     clippy::expect_used,
     reason = "an example that cannot go on should say where"

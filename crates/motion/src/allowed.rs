@@ -1,7 +1,7 @@
 //! What may be asked of the arm when: one table of families of commands and of what the arm is doing.
 //!
-//! Owns the table and the finding of its row and columns. Whether the numbers of a command can be used is found where it is
-//! carried out; what it then does is there, too. Commands that are in no family may come at any time.
+//! Owns the table and the finding of its row and columns. Whether the numbers of a command can be used is found where
+//! it is carried out; what it then does is there, too. Commands that are in no family may come at any time.
 
 use motion_api::{Command, CommandId, CommandKind, Origin, Refusal};
 

@@ -159,7 +159,8 @@ impl ControlLoop {
                 });
             }
         }
-        // Faster than the belt only as far as the joints bear it, where they are and in the bends that they are led through.
+        // Faster than the belt only as far as the joints bear it, where they are and in the bends that they are led
+        // through.
         let bias = frames.jacobian_rate_times_speeds(&unit, tcp);
         let bend = tracking.unit_curvature(tcp).to_vector() - bias.to_vector();
         let bend = jacobian.solve(&bend).unwrap_or_default();
@@ -196,8 +197,8 @@ impl ControlLoop {
         }))
     }
 
-    /// Gives the belt its share, and motions what it leaves of the speeds of TCP and elbow: those that are planned now, and
-    /// the one under way.
+    /// Gives the belt its share, and motions what it leaves of the speeds of TCP and elbow: those that are planned now,
+    /// and the one under way.
     fn share_with_belt(&mut self, budget: &Budget) {
         if let Some(tracking) = &mut self.tracking {
             tracking.limit(budget.acceleration, budget.speed);
@@ -222,8 +223,8 @@ impl ControlLoop {
         }
     }
 
-    /// A motion that began before the belt was tracked was planned with everything the joints can do: the belt waits until it
-    /// has slowed down so far that it leaves the belt its share.
+    /// A motion that began before the belt was tracked was planned with everything the joints can do: the belt waits
+    /// until it has slowed down so far that it leaves the belt its share.
     fn await_motion(&mut self) {
         let Some(tracking) = &mut self.tracking else {
             return;
@@ -253,8 +254,8 @@ impl ControlLoop {
         self.tracking.as_ref().map_or(1.0, ConveyorTracking::pace)
     }
 
-    /// The setpoint of the belt within the speed limits of TCP and elbow, also while the joints come to rest; a motion on
-    /// the belt is slowed down when it comes near to what joints, TCP and elbow can do.
+    /// The setpoint of the belt within the speed limits of TCP and elbow, also while the joints come to rest; a motion
+    /// on the belt is slowed down when it comes near to what joints, TCP and elbow can do.
     pub(crate) fn slow_for_belt(&mut self, carried: &Setpoint) -> Result<(), StopReason> {
         let able = self.limit_sets.able();
         let soon = states(carried).map(|state| state.after(LOOK_AHEAD_TIME, 0.0));
@@ -284,8 +285,8 @@ impl ControlLoop {
                 .max(points.utilization(soon_braking));
             used = used.max(if is_online { 0.0 } else { of_points });
         }
-        // Who is still too fast for new limits comes down to them by those of the way ahead and of online modes; from then on
-        // the joints must be able to brake as well.
+        // Who is still too fast for new limits comes down to them by those of the way ahead and of online modes; from
+        // then on the joints must be able to brake as well.
         let used = if self.limit_sets.is_slowing() && self.limit_utilization() > 1.0 {
             0.0
         } else {
@@ -299,8 +300,8 @@ impl ControlLoop {
         Ok(())
     }
 
-    /// Ends tracking once it has come to rest, and the joints have made good what they lagged behind: from then on the generator starts
-    /// where the arm is.
+    /// Ends tracking once it has come to rest, and the joints have made good what they lagged behind: from then on the
+    /// generator starts where the arm is.
     pub(crate) fn settle_tracking(&mut self) {
         let is_braked = (self.joint_hold.is_none() && self.lag.is_none())
             || is_setpoint_at_rest(&self.commanded);
@@ -340,8 +341,8 @@ impl ControlLoop {
         Ok(Completion::Immediate)
     }
 
-    /// Changes what an encoder counts. Where that says where the counter is, not that the belt moved, a belt that is followed
-    /// stays where it is.
+    /// Changes what an encoder counts. Where that says where the counter is, not that the belt moved, a belt that is
+    /// followed stays where it is.
     fn update_encoder(&mut self, number: usize, change: impl FnOnce(&mut Encoder) -> bool) {
         let Some(encoder) = self.encoders.get_mut(number) else {
             return;
@@ -387,8 +388,8 @@ impl ControlLoop {
 const BELT_SHARE_OF_POINTS: f64 = 0.93;
 /// A belt is followed up to this share of them.
 const FASTEST_BELT: f64 = 0.985;
-/// Share of them that a motion on a belt is planned with at least, however much the belt takes: the two need not have the
-/// same direction.
+/// Share of them that a motion on a belt is planned with at least, however much the belt takes: the two need not have
+/// the same direction.
 const LEAST_POINT_SHARE: f64 = 0.1;
 /// A belt is caught up with at least this much faster than it is.
 const FASTER_THAN_BELT: f64 = 1.2;

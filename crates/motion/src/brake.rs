@@ -1,7 +1,7 @@
 //! Braking: what a protective stop does.
 //!
-//! Each joint comes to rest as fast as its own acceleration and jerk limits allow; the path is left. Where that would lead
-//! behind a safety plane a planned motion halts on its path instead.
+//! Each joint comes to rest as fast as its own acceleration and jerk limits allow; the path is left. Where that would
+//! lead behind a safety plane a planned motion halts on its path instead.
 
 use kinematics::{JointAccelerations, JointPositions, JointSpeeds};
 
@@ -13,7 +13,8 @@ use crate::scalar::ramp::natural_speed;
 use crate::scalar::{Profile, ProgressGoal, ScalarState};
 use crate::setpoint::Setpoint;
 
-/// Share of a joint's jerk that braking uses: within the cycle before, a path may have moved a little otherwise than its setpoints say.
+/// Share of a joint's jerk that braking uses: within the cycle before, a path may have moved a little otherwise than
+/// its setpoints say.
 const JERK_SHARE: f64 = 0.95;
 
 /// A stop under way.

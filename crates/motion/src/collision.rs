@@ -17,7 +17,8 @@ const TIME_CONSTANT: f64 = 0.02;
 /// Threshold as share of a joint's nominal torque at the least (10 %) and the highest (100 %) sensitivity. Our choice.
 const THRESHOLDS: (f64, f64) = (0.6, 0.1);
 
-/// When the servos have taken over from the brakes, what presses after this time (five time constants) pressed before, s.
+/// When the servos have taken over from the brakes, what presses after this time (five time constants) pressed before,
+/// s.
 const TAKEOVER: f64 = 0.1;
 
 /// Sensitivity after start, %.
@@ -38,8 +39,8 @@ pub struct CollisionDetector {
     previous: Option<PreviousSample>,
     /// Time since the servos took over from the brakes, s, up to [`TAKEOVER`].
     since_takeover: f64,
-    /// What pressed already when they did, Nm; never grows. An arm that was stopped by an obstacle stands against it, and
-    /// must be able to leave.
+    /// What pressed already when they did, Nm; never grows. An arm that was stopped by an obstacle stands against it,
+    /// and must be able to leave.
     baseline: Vector6<f64>,
 }
 
@@ -94,8 +95,8 @@ impl CollisionDetector {
         self.baseline = Vector6::zeros();
     }
 
-    /// The end of a cycle of `step` seconds; `at_tool` are the joint torques of what acts on the tool. Mass matrix and bias torques
-    /// are those of the controller's model where the arm is.
+    /// The end of a cycle of `step` seconds; `at_tool` are the joint torques of what acts on the tool. Mass matrix and
+    /// bias torques are those of the controller's model where the arm is.
     pub fn observe(
         &mut self,
         arm: &ArmState,
@@ -140,9 +141,9 @@ impl CollisionDetector {
         JointTorques(self.residual.into())
     }
 
-    /// The joint that carries most over its threshold, as the reason of a stop. `frames` and `flange_from_tcp` say where the
-    /// TCP is, `effort` the nominal torques. While the arm presses on purpose, what the sensor at the tool feels is no
-    /// collision.
+    /// The joint that carries most over its threshold, as the reason of a stop. `frames` and `flange_from_tcp` say
+    /// where the TCP is, `effort` the nominal torques. While the arm presses on purpose, what the sensor at the tool
+    /// feels is no collision.
     pub fn detected_stop(
         &self,
         effort: &JointTorques,
@@ -180,7 +181,8 @@ impl CollisionDetector {
     }
 }
 
-/// `m * v`, column by column as nalgebra does, written out: its general product takes several times as long at this size.
+/// `m * v`, column by column as nalgebra does, written out: its general product takes several times as long at this
+/// size.
 fn mat_vec(m: &Matrix6<f64>, v: &Vector6<f64>) -> Vector6<f64> {
     let [a, b, c, d, e, f]: &[[f64; 6]; 6] = m.as_ref();
     let [p, q, r, s, t, u] = (*v).into();

@@ -236,7 +236,8 @@ impl CycleConfig {
 }
 
 impl CycleConfig {
-    /// The safety settings with everything that targets are judged by: planes, the ranges of reduced mode, links that meet.
+    /// The safety settings with everything that targets are judged by: planes, the ranges of reduced mode, links that
+    /// meet.
     ///
     /// # Errors
     /// [`ConfigError`] for limits that cannot be used.

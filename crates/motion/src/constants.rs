@@ -10,8 +10,8 @@ pub const ACCELERATION_RISE: f64 = 0.030;
 /// Hard jerk limit of a joint unless the configuration names one: its largest acceleration in this time, s.
 pub const FASTEST_RISE: f64 = 0.020;
 
-/// Most commands taken from the ring in one cycle; the rest wait for the next. A program may set hundreds of things in one
-/// cycle, so what only sets something counts once.
+/// Most commands taken from the ring in one cycle; the rest wait for the next. A program may set hundreds of things in
+/// one cycle, so what only sets something counts once.
 pub const COMMANDS_PER_CYCLE: usize = 512;
 /// For how many of those a command counts that plans or begins a motion.
 pub const MOTION_COMMAND_WEIGHT: usize = 8;
@@ -63,9 +63,9 @@ pub const POWER_ON_TIME: f64 = 0.4;
 /// See [`POWER_ON_TIME`].
 pub const BRAKE_RELEASE_TIME: f64 = 0.3;
 
-/// Share of what pushes the arm on besides the drives that the servo holds against. The rest pushes the arm off its target:
-/// it stands against obstacles and hands twenty times stiffer than the servo alone, some 400 N/mm at the tool of a CS66, and
-/// what is hard does not drive the force up without end. Our choice.
+/// Share of what pushes the arm on besides the drives that the servo holds against. The rest pushes the arm off its
+/// target: it stands against obstacles and hands twenty times stiffer than the servo alone, some 400 N/mm at the tool
+/// of a CS66, and what is hard does not drive the force up without end. Our choice.
 pub const DISTURBANCE_COMPENSATION: f64 = 0.95;
 /// Time constant of it, s. What is fed forward lags behind what pushes, so the arm stays passive against any stiffness.
 pub const DISTURBANCE_TIME_CONSTANT: f64 = 0.002;
@@ -120,8 +120,9 @@ pub const SLOWEST_FRACTION: f64 = 1e-3;
 /// A change of position below this (rad, m) is no motion.
 pub const MIN_DISTANCE: f64 = 1e-12;
 
-/// Where the rotation is the larger part of a Cartesian line, a radian counts as this much way, m/rad: a rotation on the
-/// spot at the default 0.25 m/s turns at 1 rad/s, about the default speed of a movej. Our choice; the manual is silent.
+/// Where the rotation is the larger part of a Cartesian line, a radian counts as this much way, m/rad: a rotation on
+/// the spot at the default 0.25 m/s turns at 1 rad/s, about the default speed of a movej. Our choice; the manual is
+/// silent.
 pub const ROTATION_LENGTH: f64 = 0.25;
 
 /// A Cartesian line is looked at in intervals of this length, m, between 4 and [`LINE_INTERVALS`], each halved up to
@@ -139,8 +140,9 @@ pub const SAMPLES_PER_INTERVAL: u32 = 4;
 /// See [`INTERVAL_LENGTH`]. Twice the places of a line without refinements.
 pub const PATH_SAMPLES_PER_CYCLE: usize = 128;
 
-/// Between two places that are looked at the bend of a joint's way changes by no more than this share of it, as far as an
-/// interval may be halved for that; a bend counts where it takes more than a share of the acceleration at the wanted speed.
+/// Between two places that are looked at the bend of a joint's way changes by no more than this share of it, as far as
+/// an interval may be halved for that; a bend counts where it takes more than a share of the acceleration at the wanted
+/// speed.
 pub const CURVATURE_REFINEMENT: CurvatureRefinement = CurvatureRefinement {
     change: 0.05,
     halvings: 4,
@@ -192,12 +194,12 @@ pub const READY_FOR_NEXT_LEAD: f64 = 0.15;
 pub const LATE_TIME: f64 = 0.012;
 /// A zone that is short for the speed leaves this much more time to brake for a sharp corner, s.
 pub const LEAD_TIME: f64 = 0.016;
-/// A motion is due at the latest so that its curve can begin when this share of the zone is passed; and the arm goes through no
-/// more of it in the time that a command takes that is sent when the zone is entered.
+/// A motion is due at the latest so that its curve can begin when this share of the zone is passed; and the arm goes
+/// through no more of it in the time that a command takes that is sent when the zone is entered.
 pub const DUE_SHARE: f64 = 0.3;
 
-/// Where an arm that enters a zone at full speed is slow again while it is not known what follows: behind this share of the zone, and
-/// to this share of the speed with which any corner can be taken on a curve through the whole zone.
+/// Where an arm that enters a zone at full speed is slow again while it is not known what follows: behind this share of
+/// the zone, and to this share of the speed with which any corner can be taken on a curve through the whole zone.
 pub const LATE_CURVE: (f64, f64) = (0.75, 0.5);
 
 /// Timed motions of a chain speed up and slow down in this part of their time, about.
@@ -234,8 +236,8 @@ pub struct CurvatureShares {
 pub const HARD_STOP_SHARE: f64 = 0.9;
 /// Share of what the joints can do that a pause and the slider slow down with at least.
 pub const PAUSE_SHARE: f64 = 0.1;
-/// A stop keeps the path where that takes no longer than this times what the joints take one by one, and this, s: the motion
-/// on a path is smoothed, and may still be speeding up.
+/// A stop keeps the path where that takes no longer than this times what the joints take one by one, and this, s: the
+/// motion on a path is smoothed, and may still be speeding up.
 pub const STOP_ON_PATH: StopOnPath = StopOnPath {
     times: 1.1,
     longer: 0.03,
@@ -266,12 +268,13 @@ pub const MICRO_PLACES_PER_INTERVAL: usize = 2;
 /// How far from the first point of a moveml the arm may stand, rad; the difference is taken up on the first interval.
 pub const MICRO_START: f64 = 1e-4;
 
-/// Three points make no arc when the sine of their angle is below this: the radius would be a million times their distance.
+/// Three points make no arc when the sine of their angle is below this: the radius would be a million times their
+/// distance.
 pub const STRAIGHT_ARC: f64 = 1e-6;
 
-/// Share of the speed at which a curve through the whole zone could turn straight back: a motion whose successor is not known
-/// yet is no faster some way in the zone, so that the sharpest turn finds it slow enough. The curve begins a cycle or two into the
-/// zone and is then a little shorter.
+/// Share of the speed at which a curve through the whole zone could turn straight back: a motion whose successor is not
+/// known yet is no faster some way in the zone, so that the sharpest turn finds it slow enough. The curve begins a
+/// cycle or two into the zone and is then a little shorter.
 pub const ZONE_TURNING_SHARE: f64 = 0.57;
 
 /// Places at which the beginning of a blend zone is searched before it is narrowed down.
@@ -286,8 +289,8 @@ pub const BLEND_TCP_SHARE: f64 = 0.998;
 /// A process move's curve reaches so many times as far from the corner as where its arc touches.
 pub const PROCESS_ZONE: f64 = 1.5;
 
-/// Where a blend begins: at these shares of the zone before the waypoint, tried one after the other until one can be done at
-/// the speed that the arm has. The path is left at 0.6 of the radius at the latest wherever that is possible.
+/// Where a blend begins: at these shares of the zone before the waypoint, tried one after the other until one can be
+/// done at the speed that the arm has. The path is left at 0.6 of the radius at the latest wherever that is possible.
 pub const BLEND_ENTRY_SHARES: [f64; 7] = [1.0, 0.86, 0.74, 0.63, 0.5, 0.37, 0.25];
 /// See [`BLEND_ENTRY_SHARES`]: so many in one cycle.
 pub const BLEND_ENTRIES_PER_CYCLE: usize = 2;
@@ -296,12 +299,12 @@ pub const MAX_ENTRY_SHARE: f64 = 0.97;
 /// See [`BLEND_ENTRY_SHARES`]: a place that would have to be moved on to less than this share is passed.
 pub const MIN_ENTRY_SHARE: f64 = 0.75;
 
-/// A joint that would turn by more than this on a metre of the line counts as singular, rad/m: at the joint's full speed
-/// the TCP would crawl at 3 mm/s.
+/// A joint that would turn by more than this on a metre of the line counts as singular, rad/m: at the joint's full
+/// speed the TCP would crawl at 3 mm/s.
 pub const SINGULAR_TURN_PER_M: f64 = 1000.0;
 
-/// Places along a joint-space line at which the speeds of TCP and elbow are looked at when they are limited, and the part
-/// of the limits that is used, because between two places a point can be a little faster than at either.
+/// Places along a joint-space line at which the speeds of TCP and elbow are looked at when they are limited, and the
+/// part of the limits that is used, because between two places a point can be a little faster than at either.
 pub const POINT_SPEED_SAMPLES: usize = 64;
 /// See [`POINT_SPEED_SAMPLES`].
 pub const POINT_SPEED_MARGIN: f64 = 0.98;

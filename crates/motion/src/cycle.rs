@@ -112,8 +112,8 @@ pub struct ControlLoop {
     pub(crate) payload: Payload,
     pub(crate) dynamics: Dynamics,
 
-    /// What the generator asks for; the same as `commanded` unless a conveyor is tracked, path offsets count or force mode is
-    /// on.
+    /// What the generator asks for; the same as `commanded` unless a conveyor is tracked, path offsets count or force
+    /// mode is on.
     pub(crate) target: Setpoint,
     /// What the arm gets.
     pub(crate) commanded: Setpoint,
@@ -265,8 +265,8 @@ impl ControlLoop {
         self.out.publish(&state, &mut self.io);
     }
 
-    /// After a fault of ours, when nothing of the cycle can be relied on any more: the plant is held where it is (no tick
-    /// will move it) and the ports are shown an arm that stands, with the safety mode that says why.
+    /// After a fault of ours, when nothing of the cycle can be relied on any more: the plant is held where it is (no
+    /// tick will move it) and the ports are shown an arm that stands, with the safety mode that says why.
     pub(crate) fn hold_after_fault(&mut self) {
         self.out.publish_fault();
     }
@@ -493,7 +493,8 @@ impl ControlLoop {
         self.target_frames = self.actual_frames;
     }
 
-    /// The motion command under way, or the next one. One that ended by entering its blend zone is none, though the arm moves.
+    /// The motion command under way, or the next one. One that ended by entering its blend zone is none, though the arm
+    /// moves.
     pub(crate) fn running_command(&self) -> CommandId {
         let upcoming = self
             .pending_motion

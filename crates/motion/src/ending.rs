@@ -31,7 +31,8 @@ impl ControlLoop {
             Generator::Stop(brake)
                 if brake.has_settled(&self.queue, self.actual.qd.max_abs() < RESTING_SPEED) =>
             {
-                // The arm may have been held up: from now on it is wanted where it stands, and the brakes hold it there.
+                // The arm may have been held up: from now on it is wanted where it stands, and the brakes hold it
+                // there.
                 self.generator = Generator::Hold;
                 self.reset_target_to_actual();
             }
@@ -51,7 +52,8 @@ impl ControlLoop {
         }
     }
 
-    /// A motion that waits for the arm to stand is about to move it: whoever waits for the stop before need not wait for that.
+    /// A motion that waits for the arm to stand is about to move it: whoever waits for the stop before need not wait
+    /// for that.
     fn end_stops_before_the_next_motion(&mut self) {
         let is_braked = self.joint_hold.is_none() && is_setpoint_at_rest(&self.commanded);
         if is_braked && self.deferred.is_some() && matches!(self.generator, Generator::Hold) {

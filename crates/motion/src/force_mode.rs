@@ -1,8 +1,8 @@
 //! Commands of force mode, and its share of a setpoint.
 //!
-//! Owns when force mode begins and how it is left, and what is kept between two times: gain and damping. How it moves the
-//! arm is in `modes::force`. While it is on, `target` is what the motion underneath asks for and `commanded` what the arm
-//! gets; at rest the motion underneath starts from wherever the arm is.
+//! Owns when force mode begins and how it is left, and what is kept between two times: gain and damping. How it moves
+//! the arm is in `modes::force`. While it is on, `target` is what the motion underneath asks for and `commanded` what
+//! the arm gets; at rest the motion underneath starts from wherever the arm is.
 
 use force::admittance::{DAMPING_RANGE, GAIN_RANGE};
 use force::{FrameMode, TaskFrame, Tuning, TwistLimiter};

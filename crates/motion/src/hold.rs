@@ -1,7 +1,7 @@
 //! Whether the arm may move in this cycle: the one place that decides it, whatever moves the arm.
 //!
-//! How the arm comes to rest for which reason is the table in `stopping`; what of it holds the arm so that it goes on afterwards
-//! is done here:
+//! How the arm comes to rest for which reason is the table in `stopping`; what of it holds the arm so that it goes on
+//! afterwards is done here:
 //!
 //! | asked for by | planned motion by itself | anything else: online modes, belts, offsets, force mode, hands |
 //! |---|---|---|
@@ -11,11 +11,13 @@
 //!
 //! An arm that is too fast for reduced mode is slowed down the same way, see `limits_in_force`.
 //!
-//! Braked joints come to rest one by one as fast as their accelerations and jerks allow; nothing that a mode, a belt or force
-//! mode would have the arm do counts until they stand and the stop is over. Then modes go on from rest. What lies between
-//! where they want the joints and where these stand is the [`JointLag`], which is made good before anything else moves.
+//! Braked joints come to rest one by one as fast as their accelerations and jerks allow; nothing that a mode, a belt or
+//! force mode would have the arm do counts until they stand and the stop is over. Then modes go on from rest. What lies
+//! between where they want the joints and where these stand is the [`JointLag`], which is made good before anything
+//! else moves.
 //!
-//! Owns when the arm is held and how it is let go; protective and emergency stops, which end what they stop, are in `stopping`.
+//! Owns when the arm is held and how it is let go; protective and emergency stops, which end what they stop, are in
+//! `stopping`.
 
 use kinematics::{JointPositions, Pose};
 use motion_api::StopReason;

@@ -1,8 +1,8 @@
 //! Inputs and outputs of one cycle: changes applied, run-state outputs, timed inputs and wires.
 //!
 //! Owns the image, the delay lines and the rules of outputs without a program and of inputs with an action. All memory
-//! is there before the first cycle. Registers are shared with the script side: read once, when a cycle begins, so that a
-//! recording can tell what the cycle saw, and written in place.
+//! is there before the first cycle. Registers are shared with the script side: read once, when a cycle begins, so that
+//! a recording can tell what the cycle saw, and written in place.
 
 use std::sync::Arc;
 
@@ -186,7 +186,8 @@ impl IoSystem {
             self.freedrive_inputs != 0 || self.freedrive_registers != [0; 2];
     }
 
-    /// Everything that happens by itself at the simulated time `now`, s: run-state outputs, then timed inputs, then wires.
+    /// Everything that happens by itself at the simulated time `now`, s: run-state outputs, then timed inputs, then
+    /// wires.
     pub(crate) fn advance(&mut self, now: f64) {
         self.force_run_state_outputs();
         // Half a microsecond of slack: times of the cell file are decimal, `now` is a product.

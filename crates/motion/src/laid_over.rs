@@ -1,9 +1,9 @@
 //! What belts and offsets make of a setpoint, held against what the joints can do.
 //!
-//! A motion is planned where it begins, not where it is carried: together with what is laid over it, it can ask for more than the
-//! joints can do. Belts and offsets keep shares for that (`belt`, `path_offsets`); where these are not enough the joints brake
-//! while they still can within their limits, and everything goes on from rest, more slowly. Only what does so again and again,
-//! or by the belt alone, is a protective stop.
+//! A motion is planned where it begins, not where it is carried: together with what is laid over it, it can ask for
+//! more than the joints can do. Belts and offsets keep shares for that (`belt`, `path_offsets`); where these are not
+//! enough the joints brake while they still can within their limits, and everything goes on from rest, more slowly.
+//! Only what does so again and again, or by the belt alone, is a protective stop.
 
 use kinematics::elementary::{cube, square};
 use motion_api::StopReason;
@@ -57,8 +57,9 @@ impl Yields {
 }
 
 impl ControlLoop {
-    /// What was laid over the motion underneath must not ask more of the joints than they can do: a motion is planned where it
-    /// begins, not where it is carried. It is stopped while the joints can still come to rest within their limits.
+    /// What was laid over the motion underneath must not ask more of the joints than they can do: a motion is planned
+    /// where it begins, not where it is carried. It is stopped while the joints can still come to rest within their
+    /// limits.
     pub(crate) fn check_overlays(&mut self, wanted: &Setpoint) -> Result<(), StopReason> {
         if self.tracking.is_none() && !self.path_offset.is_on() {
             return Ok(());
@@ -78,7 +79,8 @@ impl ControlLoop {
         }
     }
 
-    /// What is laid over a motion asks more of the joints than they can do: they brake, and it goes on from rest, more slowly.
+    /// What is laid over a motion asks more of the joints than they can do: they brake, and it goes on from rest, more
+    /// slowly.
     ///
     /// # Errors
     /// `reason`, where nothing moves but a belt, or that happened again and again.
@@ -114,8 +116,8 @@ pub(crate) fn is_within_rates(
     (0..6).all(|joint| {
         let most = limits.jerk[joint];
         let jerk = (next.qdd[joint] - before.qdd[joint]) / step;
-        // Near singular positions inverse kinematics may go over into another branch: then position, speed and acceleration
-        // do not belong to one motion, although each is within its limit.
+        // Near singular positions inverse kinematics may go over into another branch: then position, speed and
+        // acceleration do not belong to one motion, although each is within its limit.
         let evenly = 0.5 * step * (before.qd[joint] + next.qd[joint]);
         let off = next.q[joint] - before.q[joint] - evenly;
         let evenly = 0.5 * step * (before.qdd[joint] + next.qdd[joint]);

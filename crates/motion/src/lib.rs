@@ -1,8 +1,9 @@
 //! The control cycle: generators, limits, safety and the simulated arm.
 //!
-//! [`ControlLoop::tick`] is one control period and an ordinary function. Who calls it decides what time is: the motion thread
-//! of [`realtime`] on absolute deadlines, or [`virtual_time`] on the thread of whoever waits for time to pass. Commands
-//! come in and events, records and snapshots go out through `motion-api`; nothing here knows a script or a socket.
+//! [`ControlLoop::tick`] is one control period and an ordinary function. Who calls it decides what time is: the motion
+//! thread of [`realtime`] on absolute deadlines, or [`virtual_time`] on the thread of whoever waits for time to pass.
+//! Commands come in and events, records and snapshots go out through `motion-api`; nothing here knows a script or a
+//! socket.
 //!
 //! ```
 //! use kinematics::{JointPositions, RobotModel};

@@ -1,11 +1,12 @@
 //! Which limits count: the arm's, or those of reduced mode, and how the arm comes from the faster to the slower ones.
 //!
-//! Reduced mode counts from the cycle in which it is asked for: whatever is planned or made cycle by cycle keeps to it from
-//! then on. What is under way slows down: a planned motion on its path, as hard as the arm can or with its own acceleration
-//! (`set_safety_mode_transition_hardness`), online modes by braking their joints until they are slow enough. Until then setpoints
-//! are checked against the arm's limits, but no longer than [`MAX_TRANSITION_TIME`]: then what is too fast is a protective stop.
-//! A tool that is set on the way, and whose TCP is too fast for its limit, is slowed down for in the same way.
-//! Braking is what the arm can do in either mode, and a motion under way keeps the accelerations it was planned with.
+//! Reduced mode counts from the cycle in which it is asked for: whatever is planned or made cycle by cycle keeps to it
+//! from then on. What is under way slows down: a planned motion on its path, as hard as the arm can or with its own
+//! acceleration (`set_safety_mode_transition_hardness`), online modes by braking their joints until they are slow
+//! enough. Until then setpoints are checked against the arm's limits, but no longer than [`MAX_TRANSITION_TIME`]: then
+//! what is too fast is a protective stop. A tool that is set on the way, and whose TCP is too fast for its limit, is
+//! slowed down for in the same way. Braking is what the arm can do in either mode, and a motion under way keeps the
+//! accelerations it was planned with.
 
 use kinematics::JointPositions;
 use motion_api::Refusal;
@@ -18,8 +19,8 @@ use crate::modes::{online_axes, states};
 use crate::path::PathContext;
 use crate::setpoint::elbow_speed;
 
-/// The arm is slow enough for reduced mode when it has been for so long, s: what is behind it in a smoothed motion may be
-/// slower than what lies ahead.
+/// The arm is slow enough for reduced mode when it has been for so long, s: what is behind it in a smoothed motion may
+/// be slower than what lies ahead.
 const MIN_TIME_WITHIN_LIMITS: f64 = 0.1;
 /// Longest time in which the arm slows down, hard and soft, s.
 const MAX_TRANSITION_TIME: [f64; 2] = [1.0, 5.0];
@@ -125,8 +126,8 @@ impl ControlLoop {
         }
     }
 
-    /// On a belt and in online modes TCP and elbow keep to their limits while the joints brake, too: from then on nothing faster
-    /// passes.
+    /// On a belt and in online modes TCP and elbow keep to their limits while the joints brake, too: from then on
+    /// nothing faster passes.
     pub(crate) fn may_be_braked(&self) -> bool {
         if self.tracking.is_none() && !matches!(self.generator, Generator::Online(_)) {
             return true;
@@ -163,7 +164,8 @@ impl ControlLoop {
         }
     }
 
-    /// From now on the way ahead of the motion under way is kept within the limits in force: it was planned with others.
+    /// From now on the way ahead of the motion under way is kept within the limits in force: it was planned with
+    /// others.
     pub(crate) fn keep_way(&mut self) {
         let limits = self.planning_limits();
         self.keeps_way = Some([limits.tcp_speed, limits.elbow_speed]);
@@ -228,8 +230,8 @@ impl ControlLoop {
         self.limit_sets.without_tcp = None;
     }
 
-    /// Another tool may be too fast for the limit of the TCP's speed where the one before was not: what is under way comes down
-    /// to it, as hard as the arm can.
+    /// Another tool may be too fast for the limit of the TCP's speed where the one before was not: what is under way
+    /// comes down to it, as hard as the arm can.
     pub(crate) fn slow_down_for_tool(&mut self) {
         if self.limits.tcp_speed.is_infinite() || self.is_at_rest() {
             return;
@@ -256,8 +258,8 @@ impl ControlLoop {
         (SLOW_SHARE / self.limit_utilization()).min(1.0)
     }
 
-    /// Share of the joints' speeds to which an arm is braked that is too fast: less where joints that brake each for itself
-    /// would lead the TCP on faster.
+    /// Share of the joints' speeds to which an arm is braked that is too fast: less where joints that brake each for
+    /// itself would lead the TCP on faster.
     pub(crate) fn braked_share(&self) -> f64 {
         let share = self.slow_share();
         if share < 1.0 { share } else { SLOWER_SHARE }

@@ -1,7 +1,7 @@
 //! The points of a moveml: taken over as a handle when its command leaves the ring, kept until the next line begins.
 //!
-//! Lists are never changed and never freed here (see `motion_api::record_points`): where the arm stands takes the place of the first
-//! point in the line, not in the list.
+//! Lists are never changed and never freed here (see `motion_api::record_points`): where the arm stands takes the place
+//! of the first point in the line, not in the list.
 
 use std::sync::Arc;
 

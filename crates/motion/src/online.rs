@@ -1,8 +1,9 @@
 //! Commands of the online modes: who may begin one, what replaces what, and what each of them sets.
 //!
-//! The rule, which `allowed` has as a table: only one motion at a time moves the arm. A servo or speed command takes over from the one before of the same
-//! thread without a stop, or from one whose call has returned; a planned motion that follows an online mode waits for the
-//! arm to come to rest, and so does an online mode that follows a motion with a blend radius; everything else is refused. The modes themselves are in `modes`.
+//! The rule, which `allowed` has as a table: only one motion at a time moves the arm. A servo or speed command takes
+//! over from the one before of the same thread without a stop, or from one whose call has returned; a planned motion
+//! that follows an online mode waits for the arm to come to rest, and so does an online mode that follows a motion with
+//! a blend radius; everything else is refused. The modes themselves are in `modes`.
 
 use kinematics::{JointPositions, JointSpeeds, Wrench};
 use motion_api::{

@@ -205,8 +205,8 @@ impl Outbox {
         self.records_lost
     }
 
-    /// Whether the record ring has places for so many; true when nobody takes records (no recording, or its reader is gone
-    /// or given up).
+    /// Whether the record ring has places for so many; true when nobody takes records (no recording, or its reader is
+    /// gone or given up).
     pub(crate) fn has_record_room(&self, needed: usize) -> bool {
         let Some(ring) = &self.records else {
             return true;

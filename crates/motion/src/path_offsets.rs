@@ -1,7 +1,7 @@
 //! Commands of path offsets, and their share of a setpoint.
 //!
-//! Owns when offsets begin and end; how they move is in `modes::path_offset`. While they count, `target` is what the motion
-//! underneath asks for and `commanded` what the arm gets.
+//! Owns when offsets begin and end; how they move is in `modes::path_offset`. While they count, `target` is what the
+//! motion underneath asks for and `commanded` what the arm gets.
 
 use kinematics::{JointSpeeds, RpyPose};
 use motion_api::{Command, MotionMode, OffsetAxes, Outcome, StopReason};
@@ -144,8 +144,8 @@ impl ControlLoop {
         Ok(laid)
     }
 
-    /// What joints, TCP and elbow leave for changes of the offset where the arm is, along and about the axes in which it is
-    /// asked for.
+    /// What joints, TCP and elbow leave for changes of the offset where the arm is, along and about the axes in which
+    /// it is asked for.
     fn offset_limits(
         &self,
         nominal: &Setpoint,

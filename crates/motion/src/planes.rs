@@ -1,10 +1,11 @@
 //! The safety planes in the cycle: which targets they allow, and where a motion must stop for them.
 //!
-//! Owns when they are asked; what they hold back is in `kinematics::safety`, which `is_within_safety_limits` asks as well.
+//! Owns when they are asked; what they hold back is in `kinematics::safety`, which `is_within_safety_limits` asks as
+//! well.
 //!
-//! A setpoint passes while there is a way to rest before the planes: the joints brake one by one, which leaves the path a
-//! little, or a planned motion halts on its path. So a motion whose whole path is allowed is never stopped, however near
-//! to a plane it passes, and one that is stopped does not cross it.
+//! A setpoint passes while there is a way to rest before the planes: the joints brake one by one, which leaves the path
+//! a little, or a planned motion halts on its path. So a motion whose whole path is allowed is never stopped, however
+//! near to a plane it passes, and one that is stopped does not cross it.
 
 use kinematics::safety::{PlaneSwitches, SafetyViolation};
 use kinematics::{JointPositions, Pose, RpyPose};
@@ -125,8 +126,8 @@ impl ControlLoop {
         })
     }
 
-    /// The plane that the arm at `q` is behind, and deeper than it is now: one that stands behind a plane must be able to come
-    /// back.
+    /// The plane that the arm at `q` is behind, and deeper than it is now: one that stands behind a plane must be able
+    /// to come back.
     fn plane_crossed_at(&self, q: &JointPositions) -> Option<StopReason> {
         let switches = self.plane_switches();
         let violation = |q| {

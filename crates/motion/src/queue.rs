@@ -1,7 +1,8 @@
 //! The motions that the arm has taken: their legs and blends as one way, and how fast each place of it bears.
 //!
 //! A leg is added while the arm moves on the way before it, as long as the arm has not come too near to where the blend
-//! begins. Owns the way; moving along it is `scalar::PathProgress`, what commands hear of it is said in `upcoming` and `cycle`.
+//! begins. Owns the way; moving along it is `scalar::PathProgress`, what commands hear of it is said in `upcoming` and
+//! `cycle`.
 
 mod due;
 mod kept;
@@ -23,11 +24,12 @@ use kept::{NO_SPEED_CAPS, SpeedCapProgress};
 /// Steps on the way to rest that are looked at, and how many s each is.
 const MAX_STOPPING_STEPS: usize = 2000;
 
-/// How much harder than asked for the arm may slow down for what follows, tried one after the other; the last as hard as it can,
-/// but not between two legs of joints, see [`HARDER_IN_BLENDS`](crate::constants::HARDER_IN_BLENDS).
+/// How much harder than asked for the arm may slow down for what follows, tried one after the other; the last as hard
+/// as it can, but not between two legs of joints, see [`HARDER_IN_BLENDS`](crate::constants::HARDER_IN_BLENDS).
 const BRAKING_SCALES: [f64; 3] = [1.0, 2.0, f64::INFINITY];
 
-/// A list of points that takes longer than its own time by this factor is worth a warning; starting and stopping take theirs.
+/// A list of points that takes longer than its own time by this factor is worth a warning; starting and stopping take
+/// theirs.
 const DURATION_WARNING_RATIO: f64 = 1.05;
 /// See [`DURATION_WARNING_RATIO`], s.
 const START_AND_STOP: f64 = 1.0;
@@ -287,8 +289,8 @@ impl MotionQueue {
         Some(())
     }
 
-    /// The last leg and the place on its path up to which nothing can be changed any more; `None` while the motion is held or
-    /// stopped, and once it is too late.
+    /// The last leg and the place on its path up to which nothing can be changed any more; `None` while the motion is
+    /// held or stopped, and once it is too late.
     pub(crate) fn appendable_end(&self, motion: &PathMotion) -> Option<(&MotionSegment, f64)> {
         let last = self.legs.last()?;
         let span = self.route.last()?;
@@ -366,8 +368,8 @@ impl MotionQueue {
         motion.progress.is_finished(&self.track) && motion.progress.time() >= due - START_OF_MOTION
     }
 
-    /// Notes by how much a motion with a duration of its own has exceeded that when it ends: cycles are whole. The next one with a
-    /// duration makes it good, if it begins at once.
+    /// Notes by how much a motion with a duration of its own has exceeded that when it ends: cycles are whole. The next
+    /// one with a duration makes it good, if it begins at once.
     pub(crate) fn note_overrun(&mut self, motion: &PathMotion) {
         let timed = self
             .legs
@@ -425,8 +427,8 @@ impl MotionQueue {
         })
     }
 
-    /// Whether every place up to where the motion would come to rest if it halted now is `allowed`; `near` is where the joints
-    /// are.
+    /// Whether every place up to where the motion would come to rest if it halted now is `allowed`; `near` is where the
+    /// joints are.
     pub(crate) fn stopping_path_satisfies(
         &self,
         motion: &PathMotion,
@@ -503,8 +505,8 @@ impl PathMotion {
     }
 }
 
-/// Where a cell from `done` to `until` is divided because a blend zone is near. How fast the arm may be is known by cells: the shorter
-/// they are, the later it has to be known what follows.
+/// Where a cell from `done` to `until` is divided because a blend zone is near. How fast the arm may be is known by
+/// cells: the shorter they are, the later it has to be known what follows.
 fn border_about_zone(leg: &MotionSegment, done: f64, until: f64) -> Option<f64> {
     if leg.radius <= 0.0 {
         return None;

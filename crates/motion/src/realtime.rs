@@ -29,8 +29,8 @@ const STOP_TIME_MAX: f64 = 5.0;
 pub struct RealtimeOptions {
     /// FIFO priority, 1 to 99; `None` leaves the scheduling as it is.
     pub fifo_priority: Option<u8>,
-    /// Cycles begin this long after a multiple of the step on the monotonic clock; `None`: when the thread starts. Several
-    /// controllers on one machine with phases of their own do not all wake at once.
+    /// Cycles begin this long after a multiple of the step on the monotonic clock; `None`: when the thread starts.
+    /// Several controllers on one machine with phases of their own do not all wake at once.
     pub phase: Option<Duration>,
     /// Lock the memory that is in use when the thread starts.
     pub lock_memory: bool,

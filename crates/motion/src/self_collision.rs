@@ -1,9 +1,9 @@
-//! The arm keeps from running into itself: planned motions are looked at before they begin, setpoints that are made cycle by
-//! cycle when they come.
+//! The arm keeps from running into itself: planned motions are looked at before they begin, setpoints that are made
+//! cycle by cycle when they come.
 //!
-//! Owns how often is looked and what is too near; the capsules are in `kinematics::collision`. Links come nearer only as far as
-//! joints turn, so a look says how far they may turn until the next one. An arm that stands in itself already (its watch was
-//! off, or its home is such) may move as long as it does not get deeper.
+//! Owns how often is looked and what is too near; the capsules are in `kinematics::collision`. Links come nearer only
+//! as far as joints turn, so a look says how far they may turn until the next one. An arm that stands in itself already
+//! (its watch was off, or its home is such) may move as long as it does not get deeper.
 
 use kinematics::safety::OVERLAP_SLACK as SLACK;
 use kinematics::{JointPositions, RobotModel};
@@ -101,8 +101,8 @@ impl SelfCollisionMonitor {
             .sum()
     }
 
-    /// The first place of a line in joint space (share of the way) at which links overlap too much. As far as there is room
-    /// it is passed in one step.
+    /// The first place of a line in joint space (share of the way) at which links overlap too much. As far as there is
+    /// room it is passed in one step.
     pub(crate) fn check_line(
         &mut self,
         line: &JointLine,
@@ -130,8 +130,8 @@ impl SelfCollisionMonitor {
 }
 
 impl ControlLoop {
-    /// A setpoint that would make links of the arm meet. Modes that make each one from the one before must be able to brake
-    /// until then; a planned motion was looked at before, but for its blends.
+    /// A setpoint that would make links of the arm meet. Modes that make each one from the one before must be able to
+    /// brake until then; a planned motion was looked at before, but for its blends.
     pub(crate) fn check_links(&mut self, wanted: &Setpoint) -> Result<(), StopReason> {
         if self.limits.link_overlap == f64::INFINITY {
             return Ok(());

@@ -1,8 +1,8 @@
-//! What the arm feels, and whether it follows: the hand, force and collision sensing, encoders and temperatures at the end
-//! of each cycle.
+//! What the arm feels, and whether it follows: the hand, force and collision sensing, encoders and temperatures at the
+//! end of each cycle.
 //!
-//! Owns the order in which the sensors are read and what is too much; the sensors themselves are in `sensor`, `detected_stop`,
-//! `modes::encoder` and `thermal`, and the stop that follows in `stopping`.
+//! Owns the order in which the sensors are read and what is too much; the sensors themselves are in `sensor`,
+//! `detected_stop`, `modes::encoder` and `thermal`, and the stop that follows in `stopping`.
 
 use kinematics::{JointTorques, Wrench};
 use motion_api::{RobotMode, StopReason};
@@ -88,8 +88,8 @@ impl ControlLoop {
         });
     }
 
-    /// What the force sensor said at the end of the last cycle, compensated: what the environment applies to the tool, base
-    /// axes, about the TCP.
+    /// What the force sensor said at the end of the last cycle, compensated: what the environment applies to the tool,
+    /// base axes, about the TCP.
     /// Freedrive and force mode follow this reading.
     pub(crate) const fn sensed_wrench(&self) -> Wrench {
         self.sensor.compensated_in_base

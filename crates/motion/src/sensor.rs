@@ -1,9 +1,9 @@
 //! The force/torque sensor between the flange and what hangs on it.
 //!
 //! Raw reading: what the environment does to the tool, the payload's weight, and its inertia. The compensated reading
-//! takes weight and inertia off and then the zero that was set. Both are of the TCP, in the TCP's axes, moments about the
-//! TCP (manual 4.4 to 4.6). The payload that is taken off is the one that is set; where something else hangs on the flange,
-//! the difference is left and reads like a force from outside.
+//! takes weight and inertia off and then the zero that was set. Both are of the TCP, in the TCP's axes, moments about
+//! the TCP (manual 4.4 to 4.6). The payload that is taken off is the one that is set; where something else hangs on the
+//! flange, the difference is left and reads like a force from outside.
 //! Noise is normal, independent from cycle to cycle, and the same in every run with the same seed.
 
 use kinematics::{Frames, JointSpeeds, Payload, Pose, Twist, Wrench};
@@ -86,8 +86,8 @@ impl ForceTorqueSensor {
         self.twist = None;
     }
 
-    /// The end of a cycle of `step` seconds. `environment` acts on the tool: base axes, about the TCP. `payload` is the one
-    /// that is set. `gravity` in base axes, m/s².
+    /// The end of a cycle of `step` seconds. `environment` acts on the tool: base axes, about the TCP. `payload` is the
+    /// one that is set. `gravity` in base axes, m/s².
     pub(crate) fn measure(
         &mut self,
         environment: &Wrench,

@@ -10,8 +10,9 @@
 //! | `stopj(a)` | the fastest joint brakes with `a`, the others in proportion; limited by the joints only | the same for the motion underneath |
 //! | `stopl(a)` | the TCP brakes with `a` along its line; limited by the joints only | the same for the motion underneath |
 //!
-//! Owns what ends with a stop and where the braking begins. The braking itself is in `enter_protective_stop`, on the path of the motion
-//! (`scalar::PathProgress`) and in the modes; what only holds the arm so that it goes on afterwards is in `hold`.
+//! Owns what ends with a stop and where the braking begins. The braking itself is in `enter_protective_stop`, on the
+//! path of the motion (`scalar::PathProgress`) and in the modes; what only holds the arm so that it goes on afterwards
+//! is in `hold`.
 
 use motion_api::{CommandId, Outcome, StopReason};
 
@@ -37,8 +38,9 @@ pub(crate) enum StopCause {
 /// How the arm comes to rest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum StopLaw {
-    /// Planned motions by themselves brake on their path as hard as the joints can, unless the joints one by one are clearly
-    /// faster ([`STOP_ON_PATH`]); whatever else moves the arm has its joints braked one by one. What is laid over motions ends.
+    /// Planned motions by themselves brake on their path as hard as the joints can, unless the joints one by one are
+    /// clearly faster ([`STOP_ON_PATH`]); whatever else moves the arm has its joints braked one by one. What is laid
+    /// over motions ends.
     InSpace,
     /// The motion underneath brakes so, within the share of the joints that what is laid over it leaves; that goes on.
     Underneath,
@@ -227,8 +229,8 @@ impl ControlLoop {
         }
     }
 
-    /// Whether a stop of a planned motion that shall be as short as it can be is made on its path: that takes hardly longer
-    /// than the joints one by one, or these would cross a safety plane.
+    /// Whether a stop of a planned motion that shall be as short as it can be is made on its path: that takes hardly
+    /// longer than the joints one by one, or these would cross a safety plane.
     fn keeps_its_path(&self, motion: &PathMotion) -> bool {
         let joints = JointStopMotion::new(&self.commanded, self.limit_sets.able());
         let most = STOP_ON_PATH.times * joints.longest() + STOP_ON_PATH.longer;
@@ -236,7 +238,8 @@ impl ControlLoop {
             || !self.has_no_planes() && self.must_halt_on_path()
     }
 
-    /// How the motion under way makes the hard stop that is asked for, decided when that begins; `None` without a motion.
+    /// How the motion under way makes the hard stop that is asked for, decided when that begins; `None` without a
+    /// motion.
     pub(crate) fn hard_stop(&mut self) -> Option<HardStop> {
         let Generator::Path(motion) = self.generator else {
             return None;

@@ -1,8 +1,8 @@
 //! Temperatures: a first-order model of each joint and of the control box.
 //!
 //! A joint at rest with power is 7 K above the room; its nominal torque heats it by 45 K more, with the square of the
-//! torque (copper loss), and it gets there with a time constant of 15 minutes. The box is warmed by its own supply and a
-//! little by the load. No public figures exist: plausible ones, so that monitors have something to show.
+//! torque (copper loss), and it gets there with a time constant of 15 minutes. The box is warmed by its own supply and
+//! a little by the load. No public figures exist: plausible ones, so that monitors have something to show.
 
 use kinematics::JointTorques;
 use kinematics::elementary::square;

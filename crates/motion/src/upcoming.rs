@@ -1,8 +1,9 @@
 //! The motion that follows those under way: planned while they are still moving, joined to them if it can be.
 //!
-//! A command may come once the one before it has entered its blend zone, or earlier: its sender is told when the arm comes so
-//! near that it would have to slow down. When the junction cannot be made, because the command came too late or the turn is
-//! too sharp, the arm stops exactly at the waypoint and the next motion begins from rest, with a warning.
+//! A command may come once the one before it has entered its blend zone, or earlier: its sender is told when the arm
+//! comes so near that it would have to slow down. When the junction cannot be made, because the command came too late
+//! or the turn is too sharp, the arm stops exactly at the waypoint and the next motion begins from rest, with a
+//! warning.
 
 use motion_api::{CommandId, MotionMode, Origin, Outcome, Refusal, Warning};
 
@@ -127,8 +128,8 @@ impl ControlLoop {
         Ok(false)
     }
 
-    /// A warning about accelerations with the one that the motion does. Where the arm can do less only in places in which it is
-    /// not asked for, there is nothing to say; nor where the way is too short for it.
+    /// A warning about accelerations with the one that the motion does. Where the arm can do less only in places in
+    /// which it is not asked for, there is nothing to say; nor where the way is too short for it.
     fn as_it_is(&self, warning: Warning) -> Option<Warning> {
         let (
             Warning::AccelerationLimited {
@@ -164,8 +165,8 @@ impl ControlLoop {
         let Generator::Path(motion) = self.generator else {
             return None;
         };
-        // Into a motion that goes nowhere there is nothing to blend: it begins, and ends, at the waypoint. One through many
-        // points begins at the first of them, from rest.
+        // Into a motion that goes nowhere there is nothing to blend: it begins, and ends, at the waypoint. One through
+        // many points begins at the first of them, from rest.
         let is_many = matches!(leg.path, Path::MicroLine(_));
         if upcoming.blend_search.is_exhausted() || leg.path.length() <= 0.0 || is_many {
             return None;

@@ -1,8 +1,9 @@
 //! The virtual clock: simulated time passes when somebody asks for it, one cycle at a time.
 //!
 //! Owns the cycle behind a mutex. A task that drives the timeline ticks it on its own thread; while nobody does, an
-//! [`IdlePacer`] lets time pass at wall pace. Loses no record: a tick waits for the recorder to make room, for a turn at a
-//! time, so that whoever ticks can look at other things. When there is nobody any more to wait for is the recorder's to say.
+//! [`IdlePacer`] lets time pass at wall pace. Loses no record: a tick waits for the recorder to make room, for a turn
+//! at a time, so that whoever ticks can look at other things. When there is nobody any more to wait for is the
+//! recorder's to say.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};

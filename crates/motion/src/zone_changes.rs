@@ -1,8 +1,8 @@
 //! Inputs and outputs that change when a planned motion ends: where the arm enters its blend zone.
 //!
-//! A program that sets an output between two blended moves is ahead of the arm. Its change travels with the motion and is made in the
-//! cycle in which the arm enters the zone, so that the arm need not slow down for the program and the output still switches at the
-//! blend radius.
+//! A program that sets an output between two blended moves is ahead of the arm. Its change travels with the motion and
+//! is made in the cycle in which the arm enters the zone, so that the arm need not slow down for the program and the
+//! output still switches at the blend radius.
 
 use motion_api::{CommandId, IoChange, Outcome, Refusal};
 

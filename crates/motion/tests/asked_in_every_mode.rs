@@ -1,5 +1,5 @@
-//! Every family of commands while the arm does everything that it can do: taken or refused, with the reason that the table here
-//! says, whatever the table inside says. Nothing jumps, and every command ends.
+//! Every family of commands while the arm does everything that it can do: taken or refused, with the reason that the
+//! table here says, whatever the table inside says. Nothing jumps, and every command ends.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,
@@ -18,9 +18,9 @@ use motion_api::{
     Refusal, ThreadNumber,
 };
 
-/// What the arm does, and what is asked of it meanwhile by the same thread: movej, speedj, freedrive, force mode, a belt, offsets,
-/// another tool. A point is taken; R not ready, B busy, S still moving, L led by hand, T tracking, F in force mode, O offsets
-/// count, U turns about the TCP.
+/// What the arm does, and what is asked of it meanwhile by the same thread: movej, speedj, freedrive, force mode, a
+/// belt, offsets, another tool. A point is taken; R not ready, B busy, S still moving, L led by hand, T tracking, F in
+/// force mode, O offsets count, U turns about the TCP.
 const TABLE: [(Doing, &str); 21] = [
     (Doing::WithoutPower, "RRRRRR."),
     (Doing::BrakesOn, "RRRRRR."),

@@ -1,5 +1,6 @@
-//! Motions on belts when something slows them down and lets them go again: reduced mode, a belt that begins or gets faster, a
-//! limit of the TCP that lasts. They keep every limit, are never stopped for it, end in time and where they should.
+//! Motions on belts when something slows them down and lets them go again: reduced mode, a belt that begins or gets
+//! faster, a limit of the TCP that lasts. They keep every limit, are never stopped for it, end in time and where they
+//! should.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,

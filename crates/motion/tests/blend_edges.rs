@@ -1,4 +1,5 @@
-//! Blends at their edges: legs of no length, turns back, and radii of motions that go nowhere. Ordinary ones: blends.rs.
+//! Blends at their edges: legs of no length, turns back, and radii of motions that go nowhere. Ordinary ones:
+//! blends.rs.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,

@@ -93,9 +93,11 @@ fn in_a_blend_the_tcp_slows_down_once_and_speeds_up_once() {
                     .windows(2)
                     .map(|a| ((a[1] - a[0]) / STEP).abs())
                     .fold(0.0, f64::max);
-                // Braking into the zone, the curve's own dip, and the way out: five. A course in many parts has 13 to 17.
+                // Braking into the zone, the curve's own dip, and the way out: five. A course in many parts has 13 to
+                // 17.
                 assert!(turns <= 7, "{model} {name} {speed} {radius}: {turns} turns");
-                // An arm that did not know what follows brakes late and hard. Turning back sharply shortens and lengthens the way of the TCP fast.
+                // An arm that did not know what follows brakes late and hard. Turning back sharply shortens and
+                // lengthens the way of the TCP fast.
                 let most = if angle < 2.5 { 300.0 } else { 900.0 };
                 assert!(jerk < most, "{model} {name} {speed} {radius}: {jerk} m/s³");
             }

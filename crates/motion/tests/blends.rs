@@ -320,8 +320,8 @@ fn a_stop_in_the_blend_ends_the_next_motion_where_it_rests() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 24, rng_seed: RngSeed::Fixed(6), ..ProptestConfig::default() })]
 
-    /// Whatever follows whatever, at any speed and radius and with any delay: every limit is kept in every cycle, nothing
-    /// stops the arm, and the end is exact.
+    /// Whatever follows whatever, at any speed and radius and with any delay: every limit is kept in every cycle,
+    /// nothing stops the arm, and the end is exact.
     #[test]
     fn any_chain_keeps_the_limits_and_arrives(
         legs in prop::collection::vec(

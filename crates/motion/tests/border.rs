@@ -1,4 +1,5 @@
-//! The border seen from outside: what a tick puts out, rings that are full or too small, configurations that do not fit.
+//! The border seen from outside: what a tick puts out, rings that are full or too small, configurations that do not
+//! fit.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,

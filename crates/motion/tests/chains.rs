@@ -1,5 +1,5 @@
-//! Chains of motions whose sender does something between them: each is sent only when it is due, or when the arm has entered the
-//! zone of the one before. The arm goes on as if all of them had been known from the beginning.
+//! Chains of motions whose sender does something between them: each is sent only when it is due, or when the arm has
+//! entered the zone of the one before. The arm goes on as if all of them had been known from the beginning.
 #![allow(
     clippy::unwrap_used,
     reason = "a test that cannot go on should say where"
@@ -295,7 +295,8 @@ fn a_timed_trajectory_with_changing_speeds_takes_its_time() {
     }
 }
 
-/// Speeds along a line, m/s, and radii of a blend behind it, m; from zones of a second to ones that are passed in four milliseconds.
+/// Speeds along a line, m/s, and radii of a blend behind it, m; from zones of a second to ones that are passed in four
+/// milliseconds.
 const ZONES: [(f64, f64); 11] = [
     (0.05, 0.05),
     (0.1, 0.001),

@@ -238,8 +238,8 @@ fn flat_tools_press_with_their_face() {
                 } else {
                     assert!(w[2] < -2.0 && d.abs() < 1e-5, "{place}: {w:?} {d}");
                 }
-                // The arm gives way by turning a little: the middle of the pressure leaves the middle of the face, more so
-                // the harder the table, but never the face.
+                // The arm gives way by turning a little: the middle of the pressure leaves the middle of the face, more
+                // so the harder the table, but never the face.
                 let lever = if stiffness.is_some() { 0.001 } else { 0.0201 };
                 let most = lever * w[2].abs();
                 assert!(w[3].abs() < most && w[4].abs() < most, "{place}: {w:?}");
@@ -440,7 +440,8 @@ fn no_capsule_of_any_arm_at_home_touches_the_floor_it_stands_on() {
     }
 }
 
-/// How a tool is pressed into something thin and soft: the force along the way in, N, and what it should be, N/m times depth.
+/// How a tool is pressed into something thin and soft: the force along the way in, N, and what it should be, N/m times
+/// depth.
 fn pressed_into(
     shape: Shape,
     tool: Option<Shape>,

@@ -1,5 +1,5 @@
-//! Every mode that moves the arm, every way to stop it, and what comes after: the arm stands in time, keeps the limits of its
-//! joints all the way, stays where it is as long as it is held, and goes on where that is meant.
+//! Every mode that moves the arm, every way to stop it, and what comes after: the arm stands in time, keeps the limits
+//! of its joints all the way, stays where it is as long as it is held, and goes on where that is meant.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,
@@ -544,8 +544,8 @@ impl Case {
         })
     }
 
-    /// The time in which a pause has to bring the arm to rest, s: with a tenth of what the joints can do, and what smoothing,
-    /// the look-ahead of a stream and the way back from speeding up take.
+    /// The time in which a pause has to bring the arm to rest, s: with a tenth of what the joints can do, and what
+    /// smoothing, the look-ahead of a stream and the way back from speeding up take.
     fn longest_pause(&self) -> f64 {
         let state = self.bench.now();
         let limits = &self.bench.limits;

@@ -1,5 +1,5 @@
-//! A panic inside the control cycle: under both clocks the arm is held, whoever waits hears that no cycle will come, and
-//! the fault is fatal.
+//! A panic inside the control cycle: under both clocks the arm is held, whoever waits hears that no cycle will come,
+//! and the fault is fatal.
 
 #![allow(
     clippy::unwrap_used,

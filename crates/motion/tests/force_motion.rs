@@ -1,5 +1,5 @@
-//! Force mode under a motion: lines, slopes, facets and arches are followed while the tool presses; frames that follow a point
-//! or the motion.
+//! Force mode under a motion: lines, slopes, facets and arches are followed while the tool presses; frames that follow
+//! a point or the motion.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,

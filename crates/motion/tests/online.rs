@@ -1,5 +1,5 @@
-//! servoj, speedj, speedl and their stops: they get where they are asked, inside every limit in every cycle, whatever the
-//! stream does.
+//! servoj, speedj, speedl and their stops: they get where they are asked, inside every limit in every cycle, whatever
+//! the stream does.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,

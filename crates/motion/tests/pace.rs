@@ -17,8 +17,8 @@ use kinematics::{JointPositions, Pose, RpyPose};
 use motion_api::{CommandKind, Outcome};
 use nalgebra::Vector3;
 
-/// A line sideways through a place where the wrist is `beside` rad from straight and gets no nearer to it; the arm stands
-/// at its beginning.
+/// A line sideways through a place where the wrist is `beside` rad from straight and gets no nearer to it; the arm
+/// stands at its beginning.
 fn line_past_the_wrist(bench: &mut Bench, beside: f64, half: f64) -> RpyPose {
     let model = bench_model(bench);
     let straight = JointPositions([0.3, -1.3, 1.7, -1.9, 0.0, 0.2]);

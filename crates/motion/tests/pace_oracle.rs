@@ -1,7 +1,7 @@
 //! How near to time-optimal lines past singular positions are: compared with the fastest motion that the speeds and
-//! accelerations of the joints allow on the same line, by forward and backward integration on a fine grid (Bobrow, Dubowsky
-//! and Gibson 1985), no faster than what takes up a joint's jerk at even speed. Other than that it has no limit of jerk, and
-//! the torques are not asked, so it cannot be reached.
+//! accelerations of the joints allow on the same line, by forward and backward integration on a fine grid (Bobrow,
+//! Dubowsky and Gibson 1985), no faster than what takes up a joint's jerk at even speed. Other than that it has no
+//! limit of jerk, and the torques are not asked, so it cannot be reached.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,

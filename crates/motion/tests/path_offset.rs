@@ -257,8 +257,8 @@ fn offsets_that_jump_about_are_not_followed_beyond_them_and_stand_when_they_stan
             bench.send(set(asked, OffsetAxes::Base));
             let state = bench.tick();
             for (part, largest) in most.into_iter().enumerate() {
-                // Rotations are composed: three of 0.1 rad turn a little about one another. What the joints leave for the
-                // offset changes while it brakes.
+                // Rotations are composed: three of 0.1 rad turn a little about one another. What the joints leave for
+                // the offset changes while it brakes.
                 let slack = if part < 3 { 0.002 * largest } else { 0.012 };
                 let now = state.path_offsets[OffsetAxes::Base as usize][part];
                 assert!(now.abs() < largest + slack, "{seed}, part {part}: {now}");

@@ -1,5 +1,5 @@
-//! What `is_within_safety_limits` says and what motion then accepts are the same, and an accepted motion whose whole way is
-//! allowed is never stopped, however fast it goes and however near to a plane it passes.
+//! What `is_within_safety_limits` says and what motion then accepts are the same, and an accepted motion whose whole
+//! way is allowed is never stopped, however fast it goes and however near to a plane it passes.
 //!
 //! A few targets an arm run here; `ELITE_CASES=1000` runs that many.
 #![allow(missing_docs, reason = "a test of its own")]

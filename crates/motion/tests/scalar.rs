@@ -1,5 +1,5 @@
-//! Motion of one number along a track: limits kept, ends exact, as fast as an independent planner where the limits are the
-//! same everywhere, and never faster than a place allows.
+//! Motion of one number along a track: limits kept, ends exact, as fast as an independent planner where the limits are
+//! the same everywhere, and never faster than a place allows.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,

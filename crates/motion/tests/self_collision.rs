@@ -313,8 +313,8 @@ fn an_arm_that_stands_in_itself_may_leave_but_not_go_deeper() {
     assert!(bench.now().target_q[2] < 2.4);
 }
 
-/// A pose as programs have them: the elbow on one side, the tool looking down within some twenty degrees, before, beside or
-/// behind the arm, or a little off that.
+/// A pose as programs have them: the elbow on one side, the tool looking down within some twenty degrees, before,
+/// beside or behind the arm, or a little off that.
 fn ordinary(draw: &mut Draw) -> JointPositions {
     let side = if draw.between(0.0, 1.0) < 0.5 {
         1.0

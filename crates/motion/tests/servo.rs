@@ -24,7 +24,8 @@ fn sine(t: f64) -> f64 {
     SIZE * (2.0 * t).min(1.0) * (core::f64::consts::TAU * t).sin()
 }
 
-/// Setpoints of joint 1 for the sine, relative to the start, at gain 300 and 0.1 s; points with `is_late` come with the next.
+/// Setpoints of joint 1 for the sine, relative to the start, at gain 300 and 0.1 s; points with `is_late` come with the
+/// next.
 fn setpoints(is_late: impl Fn(usize) -> bool) -> (Vec<f64>, Bench) {
     let mut bench = Bench::new(ideal("cs66"));
     let home = bench.now().target_q;
@@ -150,8 +151,8 @@ struct Streamed {
     told: String,
 }
 
-/// A random stream: targets of six joints, late and lost points, gains, look-aheads and times that change; then targets that
-/// stand for four seconds.
+/// A random stream: targets of six joints, late and lost points, gains, look-aheads and times that change; then targets
+/// that stand for four seconds.
 fn random_stream(seed: u64) -> Streamed {
     let mut draw = Draw::new(seed);
     let step = *draw.pick(&[0.001, 0.002, 0.004, 0.008]);

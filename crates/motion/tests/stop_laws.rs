@@ -1,5 +1,5 @@
-//! The law of stopping for each reason, held against own computation: random motions of every generator, stopped at random
-//! moments; how long that takes, how hard the arm brakes, and which way it goes.
+//! The law of stopping for each reason, held against own computation: random motions of every generator, stopped at
+//! random moments; how long that takes, how hard the arm brakes, and which way it goes.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,

@@ -1,7 +1,7 @@
 //! The queue as one path: chains of moves whose sender sends each as soon as it is told that it may.
 //!
-//! Collinear pieces and gentle curves run like one motion, process moves keep their speed, every limit is kept by differences
-//! of the commanded positions, and blends of joints accelerate no more than twice what was asked for.
+//! Collinear pieces and gentle curves run like one motion, process moves keep their speed, every limit is kept by
+//! differences of the commanded positions, and blends of joints accelerate no more than twice what was asked for.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,
@@ -243,7 +243,8 @@ fn a_stop_and_a_pause_act_on_the_whole_queue() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, rng_seed: RngSeed::Fixed(3), ..ProptestConfig::default() })]
 
-    /// Random chains of short moves of every kind, sent ahead, with the slider moving: limits are kept, the end is exact.
+    /// Random chains of short moves of every kind, sent ahead, with the slider moving: limits are kept, the end is
+    /// exact.
     #[test]
     fn any_chain_that_is_sent_ahead_keeps_the_limits_and_arrives(
         legs in prop::collection::vec((0..4usize, prop::array::uniform3(-0.02..0.02f64), 0.02..0.6f64, 0.0005..0.01f64), 4..24),

@@ -1,5 +1,5 @@
-//! Tools that are set at any moment, and limits of the TCP's speed that only count with them, or that are very small: the arm slows
-//! down for them and is never stopped. And what is said of limited accelerations is what the arm does.
+//! Tools that are set at any moment, and limits of the TCP's speed that only count with them, or that are very small:
+//! the arm slows down for them and is never stopped. And what is said of limited accelerations is what the arm does.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,

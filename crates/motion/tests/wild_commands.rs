@@ -1,7 +1,8 @@
-//! Every command there is, with any numbers, at any moment, under any stop: limits hold, nothing jumps, nothing panics, every
-//! command ends once.
+//! Every command there is, with any numbers, at any moment, under any stop: limits hold, nothing jumps, nothing panics,
+//! every command ends once.
 //!
-//! A few runs here; `ELITE_CASES=1000` makes that many from `ELITE_FIRST` on, `ELITE_CASE=N` one, which tells what it sends.
+//! A few runs here; `ELITE_CASES=1000` makes that many from `ELITE_FIRST` on, `ELITE_CASE=N` one, which tells what it
+//! sends.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,
@@ -25,15 +26,15 @@ const CASES: u64 = 40;
 /// Commands of a run.
 const COMMANDS: usize = 50;
 
-/// Cases in which a limit was broken once: offsets of the path and belts that ended while the arm made good what it lagged behind, and
-/// force mode that began, or went on, under a motion.
+/// Cases in which a limit was broken once: offsets of the path and belts that ended while the arm made good what it
+/// lagged behind, and force mode that began, or went on, under a motion.
 const ONCE_WRONG: [u64; 8] = [47, 232, 440, 492, 798, 983, 1427, 1861];
 
 /// Kinds of commands; [`place`] puts each of them somewhere.
 const KINDS: usize = 51;
 
-/// The place of a kind among all. There is no wildcard: a new command has no place, and this does not compile until it has
-/// one and is drawn below.
+/// The place of a kind among all. There is no wildcard: a new command has no place, and this does not compile until it
+/// has one and is drawn below.
 fn place(kind: &CommandKind) -> usize {
     match kind {
         CommandKind::MoveJ { .. } => 0,

@@ -1,6 +1,7 @@
 //! A series over time that never outgrows its bound: when it is full, what is old is thinned out, or all of it evenly.
 //!
-//! Owns nothing but the thinning. Times only grow; an earlier one begins the series again (a controller that was restarted).
+//! Owns nothing but the thinning. Times only grow; an earlier one begins the series again (a controller that was
+//! restarted).
 
 /// What a series keeps.
 pub trait HeapSize {
@@ -25,7 +26,8 @@ impl HeapSize for std::sync::Arc<str> {
 enum ThinningPolicy {
     /// What is old: of something that goes on, the recent part matters most.
     Old,
-    /// Every part of the time the same: of something whole. One entry stays in each stretch of so many seconds, and the latest.
+    /// Every part of the time the same: of something whole. One entry stays in each stretch of so many seconds, and the
+    /// latest.
     Evenly(f64),
 }
 
@@ -54,8 +56,8 @@ impl<T: HeapSize> BoundedSeries<T> {
         }
     }
 
-    /// As [`new`](Self::new), but thinned out evenly: the longest gap is one stretch of time, at most twice the whole time
-    /// divided by the number of entries (of entries that come often enough).
+    /// As [`new`](Self::new), but thinned out evenly: the longest gap is one stretch of time, at most twice the whole
+    /// time divided by the number of entries (of entries that come often enough).
     pub fn even(most_entries: usize, most_bytes: usize) -> Self {
         let gives = ThinningPolicy::Evenly(FIRST_STRETCH);
         Self {
@@ -86,7 +88,8 @@ impl<T: HeapSize> BoundedSeries<T> {
         }
     }
 
-    /// In a series that is thinned out evenly, the last entry goes when another one comes, if it is not the first of its stretch.
+    /// In a series that is thinned out evenly, the last entry goes when another one comes, if it is not the first of
+    /// its stretch.
     fn drop_latest_of_stretch(&mut self) {
         let ThinningPolicy::Evenly(length) = self.gives else {
             return;
@@ -121,9 +124,10 @@ impl<T: HeapSize> BoundedSeries<T> {
         self.weight = self.entries.iter().map(|(_, entry)| entry.weight()).sum();
     }
 
-    /// Of the older three quarters one entry stays in each stretch of time, and the stretches are so long that they are half as
-    /// many as there may be entries at most: the beginning stays, and what is recent is dense. Their length is a power of two,
-    /// so that what one thinning keeps the next one keeps or halves. Where that takes nothing away, every other entry goes.
+    /// Of the older three quarters one entry stays in each stretch of time, and the stretches are so long that they are
+    /// half as many as there may be entries at most: the beginning stays, and what is recent is dense. Their length is
+    /// a power of two, so that what one thinning keeps the next one keeps or halves. Where that takes nothing away,
+    /// every other entry goes.
     fn thin(&mut self) {
         let before = self.entries.len();
         let recent = (before * 3).div_ceil(4);

@@ -1,8 +1,8 @@
-//! What the editor of the page is told about a text: findings, completions, the thing under the pointer, the call around the
-//! cursor. The same answers as the language server's; this module only gives them the page's form.
+//! What the editor of the page is told about a text: findings, completions, the thing under the pointer, the call
+//! around the cursor. The same answers as the language server's; this module only gives them the page's form.
 //!
-//! Places are numbers of characters from the beginning of the text. Everything here reads a text of any kind and takes time for
-//! it, so it belongs on the compile pool.
+//! Places are numbers of characters from the beginning of the text. Everything here reads a text of any kind and takes
+//! time for it, so it belongs on the compile pool.
 
 use std::path::Path;
 

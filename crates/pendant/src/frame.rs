@@ -1,7 +1,8 @@
-//! The binary frame: one moment of the robot in a fixed layout, little-endian, as pages and recordings' time lines get it.
+//! The binary frame: one moment of the robot in a fixed layout, little-endian, as pages and recordings' time lines get
+//! it.
 //!
-//! Owns the layout, which `docs/api.md` describes and `web/src/frame.ts` reads. A new field goes to the end and makes frames longer;
-//! a change of what is there is a new version.
+//! Owns the layout, which `docs/api.md` describes and `web/src/frame.ts` reads. A new field goes to the end and makes
+//! frames longer; a change of what is there is a new version.
 
 use motion_api::RobotState;
 

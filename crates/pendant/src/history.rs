@@ -1,6 +1,8 @@
-//! What the time line of the page shows: frames, what was in the panel, registers and events over the whole time, within a bound.
+//! What the time line of the page shows: frames, what was in the panel, registers and events over the whole time,
+//! within a bound.
 //!
-//! Owns the bound and the search. The same for a controller that runs and for a recording: who fills it makes the difference.
+//! Owns the bound and the search. The same for a controller that runs and for a recording: who fills it makes the
+//! difference.
 
 use std::sync::Arc;
 

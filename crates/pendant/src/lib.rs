@@ -1,6 +1,7 @@
 //! The pendant page: its files, bundled when the crate is built, and the interface behind it under `/api/v1`.
 //!
-//! Owns what the page sees and orders, and how both look on the wire. Knows no sockets: the server mounts it on its http port.
+//! Owns what the page sees and orders, and how both look on the wire. Knows no sockets: the server mounts it on its
+//! http port.
 
 // No thread starts but through `supervision`; nothing waits for, or panics at, whoever reads our output.
 #![cfg_attr(

@@ -1,7 +1,7 @@
 //! What pages and programs may ask for, read from JSON and checked: one table of orders with who may give them.
 //!
-//! Owns names, ranges and the words of refusal. Carrying an order out, and whether the arm may move at all, is the controller's
-//! business: orders go the way of every other port's.
+//! Owns names, ranges and the words of refusal. Carrying an order out, and whether the arm may move at all, is the
+//! controller's business: orders go the way of every other port's.
 
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};

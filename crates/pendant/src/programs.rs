@@ -1,7 +1,7 @@
 //! Programs of the task folder as the page lists, opens and saves them, and the robot's functions.
 //!
-//! Owns the guard against lost updates: a text is saved only over the one that it was made from. Names never lead out of the
-//! folder; reading goes through [`TaskFolder`], which has that rule.
+//! Owns the guard against lost updates: a text is saved only over the one that it was made from. Names never lead out
+//! of the folder; reading goes through [`TaskFolder`], which has that rule.
 
 use std::collections::hash_map::DefaultHasher;
 use std::fs;
@@ -121,7 +121,8 @@ pub fn open(folder: &TaskFolder, name: &str) -> Result<Value, FolderError> {
     Ok(json!({"name": task.name, "etag": etag(&task.text), "text": task.text}))
 }
 
-/// Saves a text as `name` if the file is the one that `before` is the mark of; without it, if there is none. The new mark.
+/// Saves a text as `name` if the file is the one that `before` is the mark of; without it, if there is none. The new
+/// mark.
 ///
 /// # Errors
 /// [`SaveError`]: nothing was changed.

@@ -1,8 +1,8 @@
 //! A folder that paths are held to: whatever a path says, it leads to something beneath the folder or nowhere.
 //!
-//! The system itself resolves the path (`openat2(2)` of Linux 5.6), so `..`, symbolic links, `/proc` and folders that are moved
-//! meanwhile lead nowhere else, whoever else works there at the same time. Systems without such a call are refused the folder:
-//! to look at a path first and use it afterwards would leave a gap between the two.
+//! The system itself resolves the path (`openat2(2)` of Linux 5.6), so `..`, symbolic links, `/proc` and folders that
+//! are moved meanwhile lead nowhere else, whoever else works there at the same time. Systems without such a call are
+//! refused the folder: to look at a path first and use it afterwards would leave a gap between the two.
 
 use std::fs::File;
 use std::io;

@@ -2,13 +2,14 @@
 
 use std::time::Duration;
 
-/// Time of the monotonic clock, which counts from some moment that does not change while the process runs. On Linux that is the
-/// same for all processes.
+/// Time of the monotonic clock, which counts from some moment that does not change while the process runs. On Linux
+/// that is the same for all processes.
 pub fn now() -> Duration {
     imp::now()
 }
 
-/// Sleeps until the clock shows this, on Linux with an absolute deadline, so that no time is lost between asking and sleeping.
+/// Sleeps until the clock shows this, on Linux with an absolute deadline, so that no time is lost between asking and
+/// sleeping.
 pub fn sleep_until(deadline: Duration) {
     imp::sleep_until(deadline);
 }
@@ -22,7 +23,8 @@ mod imp {
     use nix::time::{ClockId, ClockNanosleepFlags, clock_gettime, clock_nanosleep};
 
     pub(super) fn now() -> Duration {
-        // The clock exists on every Linux; a failure would read as "no time has passed" and make cycles short, not unsafe.
+        // The clock exists on every Linux; a failure would read as "no time has passed" and make cycles short, not
+        // unsafe.
         clock_gettime(ClockId::CLOCK_MONOTONIC).map_or(Duration::ZERO, Duration::from)
     }
 

@@ -1,4 +1,5 @@
-//! What files have beyond std: their kind and numbers, permissions, links, and errors as the system itself numbers them.
+//! What files have beyond std: their kind and numbers, permissions, links, and errors as the system itself numbers
+//! them.
 
 use std::fs::{self, File, FileType, Metadata, OpenOptions};
 use std::io;

@@ -1,9 +1,10 @@
-//! What the operating system is asked for beyond what std offers on every system: waking on time, priority, memory, files held
-//! beneath folders, processes and their descendants, signals, what the machine says of itself.
+//! What the operating system is asked for beyond what std offers on every system: waking on time, priority, memory,
+//! files held beneath folders, processes and their descendants, signals, what the machine says of itself.
 //!
-//! Owns every call that only Linux, or only POSIX, has; no other crate of the product knows which system it runs on. What a
-//! system does not have is either done in the next best way, where only timing or memory suffers, or refused in a sentence that
-//! says so, where safety would (docs/platforms.md has the table). Knows nothing of robots, programs or ports.
+//! Owns every call that only Linux, or only POSIX, has; no other crate of the product knows which system it runs on.
+//! What a system does not have is either done in the next best way, where only timing or memory suffers, or refused in
+//! a sentence that says so, where safety would (docs/platforms.md has the table). Knows nothing of robots, programs or
+//! ports.
 
 pub mod beneath;
 pub mod clock;

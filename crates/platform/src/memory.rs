@@ -1,15 +1,16 @@
 //! The system's memory: the allocator, how it behaves, and pages that are got from the system directly.
 //!
-//! Owns the unsafe calls. Which blocks get pages of their own, what they cost and what is counted for whom is the business of whoever
-//! allocates (`elite-lang`). Systems without these calls keep the allocator of the C library and get no pages.
+//! Owns the unsafe calls. Which blocks get pages of their own, what they cost and what is counted for whom is the
+//! business of whoever allocates (`elite-lang`). Systems without these calls keep the allocator of the C library and
+//! get no pages.
 
 /// What blocks are asked of: the allocator of the C library.
 #[cfg(not(target_os = "linux"))]
 pub use std::alloc::System;
 
-/// What blocks are asked of. Blocks of one size share pages, so that freeing is cheap and never has to be made up for: the allocator of
-/// glibc joins what has been freed, and looks through all of it to give memory back, milliseconds at a moment nobody can choose. That of
-/// musl takes nearly twice as long for programs that make and drop many objects.
+/// What blocks are asked of. Blocks of one size share pages, so that freeing is cheap and never has to be made up for:
+/// the allocator of glibc joins what has been freed, and looks through all of it to give memory back, milliseconds at a
+/// moment nobody can choose. That of musl takes nearly twice as long for programs that make and drop many objects.
 #[cfg(target_os = "linux")]
 #[allow(non_upper_case_globals, reason = "in place of the unit struct of std")]
 pub const System: mimalloc::MiMalloc = mimalloc::MiMalloc;
@@ -19,8 +20,8 @@ pub const PAGE: usize = 4096;
 
 pub use imp::{DeferredUnmap, map, remap, unmap};
 
-/// What the allocator rounds a request up to, for accounts: it has blocks of every multiple of 16 bytes up to 128, and four sizes from one
-/// power of two to the next. With another allocator than mimalloc this is an estimate.
+/// What the allocator rounds a request up to, for accounts: it has blocks of every multiple of 16 bytes up to 128, and
+/// four sizes from one power of two to the next. With another allocator than mimalloc this is an estimate.
 #[inline(always)]
 pub const fn rounded(size: usize) -> usize {
     let step = match size {
@@ -38,12 +39,14 @@ mod allocator_options {
     use libmimalloc_sys::{mi_option_set, mi_option_t};
 
     // Their numbers are those of the header mimalloc.h (version 3), which the crate leaves out.
-    /// Whether an arena, a reserve of addresses, is writable at once: who locks the process's memory would then fill it.
+    /// Whether an arena, a reserve of addresses, is writable at once: who locks the process's memory would then fill
+    /// it.
     const ARENA_EAGER_COMMIT: mi_option_t = 4;
-    /// How long freed pages are kept, in milliseconds. What has come together until then goes back to the system in one piece, tens of
-    /// milliseconds for some hundred megabytes; a page at a time takes no longer in all.
+    /// How long freed pages are kept, in milliseconds. What has come together until then goes back to the system in one
+    /// piece, tens of milliseconds for some hundred megabytes; a page at a time takes no longer in all.
     const PURGE_DELAY: mi_option_t = 15;
-    /// Addresses that are taken at first, in KiB. More follow, but who limits the address space (`ulimit -v`) means what is in use.
+    /// Addresses that are taken at first, in KiB. More follow, but who limits the address space (`ulimit -v`) means
+    /// what is in use.
     const ARENA_RESERVE: mi_option_t = 23;
 
     pub(super) const SET: [(mi_option_t, c_long); 3] = [

@@ -1,8 +1,8 @@
 //! Native stacks that overflow: the thread goes on elsewhere instead of ending the process.
 //!
-//! Owns the handler of SIGSEGV, which looks at the thread that met the guard page at the end of a stack and has it go on in its
-//! refuge, and hands every other fault to who handled them before. A thread without a refuge ends the process as ever. Where the
-//! system is not Linux on x86-64 or ARM64, none has one.
+//! Owns the handler of SIGSEGV, which looks at the thread that met the guard page at the end of a stack and has it go
+//! on in its refuge, and hands every other fault to who handled them before. A thread without a refuge ends the process
+//! as ever. Where the system is not Linux on x86-64 or ARM64, none has one.
 
 /// Where a thread goes on, once, when the stack that it is on overflows.
 #[derive(Clone, Copy, Debug)]
@@ -37,7 +37,8 @@ mod imp {
     /// Who handled faults before.
     static BEFORE: OnceLock<libc::sigaction> = OnceLock::new();
 
-    /// How far from the stack pointer a guard page is met: by a call, or by a frame whose pages are touched one after the other.
+    /// How far from the stack pointer a guard page is met: by a call, or by a frame whose pages are touched one after
+    /// the other.
     const NEAR: usize = 8 * PAGE;
     /// Stack for the handler.
     const ALTERNATE_BYTES: usize = 64 << 10;
@@ -53,15 +54,15 @@ mod imp {
         REFUGE.replace(refuge)
     }
 
-    /// Touches the stack ahead as far as an allocator may need it: what ends there ends now, before the allocator has begun to
-    /// change anything.
+    /// Touches the stack ahead as far as an allocator may need it: what ends there ends now, before the allocator has
+    /// begun to change anything.
     #[inline(always)]
     pub fn touch_ahead() {
         let mark = 0_u8;
         let here = ptr::from_ref(&mark);
         for page in 1..=3 {
-            // SAFETY: a volatile read of bytes that no Rust object lies in. Page by page they belong to the stack, or to the guard
-            // page at its end, where the read is what the handler waits for.
+            // SAFETY: a volatile read of bytes that no Rust object lies in. Page by page they belong to the stack, or
+            // to the guard page at its end, where the read is what the handler waits for.
             #[allow(unsafe_code)]
             unsafe {
                 here.wrapping_sub(page * PAGE).read_volatile();
@@ -116,7 +117,8 @@ mod imp {
     }
 
     fn install() -> libc::sigaction {
-        // SAFETY: the handler does what a handler may: it reads a cell of its thread that needs no set-up, and writes registers.
+        // SAFETY: the handler does what a handler may: it reads a cell of its thread that needs no set-up, and writes
+        // registers.
         #[allow(unsafe_code)]
         unsafe {
             let mut own: libc::sigaction = std::mem::zeroed();

@@ -3,9 +3,9 @@
 /// The nice value of favoured threads.
 pub const FAVOURED: i32 = -10;
 
-/// Has the calling thread, and every thread that it starts from then on, get the processor before ordinary ones; processes that
-/// they start have the value of before. One that was started with another nice value than 0 keeps it: that was somebody's wish.
-/// Gives whether that is so now.
+/// Has the calling thread, and every thread that it starts from then on, get the processor before ordinary ones;
+/// processes that they start have the value of before. One that was started with another nice value than 0 keeps it:
+/// that was somebody's wish. Gives whether that is so now.
 ///
 /// # Errors
 /// What the system said, or that it has no such values for threads.
@@ -49,8 +49,8 @@ mod imp {
     /// Sets the nice value of the calling thread.
     fn set_nice(value: i32) -> std::io::Result<()> {
         #[allow(unsafe_code, reason = "no safe crate of ours has this call")]
-        // SAFETY: the call takes three numbers and touches no memory. The first is PRIO_PROCESS, whose type differs between C
-        // libraries; of the second Linux makes the calling thread.
+        // SAFETY: the call takes three numbers and touches no memory. The first is PRIO_PROCESS, whose type differs
+        // between C libraries; of the second Linux makes the calling thread.
         let status = unsafe { libc::setpriority(0, 0, value) };
         match status {
             0 => Ok(()),
@@ -90,8 +90,8 @@ mod imp {
     }
 
     pub(super) fn lock_memory() -> Result<(), String> {
-        // Only what is mapped now. Locking future mappings too would make unrelated allocations fail where the limit on locked
-        // memory is small.
+        // Only what is mapped now. Locking future mappings too would make unrelated allocations fail where the limit on
+        // locked memory is small.
         mlockall(MlockAllFlags::MCL_CURRENT).map_err(|error| error.desc().to_owned())
     }
 }

@@ -1,7 +1,8 @@
 //! Other processes: started so that they end with this one, signalled, and found with all that they have started.
 //!
-//! Owns the system's table of processes and the calls around it; who belongs to whom is decided by whoever asks. Only Linux lets
-//! one process look after all of its descendants, orphans included, so elsewhere none is started for a program.
+//! Owns the system's table of processes and the calls around it; who belongs to whom is decided by whoever asks. Only
+//! Linux lets one process look after all of its descendants, orphans included, so elsewhere none is started for a
+//! program.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -111,15 +112,16 @@ mod imp {
 
     use super::{Command, ExitStatus, Identity, ProcessEntry, ProcessTable, SignalTarget, io};
 
-    /// The process gets a group of its own, and is killed when the thread that starts it ends in whatever way. What it has
-    /// started itself is not.
+    /// The process gets a group of its own, and is killed when the thread that starts it ends in whatever way. What it
+    /// has started itself is not.
     ///
     /// # Errors
     /// Where processes cannot be looked after.
     pub fn kill_with_parent(command: &mut Command) -> io::Result<()> {
         command.process_group(0);
-        // SAFETY: the closure runs in the child of a `fork`, where only async-signal-safe functions may be called. It makes
-        // two system calls (setpriority, prctl) and turns an error number into an `io::Error`, which does not allocate.
+        // SAFETY: the closure runs in the child of a `fork`, where only async-signal-safe functions may be called. It
+        // makes two system calls (setpriority, prctl) and turns an error number into an `io::Error`, which does not
+        // allocate.
         #[allow(
             unsafe_code,
             reason = "what happens between fork and exec is unsafe in std"
@@ -138,8 +140,8 @@ mod imp {
         command.process_group(0);
     }
 
-    /// From now on orphans of descendants become children of this process. An old kernel refuses, and they are found by their
-    /// group or session as long as they keep one.
+    /// From now on orphans of descendants become children of this process. An old kernel refuses, and they are found by
+    /// their group or session as long as they keep one.
     pub fn adopt_orphans() {
         let _ = set_child_subreaper(true);
     }

@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use signal_hook::consts::{SIGINT, SIGTERM};
 
-/// Words to the process that it should end: SIGINT, SIGTERM. From the moment this is made on they end nothing by themselves.
+/// Words to the process that it should end: SIGINT, SIGTERM. From the moment this is made on they end nothing by
+/// themselves.
 pub struct TerminationSignals(imp::Ends);
 
 impl TerminationSignals {

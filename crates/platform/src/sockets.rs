@@ -1,7 +1,8 @@
 //! Connections within the process, and how long a peer over the network may take nothing.
 //!
-//! A connection within the process has two ends; what is written to one is read from the other. On POSIX systems it is a pair of
-//! local sockets, in which what was written is there at once. Elsewhere a connection of the loopback interface to itself.
+//! A connection within the process has two ends; what is written to one is read from the other. On POSIX systems it is
+//! a pair of local sockets, in which what was written is there at once. Elsewhere a connection of the loopback
+//! interface to itself.
 
 use std::io;
 
@@ -45,8 +46,8 @@ pub fn pair() -> io::Result<(LocalStream, LocalStream)> {
     Ok((one, other))
 }
 
-/// Breaks a connection whose peer acknowledges nothing for so long, where the system can; elsewhere it tries as long as it does
-/// by itself.
+/// Breaks a connection whose peer acknowledges nothing for so long, where the system can; elsewhere it tries as long as
+/// it does by itself.
 ///
 /// # Errors
 /// What the system says.

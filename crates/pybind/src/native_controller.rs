@@ -344,7 +344,8 @@ impl NativeController {
         Ok(PyArray1::from_vec(py, bytes))
     }
 
-    /// The bytes of the rows that are kept, and how many were dropped before them. Also after the end of the controller.
+    /// The bytes of the rows that are kept, and how many were dropped before them. Also after the end of the
+    /// controller.
     fn trace<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyArray1<u8>>, u64)> {
         if let Ok(inner) = self.open() {
             py.detach(|| inner.controller().robot().pump());

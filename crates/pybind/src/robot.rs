@@ -38,11 +38,13 @@ type PickleParts<'py> = (
 /// model: a name from `models()` or the path of a URDF file with six revolute joints. Default: that of the calibration
 ///     file, else "cs66".
 /// tcp: the tool centre point as a pose in the flange frame, (6,), m and rad. Default: the flange itself.
-/// payload: (mass, cog) or (mass, cog, inertia): kg, (3,) m in the flange frame, (6,) kg m^2 as Ixx, Iyy, Izz, Ixy, Ixz,
+/// payload: (mass, cog) or (mass, cog, inertia): kg, (3,) m in the flange frame, (6,) kg m^2 as Ixx, Iyy, Izz, Ixy,
+/// Ixz,
 ///     Iyz about the centre of gravity in flange axes. Default: nothing.
 /// gravity: free-fall acceleration in the base frame, (3,), m/s^2. Default (0, 0, -9.81), a base that stands upright.
 ///     It points down; the script's set_gravity takes the opposite direction.
-/// calibration: the path of a TOML file with the lengths and twists measured of this very arm, as --calibration takes it.
+/// calibration: the path of a TOML file with the lengths and twists measured of this very arm, as --calibration takes
+/// it.
 ///
 /// Robots do not change; make another one for another tool.
 ///
@@ -482,8 +484,8 @@ impl Robot {
 
     /// Whether a TCP pose can be reached inside the joint limits, or joint positions lie inside them (manual 3.1.35).
     ///
-    /// Give p, or q by name. The TCP must also be on the allowed side of all `planes`; the controller takes those of its
-    /// cell file, and looks at the shape of the tool too.
+    /// Give p, or q by name. The TCP must also be on the allowed side of all `planes`; the controller takes those of
+    /// its cell file, and looks at the shape of the tool too.
     ///
     /// p: (6,) or (N, 6), m and rad; with it qnear and tcp as in get_inverse_kin. q: (6,) or (N, 6), rad; with it tcp.
     /// planes: up to eight rows [x, y, z, nx, ny, nz], a point in m and a direction to the allowed side, base frame.

@@ -1,7 +1,8 @@
 //! Arguments of commands as JSON objects, and back.
 //!
 //! One table names the arguments of every command. It is exhaustive: a command or an argument added to the contract
-//! does not compile until it is listed here. Numbers come back bit for bit, so that a recorded command can be run again.
+//! does not compile until it is listed here. Numbers come back bit for bit, so that a recorded command can be run
+//! again.
 
 use kinematics::{JointAccelerations, JointPositions, JointSpeeds, JointTorques, Payload, RpyPose};
 use motion_api::{

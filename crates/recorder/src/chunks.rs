@@ -1,7 +1,7 @@
 //! Messages into the chunks of an MCAP file. Knows topics and bytes, not what they mean.
 //!
-//! A chunk is closed before it grows past [`CHUNK_BYTES`] and when it spans [`CHUNK_SECS`], so that a kill loses little;
-//! with the same messages in the same order the file is the same, byte for byte.
+//! A chunk is closed before it grows past [`CHUNK_BYTES`] and when it spans [`CHUNK_SECS`], so that a kill loses
+//! little; with the same messages in the same order the file is the same, byte for byte.
 
 use std::collections::BTreeMap;
 use std::io::Write;

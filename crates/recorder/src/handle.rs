@@ -14,8 +14,8 @@ use crate::topics::{IoValue, LogLevel};
 
 /// The script side's end: adds programs, lines, messages and registers to the recording. Clones share one channel.
 ///
-/// Times are simulated seconds since start, those of the latest cycle. Texts that are longer than [`lengths`](crate::lengths)
-/// allows are cut.
+/// Times are simulated seconds since start, those of the latest cycle. Texts that are longer than
+/// [`lengths`](crate::lengths) allows are cut.
 #[derive(Clone)]
 pub struct RecorderHandle {
     notes: Option<Arc<AnnotationQueue>>,
@@ -57,8 +57,8 @@ impl RecorderHandle {
         self.script_place(time, (program, thread), line, None);
     }
 
-    /// The same for a program that the pendant made of a task: the thread is also in the node with this number and label.
-    /// Every change of node is recorded, however many there are in one cycle.
+    /// The same for a program that the pendant made of a task: the thread is also in the node with this number and
+    /// label. Every change of node is recorded, however many there are in one cycle.
     pub fn script_place(
         &self,
         time: f64,
@@ -115,8 +115,8 @@ impl RecorderHandle {
         });
     }
 
-    /// A message of a topic that is not ours, encoded as the topic says. One for a topic that the recording was not begun
-    /// with, or of more than [`EXTRA_BYTES`](crate::lengths::EXTRA_BYTES), is left out and counted.
+    /// A message of a topic that is not ours, encoded as the topic says. One for a topic that the recording was not
+    /// begun with, or of more than [`EXTRA_BYTES`](crate::lengths::EXTRA_BYTES), is left out and counted.
     pub fn extra(&self, time: f64, topic: CustomTopicId, message: Vec<u8>) {
         if message.len() > EXTRA_BYTES {
             self.shared.notes_dropped.fetch_add(1, Ordering::Relaxed);
@@ -129,8 +129,8 @@ impl RecorderHandle {
         });
     }
 
-    /// Somebody wants a program to end or to be held at once: who waits for room goes on without, the note being dropped and
-    /// counted. In force until there is room again.
+    /// Somebody wants a program to end or to be held at once: who waits for room goes on without, the note being
+    /// dropped and counted. In force until there is room again.
     pub fn suspend_backpressure(&self) {
         if let Some(notes) = &self.notes {
             notes.suspend_backpressure();

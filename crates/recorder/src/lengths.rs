@@ -30,7 +30,8 @@ pub fn truncate_marked(text: &str, most: usize) -> Option<String> {
     Some(format!("{}{mark}", &text[..end]))
 }
 
-/// The same for a text whose end matters, as that of a report: the mark stands in the middle, most of the rest behind it.
+/// The same for a text whose end matters, as that of a report: the mark stands in the middle, most of the rest behind
+/// it.
 pub fn cut_middle(text: &str, most: usize) -> Option<String> {
     if text.len() <= most {
         return None;

@@ -1,7 +1,7 @@
 //! The messages of an MCAP file, undecoded, up to its end or to the first place that is not MCAP.
 //!
-//! What a file declares (schemas, channels, its start configuration) is kept, and bounded; messages come one by one. How
-//! the bytes become records is [`records`](crate::records)' business. Whatever the bytes are, reading ends.
+//! What a file declares (schemas, channels, its start configuration) is kept, and bounded; messages come one by one.
+//! How the bytes become records is [`records`](crate::records)' business. Whatever the bytes are, reading ends.
 
 use std::collections::BTreeSet;
 use std::io::Read;
@@ -46,7 +46,8 @@ pub struct RawMessage {
     pub data: Vec<u8>,
 }
 
-/// The messages of a file in the order in which they were written; see [`Recording::messages`](crate::Recording::messages).
+/// The messages of a file in the order in which they were written; see
+/// [`Recording::messages`](crate::Recording::messages).
 pub struct Messages {
     records: Records,
     channels: mcap::read::ChannelAccumulator<'static>,

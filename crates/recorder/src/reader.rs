@@ -1,7 +1,7 @@
 //! Recordings of this and of earlier versions, also those of a writer that was killed: decoded messages.
 //!
-//! The file is read from its start in one pass by [`Messages`]. What an earlier version did not record is as at the start
-//! of a controller; [`Recording::missing_fields`] names it. A newer format is refused with a sentence.
+//! The file is read from its start in one pass by [`Messages`]. What an earlier version did not record is as at the
+//! start of a controller; [`Recording::missing_fields`] names it. A newer format is refused with a sentence.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -89,8 +89,8 @@ impl Recording {
         Self::new(RecordingSource::Bytes(bytes.into()), name.to_owned())
     }
 
-    /// Reads a recording that `open` begins anew each time it is read, from wherever; `name` is for messages. An error of the
-    /// reader ends the recording as damage does.
+    /// Reads a recording that `open` begins anew each time it is read, from wherever; `name` is for messages. An error
+    /// of the reader ends the recording as damage does.
     ///
     /// # Errors
     /// As [`open`](Self::open).
@@ -198,8 +198,8 @@ impl Recording {
     /// Messages of the given topics from the beginning, decoded, with their time in s.
     ///
     /// # Errors
-    /// [`ReadError::IoSystem`] when the file cannot be opened; an item is [`ReadError::Message`] when a message is not what
-    /// its topic says.
+    /// [`ReadError::IoSystem`] when the file cannot be opened; an item is [`ReadError::Message`] when a message is not
+    /// what its topic says.
     pub fn entries(&self, topics: &[Topic]) -> Result<RecordingEntries<'_>, ReadError> {
         Ok(RecordingEntries {
             recording: self,

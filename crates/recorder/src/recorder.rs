@@ -1,9 +1,9 @@
 //! The recorder's thread, and the ends through which the rest of the controller talks to it.
 //!
-//! [`RecorderThread`] is the thread: it takes records from the motion thread's ring every few milliseconds and notes of the script side from a
-//! queue bounded in bytes, puts them into one order and writes them. The motion thread never waits for it under the real
-//! clock (it counts what did not fit); under the virtual clock the caller of the cycle waits for room in the ring, and
-//! a script waits for room in the queue, so nothing is lost.
+//! [`RecorderThread`] is the thread: it takes records from the motion thread's ring every few milliseconds and notes of
+//! the script side from a queue bounded in bytes, puts them into one order and writes them. The motion thread never
+//! waits for it under the real clock (it counts what did not fit); under the virtual clock the caller of the cycle
+//! waits for room in the ring, and a script waits for room in the queue, so nothing is lost.
 //!
 //! When the output can no longer be written, recording stops: the failure is reported once, the ring and the queue
 //! go on being emptied, and the robot goes on. An output that neither takes anything nor fails is given up by a watcher

@@ -1,8 +1,8 @@
 //! The records of an MCAP file, one after the other, whatever the bytes are.
 //!
-//! Memory grows with the largest chunk, which is bounded, not with the file and not with what it says of itself: room is
-//! made for bytes that are there. A chunk is all there or not there at all. Owns the frame of the format (lengths, chunks,
-//! compression); what records mean is [`messages`](crate::messages)' business.
+//! Memory grows with the largest chunk, which is bounded, not with the file and not with what it says of itself: room
+//! is made for bytes that are there. A chunk is all there or not there at all. Owns the frame of the format (lengths,
+//! chunks, compression); what records mean is [`messages`](crate::messages)' business.
 
 use std::io::{self, Read};
 

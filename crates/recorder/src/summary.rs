@@ -237,8 +237,8 @@ struct CycleTracker {
 }
 
 impl CycleTracker {
-    /// Whether the cycle before this one overran: a record tells how late its own cycle began and how long the one before
-    /// took.
+    /// Whether the cycle before this one overran: a record tells how late its own cycle began and how long the one
+    /// before took.
     fn overran(&mut self, cycle: &CycleMessage) -> bool {
         let overran = self.late_us + cycle.step_duration_us > cycle.step_time * 1e6;
         self.late_us = cycle.wakeup_latency_us;

@@ -138,7 +138,8 @@ fn json_schema(name: &str, schema: Value) -> TopicSchema {
     }
 }
 
-/// `/script`: a program begins (`text` is there), or one of its threads is in another line or node (`thread` and `line` are).
+/// `/script`: a program begins (`text` is there), or one of its threads is in another line or node (`thread` and `line`
+/// are).
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ScriptMessage {
     /// Name of the program.
@@ -359,8 +360,8 @@ pub enum IoValue {
     Level(bool),
     /// Of an integer register.
     Integer(i64),
-    /// Of an analog point (A or V by domain) or a float register. JSON has no NaN and no infinities: they are written as
-    /// null and read as NaN.
+    /// Of an analog point (A or V by domain) or a float register. JSON has no NaN and no infinities: they are written
+    /// as null and read as NaN.
     Number(#[serde(deserialize_with = "null_is_nan")] f64),
 }
 

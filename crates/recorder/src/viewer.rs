@@ -35,7 +35,8 @@ pub const FLANGE_FRAME: &str = "flange";
 /// Name of the TCP's frame.
 pub const TCP_FRAME: &str = "tcp";
 
-/// Joints, frames and TCP have at least one message in this time, s: the rate of a screen, and above the promised 50 Hz.
+/// Joints, frames and TCP have at least one message in this time, s: the rate of a screen, and above the promised 50
+/// Hz.
 const VIEW_PERIOD: f64 = 0.016;
 /// The scene is drawn again after this time, s, for viewers that seek into the file.
 const SCENE_PERIOD: f64 = 10.0;

@@ -1,7 +1,7 @@
 //! Gives the recording up when its output hangs: a disk or a reader that neither takes anything nor reports an error.
 //!
-//! Runs on a thread of its own, because the recorder's is the one that hangs. As long as nobody waits and nothing is lost, an
-//! output may take its time.
+//! Runs on a thread of its own, because the recorder's is the one that hangs. As long as nobody waits and nothing is
+//! lost, an output may take its time.
 
 use std::io;
 use std::path::PathBuf;
@@ -16,8 +16,8 @@ use crate::handle::RecorderState;
 use crate::notes::AnnotationQueue;
 use crate::recorder::{RecordError, SharedReport, report_once};
 
-/// Time between two looks. Patience is counted in looks, so that a process that was held for a while is not taken for an
-/// output that hangs.
+/// Time between two looks. Patience is counted in looks, so that a process that was held for a while is not taken for
+/// an output that hangs.
 const LOOK: Duration = Duration::from_millis(50);
 
 /// What is looked at, and who is told.

@@ -228,8 +228,8 @@ impl RecorderThread {
         report_once(&self.on_failure, &error);
     }
 
-    /// Under a clock that stands still, and when cycles are slow, nothing stays in memory for long. Where simulated time
-    /// runs as fast as wall time or faster, the writer closes its chunks before this does, at reproducible places.
+    /// Under a clock that stands still, and when cycles are slow, nothing stays in memory for long. Where simulated
+    /// time runs as fast as wall time or faster, the writer closes its chunks before this does, at reproducible places.
     fn flush_if_due(&mut self, taken: usize) {
         if taken == 0 {
             self.take_notes();

@@ -229,8 +229,8 @@ impl<W: Write> RecordWriter<W> {
 
     /// Writes the notes up to `time`, and after them for every script thread the line it came to, if it is another.
     ///
-    /// The notes of one cycle are taken together: a thread that ran through many lines has one line message. Nodes of the
-    /// pendant's task are each told.
+    /// The notes of one cycle are taken together: a thread that ran through many lines has one line message. Nodes of
+    /// the pendant's task are each told.
     fn notes_until(
         &mut self,
         time: f64,
@@ -408,8 +408,9 @@ struct ProgramMessage<'a> {
     text: &'a str,
 }
 
-/// How much of the texts of programs is recorded whole: a burst, then a rate. In simulated time, so that it is the same in
-/// every run under the virtual clock; whoever sends large programs one after the other does not fill the disk with them.
+/// How much of the texts of programs is recorded whole: a burst, then a rate. In simulated time, so that it is the same
+/// in every run under the virtual clock; whoever sends large programs one after the other does not fill the disk with
+/// them.
 struct TextRateLimiter {
     tokens: f64,
     /// Time of the latest text, s.

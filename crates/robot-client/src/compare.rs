@@ -1,7 +1,7 @@
 //! How far two runs are from each other: two recordings, laid over each other in time, and the differences.
 //!
-//! Owns the alignment and the figures. Both runs are sampled where the first one is; the second is interpolated there, so
-//! rates may differ. What one of them does not know (not a number, or not there) is not compared.
+//! Owns the alignment and the figures. Both runs are sampled where the first one is; the second is interpolated there,
+//! so rates may differ. What one of them does not know (not a number, or not there) is not compared.
 
 mod align;
 mod track;

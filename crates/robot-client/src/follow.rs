@@ -1,7 +1,7 @@
 //! What a controller's stream says of the program that was sent to it: pure, messages and moments in, news out.
 //!
-//! Nothing acknowledges a program on port 30001. That it runs is seen in the states, ten times a second; that it does not
-//! compile, or failed, in an exception. A program that is over within a tenth of a second is never seen running.
+//! Nothing acknowledges a program on port 30001. That it runs is seen in the states, ten times a second; that it does
+//! not compile, or failed, in an exception. A program that is over within a tenth of a second is never seen running.
 
 use std::time::Duration;
 

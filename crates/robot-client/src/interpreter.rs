@@ -1,7 +1,7 @@
 //! A connection to port 30020: statements and command words out, replies in (manual 2.2 to 2.6).
 //!
-//! Owns lines and what they mean. Which reply belongs to which statement is the order in which they come; only words are
-//! answered out of turn. What a statement does is seen elsewhere: on port 30001.
+//! Owns lines and what they mean. Which reply belongs to which statement is the order in which they come; only words
+//! are answered out of turn. What a statement does is seen elsewhere: on port 30001.
 
 use std::io;
 use std::time::Duration;
@@ -22,8 +22,8 @@ const SHOWN_CHARS: usize = 40;
 /// Read at once.
 const READ_BYTES: usize = 16 * 1024;
 
-/// The program that enters interpreter mode, with `body` before it: lines that begin with a tab. What is sent before the
-/// mode is entered is kept.
+/// The program that enters interpreter mode, with `body` before it: lines that begin with a tab. What is sent before
+/// the mode is entered is kept.
 pub fn entering_program(name: &str, body: &str) -> String {
     format!(
         "def {name}():\n{body}\tinterpreter_mode(clearQueueOnEnter=False, clearOnEnd=True)\nend\n"

@@ -101,8 +101,8 @@ pub struct RtsiClient {
 }
 
 impl RtsiClient {
-    /// Connects, asks which of `wanted` the controller offers, and lets it send these. A controller that does not know a
-    /// name says so for that name.
+    /// Connects, asks which of `wanted` the controller offers, and lets it send these. A controller that does not know
+    /// a name says so for that name.
     ///
     /// # Errors
     /// [`RtsiError`]

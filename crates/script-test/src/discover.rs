@@ -99,7 +99,8 @@ pub fn is_test_file(path: &Path) -> bool {
         .is_some_and(|stem| stem.starts_with("test_") || stem.ends_with("_test"))
 }
 
-/// All tests of some files and folders, in the order of paths and lines. A file that is named is taken whatever its name.
+/// All tests of some files and folders, in the order of paths and lines. A file that is named is taken whatever its
+/// name.
 ///
 /// # Errors
 /// [`DiscoverError`]

@@ -1,4 +1,5 @@
-//! What a test expects, as functions of `test`: values that are near, exceptions, ways, conditions over the whole test, peaks.
+//! What a test expects, as functions of `test`: values that are near, exceptions, ways, conditions over the whole test,
+//! peaks.
 
 use elite_lang::{ExceptionKind, NativeCall, Raised, Value};
 

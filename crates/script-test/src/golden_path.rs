@@ -1,7 +1,7 @@
 //! The way of the TCP beside one that was kept in a file: read, written, compared.
 //!
-//! Ways are compared as curves: time does not count, so that a slower run on the same way is as good. The distance of two
-//! curves is the discrete Fréchet distance (Eiter and Mannila 1994) of points at even steps along them.
+//! Ways are compared as curves: time does not count, so that a slower run on the same way is as good. The distance of
+//! two curves is the discrete Fréchet distance (Eiter and Mannila 1994) of points at even steps along them.
 
 use std::fmt::Write as _;
 use std::io;

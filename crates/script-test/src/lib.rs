@@ -1,12 +1,15 @@
-//! Tests of robot programs: finds them, runs each on a fresh controller under the virtual clock, several at once and in any
-//! order, and tells what became of them.
+//! Tests of robot programs: finds them, runs each on a fresh controller under the virtual clock, several at once and in
+//! any order, and tells what became of them.
 //!
-//! A test is a function of a script file; beside the builtins it has the object `test`, with which it starts programs, lets
-//! time pass, sets inputs, plays machines on the network and looks at what happened (docs/testing.md).
+//! A test is a function of a script file; beside the builtins it has the object `test`, with which it starts programs,
+//! lets time pass, sets inputs, plays machines on the network and looks at what happened (docs/testing.md).
 //!
-//! - `discover`: which tests there are; `files`: what they may consist of; `pool`: which runs when; `runner`: one of them.
-//! - `lockstep`: how a test and the program beside it share one clock; `test_context`: what both work on; `trace`: what the arm did.
-//! - `test_object`, `expect`: the functions of `test`; `near`, `golden_path`: what they compare; `simulated_peers`, `simulated_servers`: machines it plays.
+//! - `discover`: which tests there are; `files`: what they may consist of; `pool`: which runs when; `runner`: one of
+//!   them.
+//! - `lockstep`: how a test and the program beside it share one clock; `test_context`: what both work on; `trace`: what
+//!   the arm did.
+//! - `test_object`, `expect`: the functions of `test`; `near`, `golden_path`: what they compare; `simulated_peers`,
+//!   `simulated_servers`: machines it plays.
 //! - `report`: for people, for machines, for servers that build.
 //!
 //! Knows no command line and no configuration file: whoever calls says which settings belong to which test.

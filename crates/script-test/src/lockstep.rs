@@ -1,9 +1,9 @@
 //! Two programs on one arm, under one virtual clock, the same on every machine: the test and the program it looks at.
 //!
-//! They take turns. In every cycle the program runs first, until it waits, then the test; then the cycle passes. While the
-//! test has nothing to do the program passes cycles alone. Each runs on a thread of its own, but never both at once, except
-//! that a program which has just been started comes to its first wait while the test stands still. Owns the turns; what a
-//! cycle does is the inner timeline's.
+//! They take turns. In every cycle the program runs first, until it waits, then the test; then the cycle passes. While
+//! the test has nothing to do the program passes cycles alone. Each runs on a thread of its own, but never both at
+//! once, except that a program which has just been started comes to its first wait while the test stands still. Owns
+//! the turns; what a cycle does is the inner timeline's.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};

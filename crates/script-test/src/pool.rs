@@ -41,8 +41,8 @@ pub struct TestRunOptions {
     pub stop: Arc<AtomicBool>,
 }
 
-/// Runs tests; `tell` hears of each when it has ended. `settings` says what each is run with; a sentence where there is no
-/// such setting. The executed lines, if they are counted.
+/// Runs tests; `tell` hears of each when it has ended. `settings` says what each is run with; a sentence where there is
+/// no such setting. The executed lines, if they are counted.
 ///
 /// # Errors
 /// The operating system gave no thread or no folder.

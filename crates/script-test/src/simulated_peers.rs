@@ -1,8 +1,8 @@
 //! Machines on the network that a test plays itself: who listens on which port, what came, what was sent back.
 //!
-//! Connections are pairs of sockets within this process, so that a message is there as soon as it is sent and no port of the
-//! machine is used: two tests may play the same one at once. Served before every cycle, on the thread that passes it; what
-//! only the test can answer waits for its turn.
+//! Connections are pairs of sockets within this process, so that a message is there as soon as it is sent and no port
+//! of the machine is used: two tests may play the same one at once. Served before every cycle, on the thread that
+//! passes it; what only the test can answer waits for its turn.
 
 mod modbus;
 

@@ -1,8 +1,8 @@
 //! What a test works on: the arm with the program beside it, what is to happen when, what was found.
 //!
-//! Shared by the thread of the test, which asks, the thread of the program, which passes cycles, and the thread that runs
-//! the test and does what neither of them may: start programs and judge conditions. Owns no functions of the script: those
-//! are `object`'s.
+//! Shared by the thread of the test, which asks, the thread of the program, which passes cycles, and the thread that
+//! runs the test and does what neither of them may: start programs and judge conditions. Owns no functions of the
+//! script: those are `object`'s.
 
 use std::ops::Deref;
 use std::path::PathBuf;
@@ -207,8 +207,8 @@ impl TestContext {
         }
     }
 
-    /// The result of the newest program, which has left its last turn; `given_up` says why it was ended. `None`: there was
-    /// none.
+    /// The result of the newest program, which has left its last turn; `given_up` says why it was ended. `None`: there
+    /// was none.
     pub(crate) fn close(&self, given_up: Option<String>) -> Option<ProgramResult> {
         let mut waited = Duration::ZERO;
         while self.programs.status().state != TaskState::Stopped && waited < LEAVING_MAX {

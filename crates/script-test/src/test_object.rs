@@ -1,6 +1,7 @@
 //! The object `test` as a test sees it: its functions, their arguments, what they answer.
 //!
-//! Functions that wait let the program beside the test run on, cycle by cycle where the test has something to do in each.
+//! Functions that wait let the program beside the test run on, cycle by cycle where the test has something to do in
+//! each.
 
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};

@@ -1,8 +1,8 @@
 //! How well force mode presses: a table in Markdown and a picture, from recordings.
 //!
 //! `cargo run -p server --example force_report -- docs/force.png` runs scripts on plates of 1, 10 and 100 N/mm and over
-//! a tilted and a faceted surface, records them and reports; ELITESERVER names the binary, otherwise the one beside this
-//! example is used. With recordings as further arguments those are reported instead. Each `force_mode` call of a
+//! a tilted and a faceted surface, records them and reports; ELITESERVER names the binary, otherwise the one beside
+//! this example is used. With recordings as further arguments those are reported instead. Each `force_mode` call of a
 //! recording in mode 0 or 3 is one row for each force axis with a target:
 //!
 //! - settled: from the first touch until the force stays within 5 % of its target;

@@ -1,8 +1,8 @@
 //! How fast stop and pause reach a program, and how fast statements go through port 30020.
 //!
-//! `cargo run --release -p server --example latency [TRIALS]`: the real ports on the loopback, the real clock, the ideal
-//! plant, and everything in one process, so that the moment at which a program is unwound or held is seen directly.
-//! The time is that from the write of the control line to a client's socket until
+//! `cargo run --release -p server --example latency [TRIALS]`: the real ports on the loopback, the real clock, the
+//! ideal plant, and everything in one process, so that the moment at which a program is unwound or held is seen
+//! directly. The time is that from the write of the control line to a client's socket until
 //! - stop: the program's `finally` block has run (busy loops and waits), or the arm decelerates (motion);
 //! - pause: no thread of the program runs any more, or the arm decelerates (motion).
 

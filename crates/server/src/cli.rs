@@ -64,21 +64,25 @@ pub enum CliCommand {
     Replay(ReplayArgs),
     /// List every builtin function of the script language
     Builtins(BuiltinsArgs),
-    /// Send a program to a robot, real or simulated, and follow it. Exit status: 0 ended, 1 failed or stopped, 2 not sent
+    /// Send a program to a robot, real or simulated, and follow it. Exit status: 0 ended, 1 failed or stopped, 2 not
+    /// sent
     Send(SendArgs),
-    /// Type statements that a robot carries out at once. Exit status: 0, 1 a line of a pipe was discarded or failed, 2 no connection
+    /// Type statements that a robot carries out at once. Exit status: 0, 1 a line of a pipe was discarded or failed, 2
+    /// no connection
     Shell(ShellArgs),
     /// Read the arm's own kinematics from a robot into a calibration file. Exit status: 0 written, 2 not
     Calibrate(CalibrateArgs),
     /// Record what a robot, real or simulated, does. Exit status: 0 recorded, 2 no connection or no recording
     Record(RecordArgs),
-    /// Lay two recordings over each other and tell how far they are apart. Exit status: 0 within the bound, 1 beyond, 2 unreadable
+    /// Lay two recordings over each other and tell how far they are apart. Exit status: 0 within the bound, 1 beyond, 2
+    /// unreadable
     Compare(CompareArgs),
-    /// The language server for editors, on standard input and output. Exit status: 0 after 'shutdown', 1 the client vanished
+    /// The language server for editors, on standard input and output. Exit status: 0 after 'shutdown', 1 the client
+    /// vanished
     Lsp(LspArgs),
-    /// Tools for assistants that write robot programs (Model Context Protocol), on standard input and output: check, run and
-    /// test programs on a simulated arm, look functions and recordings up. Files are those beneath the folder it is started in.
-    /// Exit status: 0 the client has left, 1 it left before it began, 2 it broke the protocol
+    /// Tools for assistants that write robot programs (Model Context Protocol), on standard input and output: check,
+    /// run and test programs on a simulated arm, look functions and recordings up. Files are those beneath the folder
+    /// it is started in. Exit status: 0 the client has left, 1 it left before it began, 2 it broke the protocol
     Mcp(McpArgs),
     /// Look whether this machine can run the controller as it is set up, and say what to do.
     /// Exit status: 0 it can, 1 something keeps it from running
@@ -87,8 +91,8 @@ pub enum CliCommand {
     Completions(CompletionsArgs),
     /// Write the manual pages into a folder
     Man(ManArgs),
-    /// Start many controllers on this machine, a process and an address each, and look after them. SIGHUP restarts one after the
-    /// other with the file as it is then. Exit status: 0 after a signal, 2 they cannot be started
+    /// Start many controllers on this machine, a process and an address each, and look after them. SIGHUP restarts one
+    /// after the other with the file as it is then. Exit status: 0 after a signal, 2 they cannot be started
     Fleet(FleetArgs),
     /// Wait until a server answers. Exit status: 0 it does, 1 it did not in time
     Wait(WaitArgs),
@@ -100,8 +104,8 @@ pub struct LogArgs {
     /// Log lines on stderr for people (text) or machines (json) [default: text]. RUST_LOG filters them
     #[arg(long, value_name = "text|json")]
     pub log_format: Option<LogFormat>,
-    /// The language of findings, errors, stops and, for editors, of hover texts: en or zh [default: that of LANG; for editors
-    /// that of the client's locale]
+    /// The language of findings, errors, stops and, for editors, of hover texts: en or zh
+    /// [default: that of LANG; for editors that of the client's locale]
     #[arg(long, value_name = "en|zh")]
     pub language: Option<TextLanguage>,
 }
@@ -181,7 +185,8 @@ pub struct ControllerArgs {
     /// Length of a control cycle, 1 to 8 ms [default: 4]
     #[arg(long, value_name = "MS", allow_negative_numbers = true)]
     pub step_ms: Option<StepMillis>,
-    /// Rigid bodies with contact, the same in the rapier engine, or an arm that is always where it should be [default: rigid]
+    /// Rigid bodies with contact, the same in the rapier engine, or an arm that is always where it should be
+    /// [default: rigid]
     #[arg(long, value_name = "rigid|rapier|ideal")]
     pub plant: Option<PlantChoice>,
     /// Folder of the task files; names in scripts and commands cannot leave it [default: ./tasks]
@@ -211,9 +216,10 @@ pub struct ControllerArgs {
     pub seed: Option<u64>,
     /// What scripts may reach beyond the robot; repeat it for more, the list replaces the default [default: net]
     ///
-    /// net: connections to and from anywhere. net=played: to machines that a test plays, and no others. fs: every file that this user may read or write, nothing is held back.
-    /// fs=DIR: the files beneath that folder only, no link leads out of it; relative paths count from it.
-    /// process: programs of this user, which reach files and network themselves. env: environment variables.
+    /// net: connections to and from anywhere. net=played: to machines that a test plays, and no others. fs: every file
+    /// that this user may read or write, nothing is held back. fs=DIR: the files beneath that folder only, no link
+    /// leads out of it; relative paths count from it. process: programs of this user, which reach files and network
+    /// themselves. env: environment variables.
     #[arg(long, value_name = "fs|fs=DIR|process|env|net|net=played")]
     pub allow: Option<Vec<Permission>>,
     /// Folder for the log files that the vendor's controller writes [default: not written]
@@ -254,8 +260,8 @@ pub struct ServeArgs {
     /// Live data for the Foxglove app, read-only [default: off]
     #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
     pub foxglove_port: Option<PortSetting>,
-    /// Robot state as on the primary port, nothing in, in every control mode [default: 30011; any free port where the primary
-    /// port is not 30001]
+    /// Robot state as on the primary port, nothing in, in every control mode
+    /// [default: 30011; any free port where the primary port is not 30001]
     #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
     pub state_port: Option<PortSetting>,
     /// Single lines of script in, their values out [default: 40011; any free port where the primary port is not 30001]
@@ -264,15 +270,15 @@ pub struct ServeArgs {
     /// The serial line at the tool, bytes both ways, with the settings that a program gives it [default: off]
     #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
     pub tool_serial_port: Option<PortSetting>,
-    /// Another name of this machine, or of a machine whose pages may ask, on the http and Foxglove ports; repeat it for more
-    /// [default: this machine's own names]
+    /// Another name of this machine, or of a machine whose pages may ask, on the http and Foxglove ports; repeat it for
+    /// more [default: this machine's own names]
     #[arg(long, value_name = "NAME")]
     pub trust_host: Option<Vec<TrustedHost>>,
     /// Where to write process id and ports as JSON once every port listens
     #[arg(long, value_name = "PATH")]
     pub ready_file: Option<PathBuf>,
-    /// Begin cycles this long after a multiple of the step on the machine's clock, µs, so that several controllers on one machine
-    /// do not all wake at once [default: when it starts]
+    /// Begin cycles this long after a multiple of the step on the machine's clock, µs, so that several controllers on
+    /// one machine do not all wake at once [default: when it starts]
     #[arg(long, value_name = "US")]
     pub cycle_phase_us: Option<u32>,
     /// End in an orderly way when standard input is closed: for whoever starts the server and may vanish
@@ -281,11 +287,12 @@ pub struct ServeArgs {
     /// Start with the power off and the brakes engaged, as a real controller does
     #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "true|false")]
     pub powered_off: Option<bool>,
-    /// Watch every program from its start, so that a debugger may attach to one that has begun; programs compute slower then
+    /// Watch every program from its start, so that a debugger may attach to one that has begun; programs compute slower
+    /// then
     #[arg(long, num_args = 0..=1, require_equals = true, default_missing_value = "true", value_name = "true|false")]
     pub attachable: Option<bool>,
-    /// Who controls the robot at start: the network (remote), the pendant alone (local), or the pendant with remote control
-    /// switched off in the settings, as it leaves the factory (mixed) [default: remote]
+    /// Who controls the robot at start: the network (remote), the pendant alone (local), or the pendant with remote
+    /// control switched off in the settings, as it leaves the factory (mixed) [default: remote]
     #[arg(long, value_name = "remote|local|mixed")]
     pub control: Option<ControlChoice>,
     /// Short for --control local: scripts are refused, and clients of the primary port are closed
@@ -454,8 +461,8 @@ pub struct ReplayPortArgs {
     /// Live data for the Foxglove app [default: off]
     #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
     pub foxglove_port: Option<PortSetting>,
-    /// Robot state as on the primary port, nothing in, in every control mode [default: 30011; any free port where the primary
-    /// port is not 30001]
+    /// Robot state as on the primary port, nothing in, in every control mode
+    /// [default: 30011; any free port where the primary port is not 30001]
     #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
     pub state_port: Option<PortSetting>,
     /// Single lines of script in, their values out [default: 40011; any free port where the primary port is not 30001]
@@ -464,8 +471,8 @@ pub struct ReplayPortArgs {
     /// The serial line at the tool, bytes both ways, with the settings that a program gives it [default: off]
     #[arg(long, value_name = "PORT|off", allow_negative_numbers = true)]
     pub tool_serial_port: Option<PortSetting>,
-    /// Another name of this machine, or of a machine whose pages may ask, on the http and Foxglove ports; repeat it for more
-    /// [default: this machine's own names]
+    /// Another name of this machine, or of a machine whose pages may ask, on the http and Foxglove ports; repeat it for
+    /// more [default: this machine's own names]
     #[arg(long, value_name = "NAME")]
     pub trust_host: Option<Vec<TrustedHost>>,
     /// Where to write process id and ports as JSON once every port listens

@@ -1,7 +1,8 @@
 //! The settings of a run: options over the configuration file over the defaults.
 //!
 //! Owns the defaults, the TOML keys and the sentences about what is wrong. Reads the configuration file and the
-//! calibration file; opens nothing else. Relative paths, in the file as on the command line, count from the current directory.
+//! calibration file; opens nothing else. Relative paths, in the file as on the command line, count from the current
+//! directory.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::net::{IpAddr, Ipv4Addr};
@@ -327,8 +328,8 @@ impl RunConfig {
     }
 }
 
-/// The robot that tests run on, from their `test.toml` if there is one. Relative paths in it count from its folder; with
-/// `within` every file must be beneath those folders.
+/// The robot that tests run on, from their `test.toml` if there is one. Relative paths in it count from its folder;
+/// with `within` every file must be beneath those folders.
 ///
 /// # Errors
 /// [`ConfigError`]

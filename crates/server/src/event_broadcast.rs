@@ -1,5 +1,5 @@
-//! Carries what happens to everybody who wants to know: the log on stderr, standard output, the ports. The recording has
-//! it from the controller itself.
+//! Carries what happens to everybody who wants to know: the log on stderr, standard output, the ports. The recording
+//! has it from the controller itself.
 //!
 //! Called on the task's thread and on the pump thread; nothing here waits. A port that is too slow misses messages.
 

@@ -1,5 +1,5 @@
-//! The language in which this process talks to people: of findings, errors of programs, stops and alarms. Chosen once, at the
-//! start. Logs of the service itself, recordings and answers of ports stay English.
+//! The language in which this process talks to people: of findings, errors of programs, stops and alarms. Chosen once,
+//! at the start. Logs of the service itself, recordings and answers of ports stay English.
 
 use std::borrow::Cow;
 use std::sync::OnceLock;

@@ -1,8 +1,8 @@
 //! Lines that peers cause are let into the log at a bounded rate: who floods a port does not flood the disk.
 //!
-//! Counted by port and by the place in the program that writes the line: a burst of so many, then so many a second. What was left out
-//! is said before the next line of the kind. What programs print is not bounded here, debug lines are not either: whoever
-//! wants them asks for them.
+//! Counted by port and by the place in the program that writes the line: a burst of so many, then so many a second.
+//! What was left out is said before the next line of the kind. What programs print is not bounded here, debug lines are
+//! not either: whoever wants them asks for them.
 
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};

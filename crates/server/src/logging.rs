@@ -1,5 +1,5 @@
-//! Where log lines go: stderr, filtered by RUST_LOG, as text or JSON. Everything for stderr goes through one queue, which
-//! never makes anybody wait.
+//! Where log lines go: stderr, filtered by RUST_LOG, as text or JSON. Everything for stderr goes through one queue,
+//! which never makes anybody wait.
 
 pub mod queue;
 
@@ -55,8 +55,8 @@ fn queue() -> io::Result<LogQueue> {
 /// Whether each line on stderr is a JSON object.
 static IS_JSON: AtomicBool = AtomicBool::new(false);
 
-/// Says something to the person at the terminal, without time and level. Like the log it waits for nobody. Where the log is JSON, it is
-/// the `message` of an object.
+/// Says something to the person at the terminal, without time and level. Like the log it waits for nobody. Where the
+/// log is JSON, it is the `message` of an object.
 pub fn say(text: &str) {
     let text = text.trim_end_matches('\n');
     let shown = match IS_JSON.load(Ordering::Relaxed) {

@@ -1,5 +1,5 @@
-//! The file that says the server is ready: process id and ports as JSON, there all at once or not at all. And files that
-//! others replace in the same way.
+//! The file that says the server is ready: process id and ports as JSON, there all at once or not at all. And files
+//! that others replace in the same way.
 
 use std::fs::{self, File};
 use std::io::{self, Write};

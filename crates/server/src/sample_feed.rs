@@ -1,7 +1,8 @@
 //! Every cycle, as clients of cyclic data want it: the snapshot with what is known beside it, broadcast once.
 //!
 //! Called on whichever thread takes the events of a cycle (the pump under the real clock, the task's under the virtual
-//! one), for every cycle in order, also when that thread was held up; waits for nobody. Who listens too slowly loses the oldest cycles.
+//! one), for every cycle in order, also when that thread was held up; waits for nobody. Who listens too slowly loses
+//! the oldest cycles.
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
@@ -84,7 +85,8 @@ impl SampleFeed {
         programs.find(|program| program.number == number).cloned()
     }
 
-    /// At the first line of the main thread that is not the one of now, `then` is called, once, on the program's thread.
+    /// At the first line of the main thread that is not the one of now, `then` is called, once, on the program's
+    /// thread.
     pub fn at_next_line(&self, then: Box<dyn FnOnce() + Send>) {
         let from = self.script_line.load(Ordering::Relaxed);
         *locked(&self.step) = Some(LineStep { from, then });

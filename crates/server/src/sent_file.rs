@@ -1,8 +1,8 @@
 //! What `send` tells a controller of ours of the file behind a program: its name, and where its lines are.
 //!
-//! Port 30001 takes text alone, and a file of plain statements has to go into a function first. A comment behind the head of the
-//! `def` says how to take that back, so that messages, the recording and debuggers speak of the file. Other controllers read
-//! past a comment.
+//! Port 30001 takes text alone, and a file of plain statements has to go into a function first. A comment behind the
+//! head of the `def` says how to take that back, so that messages, the recording and debuggers speak of the file. Other
+//! controllers read past a comment.
 
 use elite_runtime::{Preset, ProgramText};
 use serde::{Deserialize, Serialize};
@@ -32,8 +32,8 @@ pub(crate) struct SentFile {
 pub(crate) enum Extent {
     /// The file is the block; its `def` stands in this line of the file, from 1.
     Block(u32),
-    /// The file is the body of the block, from this line of the block on, each line moved right by a tab, and these globals are
-    /// set before it.
+    /// The file is the body of the block, from this line of the block on, each line moved right by a tab, and these
+    /// globals are set before it.
     Body {
         /// From 1.
         from: u32,

@@ -47,8 +47,8 @@ struct ShutdownLatch {
 }
 
 impl Shutdown {
-    /// Listens for signals from now on; before, they end the process at once. `status` is that of a process that a signal
-    /// ended with everything flushed.
+    /// Listens for signals from now on; before, they end the process at once. `status` is that of a process that a
+    /// signal ended with everything flushed.
     ///
     /// # Errors
     /// The operating system gives no threads or no signals.

@@ -49,8 +49,8 @@ fn words(info: &PanicHookInfo<'_>) -> String {
         .to_owned()
 }
 
-/// Runs `body`; a panic of it becomes an error. What `body` shares with others must be whole at every moment or be given
-/// up by the caller.
+/// Runs `body`; a panic of it becomes an error. What `body` shares with others must be whole at every moment or be
+/// given up by the caller.
 ///
 /// # Errors
 /// The panic.

@@ -21,8 +21,8 @@ pub enum ThreadRole {
     Task,
     /// One connection of a port. It ends; the port and its other connections live on.
     Port,
-    /// Something that serves others (a field bus, the pump, a log file). It is started again, or its users are told that
-    /// it is gone; nobody waits for it.
+    /// Something that serves others (a field bus, the pump, a log file). It is started again, or its users are told
+    /// that it is gone; nobody waits for it.
     Service,
     /// The recording. It ends with an alarm, the robot goes on.
     Recorder,
@@ -160,8 +160,8 @@ impl ThreadSupervisor {
         start(self.clone(), kind, name.into(), body)
     }
 
-    /// Starts a thread of [`ThreadRole::Service`] whose body is run again, after a growing pause, when it panics. It ends when
-    /// the body returns.
+    /// Starts a thread of [`ThreadRole::Service`] whose body is run again, after a growing pause, when it panics. It
+    /// ends when the body returns.
     ///
     /// # Errors
     /// The operating system gives no thread.

@@ -1,8 +1,9 @@
 //! Faults on demand, for tests of the whole program; nothing at all without the feature `fault-injection`.
 //!
-//! The environment variable [`VARIABLE`] names a file. Each line of it is an order, `POINT panic`, `POINT overflow` or `POINT hang`: the
-//! next thread that passes [`point`] with that name panics once, or overflows its stack, or every one that passes stops there for ever. The file
-//! is read at [`begin`] and then watched; orders that were taken are gone from it.
+//! The environment variable [`VARIABLE`] names a file. Each line of it is an order, `POINT panic`, `POINT overflow` or
+//! `POINT hang`: the next thread that passes [`point`] with that name panics once, or overflows its stack, or every one
+//! that passes stops there for ever. The file is read at [`begin`] and then watched; orders that were taken are gone
+//! from it.
 
 /// Names the file of orders.
 pub const VARIABLE: &str = "ELITESERVER_FAULTS";

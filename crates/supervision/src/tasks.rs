@@ -60,8 +60,8 @@ impl ThreadSupervisor {
         runtime.spawn(self.contain(kind, name, future))
     }
 
-    /// A service of futures: `begin` is called again, after a growing pause, when what it made has panicked. Ends with the
-    /// first future that ends by itself.
+    /// A service of futures: `begin` is called again, after a growing pause, when what it made has panicked. Ends with
+    /// the first future that ends by itself.
     pub async fn run_restarting<F>(&self, name: &'static str, mut begin: impl FnMut() -> F + Send)
     where
         F: Future<Output = ()> + Send,

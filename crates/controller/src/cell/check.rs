@@ -120,15 +120,16 @@ impl TableCheck {
 
 /// Most obstacles: each is looked at in every step of the servo.
 const OBSTACLES_MAX: usize = 200;
-/// Largest damping, N s/m, coefficient of friction, and deviations of the sensor, N and Nm: beyond them are typing errors.
+/// Largest damping, N s/m, coefficient of friction, and deviations of the sensor, N and Nm: beyond them are typing
+/// errors.
 const DAMPING_MAX: f64 = 1e7;
 const FRICTION_MAX: f64 = 10.0;
 const NOISE_MAX: f64 = 1e4;
 /// Strongest load, N and Nm.
 const LOAD_MAX: f64 = motion_api::form::WRENCH_MAX;
 
-/// Heaviest load on the flange, kg, its farthest centre of gravity, m, largest friction of a joint, Nm and Nm s/rad, and
-/// largest inertia of a rotor at the joint, kg m².
+/// Heaviest load on the flange, kg, its farthest centre of gravity, m, largest friction of a joint, Nm and Nm s/rad,
+/// and largest inertia of a rotor at the joint, kg m².
 const MASS_MAX: f64 = 1000.0;
 const COG_MAX: f64 = 10.0;
 const FRICTION_TORQUE_MAX: f64 = 1000.0;

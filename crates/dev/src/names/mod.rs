@@ -1,7 +1,8 @@
 //! How well names and comments of the code can be read by strangers, as figures: `cargo dev names`.
 //!
-//! Five questions to each crate and to all of them: how many types are named by participles and function words, which names stand
-//! for more than two types, which comments need another line to be understood, which functions and which lines are long.
+//! Five questions to each crate and to all of them: how many types are named by participles and function words, which
+//! names stand for more than two types, which comments need another line to be understood, which functions and which
+//! lines are long.
 
 mod scan;
 mod words;

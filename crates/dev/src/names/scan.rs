@@ -1,7 +1,7 @@
 //! One crate as the figures need it: its types, functions, comments and lines, each with its place.
 //!
-//! The syntax tree comes from `syn`. Comments are read line by line, because a parser drops those that are no documentation.
-//! Test code counts for the length of lines only: its names are read by whoever reads the test.
+//! The syntax tree comes from `syn`. Comments are read line by line, because a parser drops those that are no
+//! documentation. Test code counts for the length of lines only: its names are read by whoever reads the test.
 
 use std::collections::BTreeSet;
 use std::ops::RangeInclusive;

@@ -1,6 +1,7 @@
 //! The words that a type name or a comment is judged by.
 //!
-//! Lists instead of a dictionary: they are short, a reader can check them, and the figures stay comparable from one day to the next.
+//! Lists instead of a dictionary: they are short, a reader can check them, and the figures stay comparable from one day
+//! to the next.
 
 /// Irregular past participles. Regular ones end in `ed` and are told from nouns by [`NOUNS_IN_ED`].
 const PARTICIPLES: &[&str] = &[
@@ -306,7 +307,8 @@ const LEANING_PAIRS: &[&str] = &["The same", "The other", "The others", "The res
 
 /// Whether a type is named by a participle or a function word instead of a noun.
 ///
-/// The last word decides, because in English it is the noun of the name; a function word at the beginning counts as well.
+/// The last word decides, because in English it is the noun of the name; a function word at the beginning counts as
+/// well.
 #[must_use]
 pub fn is_no_noun(name: &str) -> bool {
     if KEYWORDS.contains(&name) {

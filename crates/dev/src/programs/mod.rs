@@ -82,7 +82,8 @@ impl Writer<'_, '_> {
         for (name, sample) in SAMPLES {
             // Those of the library cost an import.
             let of_library = sample.contains('.') && *name != "f";
-            // Reading a text takes longer than filling a small stack, so these texts have little around what they are about.
+            // Reading a text takes longer than filling a small stack, so these texts have little around what they are
+            // about.
             let is_needed = match (is_small, of_library) {
                 (true, false) => matches!(*name, "a" | "d" | "g" | "e") || self.material.one_in(4),
                 (true, true) => self.uses_library && self.material.one_in(6),

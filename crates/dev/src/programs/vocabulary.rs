@@ -1,4 +1,5 @@
-//! What programs can name: asked of the language itself, so that a new builtin, module or method is in the next campaign.
+//! What programs can name: asked of the language itself, so that a new builtin, module or method is in the next
+//! campaign.
 
 use std::collections::BTreeMap;
 use std::sync::OnceLock;

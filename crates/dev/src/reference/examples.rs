@@ -1,8 +1,9 @@
 //! Examples of the reference: the bodies of the tests in `examples/reference`.
 //!
-//! A test `test_movej` is the example of `movej`; a function without a test of its own is shown in the first one that calls it.
-//! Readers see what a program would have: lines for the object `test` are left out, `assert x == y` and `test.near(x, y, …)` become
-//! `x  # y`, a text in three quotes stands alone. `test.raises("ValueError", lambda: call)` says which calls fail, and how.
+//! A test `test_movej` is the example of `movej`; a function without a test of its own is shown in the first one that
+//! calls it. Readers see what a program would have: lines for the object `test` are left out, `assert x == y` and
+//! `test.near(x, y, …)` become `x  # y`, a text in three quotes stands alone. `test.raises("ValueError", lambda: call)`
+//! says which calls fail, and how.
 
 use std::path::Path;
 

@@ -1,8 +1,10 @@
-//! `cargo dev reference`: the pages of all functions of the robot, made from their declarations and from examples that are tests.
+//! `cargo dev reference`: the pages of all functions of the robot, made from their declarations and from examples that
+//! are tests.
 //!
-//! A page for each group of the manual, in English (`docs/reference`) and Chinese (`docs/zh/reference`). What a function takes and gives
-//! comes from `elite_runtime::builtins`, its Chinese words from `editor::analysis::words`; examples and the errors beyond the declared
-//! ranges are the tests in `examples/reference`, so what a page shows has been run (`tests/reference.rs`).
+//! A page for each group of the manual, in English (`docs/reference`) and Chinese (`docs/zh/reference`). What a
+//! function takes and gives comes from `elite_runtime::builtins`, its Chinese words from `editor::analysis::words`;
+//! examples and the errors beyond the declared ranges are the tests in `examples/reference`, so what a page shows has
+//! been run (`tests/reference.rs`).
 
 mod examples;
 mod pages;

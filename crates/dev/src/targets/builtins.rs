@@ -1,8 +1,8 @@
 //! The robot's builtins, called with whatever a program may hand them, on a whole controller with a simulated arm.
 //!
-//! Programs are made from the declarations of the builtins, so what is declared tomorrow is tried tomorrow. A promise is
-//! broken when a fault of the controller is told, a position is not a number, an error has no text, a stop does not end
-//! the program, or the next program does not run.
+//! Programs are made from the declarations of the builtins, so what is declared tomorrow is tried tomorrow. A promise
+//! is broken when a fault of the controller is told, a position is not a number, an error has no text, a stop does not
+//! end the program, or the next program does not run.
 
 use std::path::PathBuf;
 use std::time::Duration;

@@ -1,4 +1,5 @@
-//! The language server: bytes on its stream, and texts that are edited at random. The lines of the server for assistants.
+//! The language server: bytes on its stream, and texts that are edited at random. The lines of the server for
+//! assistants.
 
 use editor::lsp::{LspSession, ServerOptions, serve};
 use serde_json::{Value, json};

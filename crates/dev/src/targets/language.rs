@@ -1,4 +1,5 @@
-//! The language: lexer, parser, checker, evaluator, the library's own parsers, and programs that fight their containers.
+//! The language: lexer, parser, checker, evaluator, the library's own parsers, and programs that fight their
+//! containers.
 
 use super::{Target, as_they_are, files_of};
 use crate::programs::Theme;

@@ -1,7 +1,7 @@
 //! Sessions of the debugger as pages show them: `→` is sent, `←` comes back.
 //!
-//! An answer in a page shows some fields; the debugger's has at least these. Events are waited for, answers to requests belong to
-//! the newest request.
+//! An answer in a page shows some fields; the debugger's has at least these. Events are waited for, answers to requests
+//! belong to the newest request.
 
 use std::io::{BufReader, Write};
 use std::path::Path;

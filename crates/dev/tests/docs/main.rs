@@ -1,7 +1,8 @@
-//! The documentation against the product: every program and command of a page is run, every link leads somewhere, and the book
-//! has every page.
+//! The documentation against the product: every program and command of a page is run, every link leads somewhere, and
+//! the book has every page.
 //!
-//! `markdown.rs` reads pages. How a block of a page is treated is said by its first line (CONTRIBUTING.md, "Documentation").
+//! `markdown.rs` reads pages. How a block of a page is treated is said by its first line (CONTRIBUTING.md,
+//! "Documentation").
 
 #![allow(
     clippy::unwrap_used,

@@ -50,7 +50,8 @@ walks! {
     robots: "robots/README.md",
 }
 
-/// Pages whose programs others run: docs/python.md and docs/simulation.md are for Python (crates/pybind/tests/test_docs.py).
+/// Pages whose programs others run: docs/python.md and docs/simulation.md are for Python
+/// (crates/pybind/tests/test_docs.py).
 const ELSEWHERE: &[&str] = &["docs/python.md", "docs/simulation.md"];
 
 #[test]

@@ -157,7 +157,8 @@ esac
             }
             return self.start(&server.0);
         }
-        // One shell for the block, so that variables and jobs go on; a mark before each command, with the status of the last.
+        // One shell for the block, so that variables and jobs go on; a mark before each command, with the status of the
+        // last.
         let mut script = String::new();
         for (command, _) in &commands {
             script.push_str(&format!(

@@ -29,7 +29,8 @@ struct NameEvent {
     binds: Option<(SymbolKind, TypeRef)>,
 }
 
-/// The names in some statements of the top level. Numbers count from 0; scope 0 is the module, of which nothing else is known.
+/// The names in some statements of the top level. Numbers count from 0; scope 0 is the module, of which nothing else is
+/// known.
 #[derive(Default)]
 pub(super) struct UnitNames {
     pub(super) scopes: Vec<Scope>,

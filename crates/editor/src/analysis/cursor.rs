@@ -1,5 +1,5 @@
-//! Where the cursor stands: the word before it, what is before a dot, the call around it. Reads tokens, not the tree, for the
-//! line that is being typed seldom parses.
+//! Where the cursor stands: the word before it, what is before a dot, the call around it. Reads tokens, not the tree,
+//! for the line that is being typed seldom parses.
 
 use elite_lang::syntax::{Token, TokenKind as T};
 use elite_lang::{SourceFile, Span};

@@ -91,8 +91,8 @@ pub fn member(member: &LibraryMember, of: &str, language: Language) -> String {
     }
 }
 
-/// An attribute that a class of the program has, or one that it is derived from: a method as functions are, another with what it
-/// is and where it is set.
+/// An attribute that a class of the program has, or one that it is derived from: a method as functions are, another
+/// with what it is and where it is set.
 pub fn attribute(
     analysis: &Analysis,
     class: usize,

@@ -1,7 +1,8 @@
 //! Formatting: indentation and blanks, nothing else. The result has the same tree, or nothing is changed.
 //!
-//! Blocks are indented by the same step; commas, assignments and comparisons get their blanks; other operators keep what the
-//! author chose, one blank at most. Lines with several statements keep their inner blanks, which may mean blocks there.
+//! Blocks are indented by the same step; commas, assignments and comparisons get their blanks; other operators keep
+//! what the author chose, one blank at most. Lines with several statements keep their inner blanks, which may mean
+//! blocks there.
 
 use elite_lang::syntax::{self, Token, TokenKind as T};
 use elite_lang::{SourceFile, Span};
@@ -264,8 +265,8 @@ impl<'a> Formatter<'a> {
         }
     }
 
-    /// A comment or a directive that has a line of its own. To the language a directive is as deep as the blocks that are
-    /// open at its column, before what follows it closes or opens one.
+    /// A comment or a directive that has a line of its own. To the language a directive is as deep as the blocks that
+    /// are open at its column, before what follows it closes or opens one.
     fn remark(&mut self, start: usize, content: &str, depth_before: usize) {
         let trimmed = content.trim_start_matches([' ', '\t']);
         let blanks = content.len() - trimmed.len();

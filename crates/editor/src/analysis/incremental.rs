@@ -1,5 +1,5 @@
-//! The names of a text, put together from those of its pieces: what a change leaves alone is moved to its new place, what
-//! crosses pieces (names of the top level, names that nothing binds) is worked out anew.
+//! The names of a text, put together from those of its pieces: what a change leaves alone is moved to its new place,
+//! what crosses pieces (names of the top level, names that nothing binds) is worked out anew.
 
 use std::collections::HashMap;
 use std::ops::Range;

@@ -1,7 +1,8 @@
-//! What there is to say about the text of a program: names and their places, types, and the answers that editors ask for.
+//! What there is to say about the text of a program: names and their places, types, and the answers that editors ask
+//! for.
 //!
-//! Plain functions over a text and a byte offset; the language server and the page of the pendant call the same ones. Knows no
-//! protocol. Findings are those of `eliteserver check`.
+//! Plain functions over a text and a byte offset; the language server and the page of the pendant call the same ones.
+//! Knows no protocol. Findings are those of `eliteserver check`.
 
 mod collect;
 pub mod completion;

@@ -91,7 +91,8 @@ fn owner_of(analysis: &Analysis, used: &AttributeUse) -> Option<usize> {
 /// What a keyword argument is for.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum KeywordOwner {
-    /// A parameter of the program, or an attribute of a class that makes its own parameters of them, as data classes do.
+    /// A parameter of the program, or an attribute of a class that makes its own parameters of them, as data classes
+    /// do.
     Known(NamedEntity),
     /// Something that is not the program's, or nothing.
     Foreign,

@@ -150,8 +150,8 @@ fn private_name_of(analysis: &Analysis, class: &str) -> Result<(), RenameError> 
     })
 }
 
-/// A keyword argument that nobody can tell could be this one, and so could a name that a mapping brings: what it is for otherwise is
-/// known.
+/// A keyword argument that nobody can tell could be this one, and so could a name that a mapping brings: what it is for
+/// otherwise is known.
 fn unknown_keyword(
     analysis: &Analysis,
     named: &NamedEntity,
@@ -216,7 +216,8 @@ fn name_in_text(analysis: &Analysis, name: &str) -> Result<(), RenameError> {
     })
 }
 
-/// An attribute of the same name of a value that nobody can tell could be this one; so could one of a class that is derived.
+/// An attribute of the same name of a value that nobody can tell could be this one; so could one of a class that is
+/// derived.
 fn unknown_attribute(analysis: &Analysis, class: usize, name: &str) -> Result<(), RenameError> {
     let names = &analysis.names;
     let uses = names

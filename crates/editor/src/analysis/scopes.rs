@@ -1,7 +1,7 @@
 //! The names of a program: its scopes, what each binds, and every place where a name stands.
 //!
-//! Owns the tables and how names are looked up in them, by Python's rules. What fills them is `collect`, what keeps them while
-//! a text is written `incremental`; what values names
+//! Owns the tables and how names are looked up in them, by Python's rules. What fills them is `collect`, what keeps
+//! them while a text is written `incremental`; what values names
 //! have is `types`.
 
 use std::collections::{HashMap, HashSet};
@@ -334,7 +334,8 @@ impl NameTables {
         &self.places
     }
 
-    /// The innermost scope at `offset`. Behind the text of a block, `column` decides whether a line still belongs to it.
+    /// The innermost scope at `offset`. Behind the text of a block, `column` decides whether a line still belongs to
+    /// it.
     pub fn scope_at(&self, offset: u32, column: u32) -> ScopeId {
         let inside = |scope: &Scope| {
             let within = scope.span.start <= offset && offset <= scope.span.end;

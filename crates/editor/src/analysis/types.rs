@@ -1,7 +1,8 @@
-//! What values are, as far as it costs little to tell: literals, results of builtins, instances of the program's classes.
+//! What values are, as far as it costs little to tell: literals, results of builtins, instances of the program's
+//! classes.
 //!
-//! A [`TypeRef`] is what the text says about a value, noted while the tree is walked; a [`Type`] is what that comes to once all
-//! names are known.
+//! A [`TypeRef`] is what the text says about a value, noted while the tree is walked; a [`Type`] is what that comes to
+//! once all names are known.
 
 use elite_runtime::builtins::declare::Builtin;
 

@@ -1,5 +1,5 @@
-//! The words around what editors show, in English and Chinese. The texts of the functions are in `words/chinese`, those of
-//! Python's own names in `words/python`.
+//! The words around what editors show, in English and Chinese. The texts of the functions are in `words/chinese`, those
+//! of Python's own names in `words/python`.
 
 mod chinese;
 mod python;

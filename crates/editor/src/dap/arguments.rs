@@ -1,5 +1,5 @@
-//! What each request has to have: names and kinds of its arguments, and a sentence about the first one that is missing or of
-//! another kind. Everything behind it may rely on what is checked here.
+//! What each request has to have: names and kinds of its arguments, and a sentence about the first one that is missing
+//! or of another kind. Everything behind it may rely on what is checked here.
 
 use serde_json::Value as Json;
 

@@ -1,5 +1,5 @@
-//! A session with a client that has attached to a controller that serves. The program is another's: it goes forward only, and
-//! goes on when the client leaves. Who looks on may ask, who drives may hold it and change its variables.
+//! A session with a client that has attached to a controller that serves. The program is another's: it goes forward
+//! only, and goes on when the client leaves. Who looks on may ask, who drives may hold it and change its variables.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -1,5 +1,5 @@
-//! How the program of a controller that serves is held: its task goes on and hears orders, the arm halts on its path as for any
-//! pause, and the thread that is held is asked again each cycle whether it goes on.
+//! How the program of a controller that serves is held: its task goes on and hears orders, the arm halts on its path as
+//! for any pause, and the thread that is held is asked again each cycle whether it goes on.
 
 use std::sync::atomic::Ordering;
 

@@ -266,8 +266,8 @@ pub fn condition_of_arm(text: &str) -> Result<(), String> {
     }
 }
 
-/// The statement that a breakpoint binds to: with a column the last one that begins there or before in the line, otherwise
-/// the first one of the line or of the next line that has any.
+/// The statement that a breakpoint binds to: with a column the last one that begins there or before in the line,
+/// otherwise the first one of the line or of the next line that has any.
 pub fn bind(
     places: &[BreakpointLocation],
     line: u32,

@@ -1,8 +1,8 @@
 //! Where debuggers attach to a controller that serves: one drives, others look on, and programs run on without them.
 //!
-//! Owns who is there, what the driver wants the programs to be held for, and which program is held. A program that begins while
-//! somebody is there is watched; one that begins while nobody is costs what it always did, unless all are to be watched. Nothing here waits: a client that
-//! does not take what it is told is let go.
+//! Owns who is there, what the driver wants the programs to be held for, and which program is held. A program that
+//! begins while somebody is there is watched; one that begins while nobody is costs what it always did, unless all are
+//! to be watched. Nothing here waits: a client that does not take what it is told is let go.
 
 use std::collections::BTreeMap;
 use std::rc::Rc;

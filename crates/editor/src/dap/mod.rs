@@ -1,13 +1,16 @@
 //! The debugger: the Debug Adapter Protocol over a reader and a writer, and programs that are walked both ways.
 //!
-//! - `stream`: the frames of the protocol; `session`: requests and runs; `arguments`: what requests have to have; `responses`: responses, events; `breakpoint_requests` and `breakpoints`: what the
-//!   program is held for; `capabilities`.
-//! - `run`: one run of the program, on a controller of its own under the virtual clock; `run_channel`: what passes between the two.
-//! - `probe`, `watcher` and `breakpoint_hits`: on the program's thread, decide whether it is held; `inspect`, `set_variable` and `robot_scope`: what it is
-//!   asked while it is.
-//! - `hub`: where clients attach to a controller that serves; `attached_session`: their sessions; `remote_attach`: the way there; `attached_suspend`: how its programs are held.
-//! - `reverse` and `run_position`: a run is a pure function of text, model, options and seed, so going back is running again,
-//!   without a word, to one place before. What the client changed on the way is done again.
+//! - `stream`: the frames of the protocol; `session`: requests and runs; `arguments`: what requests have to have;
+//!   `responses`: responses, events; `breakpoint_requests` and `breakpoints`: what the program is held for;
+//!   `capabilities`.
+//! - `run`: one run of the program, on a controller of its own under the virtual clock; `run_channel`: what passes
+//!   between the two.
+//! - `probe`, `watcher` and `breakpoint_hits`: on the program's thread, decide whether it is held; `inspect`,
+//!   `set_variable` and `robot_scope`: what it is asked while it is.
+//! - `hub`: where clients attach to a controller that serves; `attached_session`: their sessions; `remote_attach`: the
+//!   way there; `attached_suspend`: how its programs are held.
+//! - `reverse` and `run_position`: a run is a pure function of text, model, options and seed, so going back is running
+//!   again, without a word, to one place before. What the client changed on the way is done again.
 //!
 //! No thread of this module waits for the client but the one that reads.
 

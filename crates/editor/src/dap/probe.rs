@@ -1,8 +1,8 @@
-//! The debugger on the thread of the program: hears of every statement, exception and cycle, decides whether the program is
-//! held there, and serves the session while it is.
+//! The debugger on the thread of the program: hears of every statement, exception and cycle, decides whether the
+//! program is held there, and serves the session while it is.
 //!
-//! Owns what the decisions go by, and the time for which the program is held. `hears` decides, `judge` looks at conditions;
-//! what a held program is asked is answered in `inspect`.
+//! Owns what the decisions go by, and the time for which the program is held. `hears` decides, `judge` looks at
+//! conditions; what a held program is asked is answered in `inspect`.
 
 use std::cell::{Cell, RefCell};
 use std::collections::{BTreeMap, HashMap};
@@ -228,7 +228,8 @@ impl Probe {
         memory::outside(|| drop(old));
     }
 
-    /// A moment passes: counts it, does again what was done here, and says what the caller has to do instead of deciding.
+    /// A moment passes: counts it, does again what was done here, and says what the caller has to do instead of
+    /// deciding.
     pub(super) fn passes(
         &self,
         halt: &PausedProgram<'_>,

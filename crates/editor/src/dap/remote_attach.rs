@@ -1,4 +1,5 @@
-//! A client that attaches to a controller that serves elsewhere: what it says goes there, what comes from there goes to it.
+//! A client that attaches to a controller that serves elsewhere: what it says goes there, what comes from there goes to
+//! it.
 //!
 //! Owns what of a session has happened before: the client was greeted here, and what it asked for is said there again.
 

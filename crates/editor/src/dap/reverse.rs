@@ -1,4 +1,5 @@
-//! Going back: the run is given up, and the program run again, without a word, to a place before the one where it stood.
+//! Going back: the run is given up, and the program run again, without a word, to a place before the one where it
+//! stood.
 
 use serde_json::{Value as Json, json};
 

@@ -1,5 +1,5 @@
-//! One run of the program: a controller of its own, whose program is held by a probe. A session that steps back gives one
-//! run up and starts the next.
+//! One run of the program: a controller of its own, whose program is held by a probe. A session that steps back gives
+//! one run up and starts the next.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
@@ -33,7 +33,8 @@ pub struct RunTarget {
     pub robot: ControllerConfig,
     /// Globals that the program finds set.
     pub presets: Vec<Preset>,
-    /// The recorded run that the program is part of, which is repeated; robot and presets are then those of the recording.
+    /// The recorded run that the program is part of, which is repeated; robot and presets are then those of the
+    /// recording.
     pub recorded: Option<RecordedProgram>,
 }
 

@@ -169,7 +169,8 @@ pub(crate) enum SessionEvent {
 pub(crate) struct RunChannel {
     /// Which run of the session it is.
     pub generation: u64,
-    /// The program belongs to a controller that serves: it is held without the task standing still, and goes on without us.
+    /// The program belongs to a controller that serves: it is held without the task standing still, and goes on without
+    /// us.
     pub is_attached: bool,
     /// Somebody is there who can let it go on.
     pub is_driven: AtomicBool,

@@ -1,7 +1,7 @@
 //! A session: requests of the client in, responses and events out, and the run between them.
 //!
-//! Owns what the client was told and what it asked for. Everything about a held program is answered on the program's own
-//! thread (`inspect`); here is what goes on between runs: launching, breakpoints, going back.
+//! Owns what the client was told and what it asked for. Everything about a held program is answered on the program's
+//! own thread (`inspect`); here is what goes on between runs: launching, breakpoints, going back.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -713,7 +713,8 @@ impl<'s> DapSession<'s> {
     }
 }
 
-/// The thread with this number of the protocol, among those that there are; a program at its end still has its main one.
+/// The thread with this number of the protocol, among those that there are; a program at its end still has its main
+/// one.
 pub(super) fn thread_of(id: u64, threads: &[u32]) -> Result<u32, String> {
     let number = id
         .checked_sub(1)

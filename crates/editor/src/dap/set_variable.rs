@@ -1,5 +1,5 @@
-//! Variables of a held program that the client sets. Each change is a statement, so that it is done again when the run is
-//! repeated.
+//! Variables of a held program that the client sets. Each change is a statement, so that it is done again when the run
+//! is repeated.
 
 use elite_lang::ThreadId;
 use elite_lang::debug::{ChildFilter, PausedProgram};

@@ -87,8 +87,8 @@ fn read_header(input: &mut dyn BufRead) -> Result<Option<usize>, StreamError> {
         let Some((name, value)) = text.split_once(':') else {
             return Err(StreamError::Header(text.chars().take(80).collect()));
         };
-        // A page in a browser on this machine can have a request sent here, with headers and a body of its choice: whatever
-        // has another header is no client.
+        // A page in a browser on this machine can have a request sent here, with headers and a body of its choice:
+        // whatever has another header is no client.
         match name.trim().to_ascii_lowercase().as_str() {
             "content-length" => {
                 length = Some(value.trim().parse().map_err(|_| StreamError::NoLength)?);

@@ -1,7 +1,8 @@
 //! The language server: LSP 3.17 over a reader and a writer.
 //!
-//! Owns the loop, the documents and the translation to and from the protocol's types. What there is to say about a text is in
-//! [`crate::analysis`]. One thread reads, one answers in the order of the questions; typing that goes on puts findings off.
+//! Owns the loop, the documents and the translation to and from the protocol's types. What there is to say about a text
+//! is in [`crate::analysis`]. One thread reads, one answers in the order of the questions; typing that goes on puts
+//! findings off.
 
 mod capabilities;
 mod diagnostics;
@@ -60,8 +61,8 @@ pub enum LspSessionEnd {
     Vanished,
 }
 
-/// A session without streams: messages in, messages out. For pages that speak the protocol over a stream of their own, and
-/// for trials.
+/// A session without streams: messages in, messages out. For pages that speak the protocol over a stream of their own,
+/// and for trials.
 pub struct LspSession(LanguageServer);
 
 impl LspSession {

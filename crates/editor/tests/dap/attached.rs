@@ -1,4 +1,5 @@
-//! Sessions of clients that attach, whatever they send: each request is answered once, and whoever leaves has driven last.
+//! Sessions of clients that attach, whatever they send: each request is answered once, and whoever leaves has driven
+//! last.
 
 use std::io;
 use std::sync::Arc;

@@ -87,7 +87,8 @@ fn variables_are_set_where_that_can_be_done() {
     assert_eq!(client.evaluate("parts[0].name", "hover").unwrap(), "'z'");
     let refused = client.try_ask("setVariable", set(&locals, "local", "1 / 0"));
     assert!(refused.unwrap_err().contains("ZeroDivisionError"));
-    // A call that waits for this one: its captured variable was reached through `captured`, its plain ones are not open.
+    // A call that waits for this one: its captured variable was reached through `captured`, its plain ones are not
+    // open.
     let stack = client.ask("stackTrace", json!({"threadId": 1}));
     let caller = stack["stackFrames"][1]["id"].clone();
     let refused = client.try_ask(

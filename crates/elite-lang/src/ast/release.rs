@@ -1,6 +1,7 @@
 //! The end of a tree: taken apart with pauses, because dropping one of millions of parts takes long.
 //!
-//! Owns nothing. Every kind of statement and expression is named, without a wildcard, so that a new one cannot be forgotten.
+//! Owns nothing. Every kind of statement and expression is named, without a wildcard, so that a new one cannot be
+//! forgotten.
 
 use super::{
     Arg, Comprehension, ComprehensionKind, DictItem, Expr, ExprKind, FStringPart, Ident,

@@ -1,5 +1,5 @@
-//! Moves a tree that is kept while the text around it changes: every place in it by the same number of bytes, every scope by
-//! the same number.
+//! Moves a tree that is kept while the text around it changes: every place in it by the same number of bytes, every
+//! scope by the same number.
 
 use super::{
     Arg, ClassDef, Comprehension, ComprehensionKind, DictItem, DirectiveAnchor, Expr, ExprKind,

@@ -11,7 +11,8 @@ use crate::value::{Class, R, Symbol, Value, ValueVec};
 
 /// Derived classes that are looked at between two safepoints.
 const SUBCLASSES: usize = 1024;
-/// Native stack that natives of the embedder find: they print, lock, log and talk to others, in whatever depth the script calls them.
+/// Native stack that natives of the embedder find: they print, lock, log and talk to others, in whatever depth the
+/// script calls them.
 pub(crate) const EMBEDDER: usize = 3 * RESERVE;
 /// Arguments up to this number are moved on the native stack.
 const INLINE_ARGS: usize = 6;

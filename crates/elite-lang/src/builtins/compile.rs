@@ -1,7 +1,7 @@
 //! `compile`, and functions that are made from code: `FunctionType(code, globals, name, defaults, closure)`.
 //!
-//! A node refers to its global variables directly, so code for other globals is made anew: the text is read again, and the
-//! code that stands at the same place is taken.
+//! A node refers to its global variables directly, so code for other globals is made anew: the text is read again, and
+//! the code that stands at the same place is taken.
 
 use std::collections::HashMap;
 use std::rc::Rc;

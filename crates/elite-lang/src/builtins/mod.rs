@@ -41,8 +41,8 @@ pub struct Builtin {
     pub fills: bool,
     /// What it answers at once.
     pub quick: Option<FastPath>,
-    /// What a method of a builtin sequence adds or repeats by, and whether its receiver stands on the right. As methods these
-    /// refuse what they cannot take; as operators they leave it to the other operand.
+    /// What a method of a builtin sequence adds or repeats by, and whether its receiver stands on the right. As methods
+    /// these refuse what they cannot take; as operators they leave it to the other operand.
     pub joins: Option<(BinaryOp, bool)>,
     /// Of methods: CPython's type has a slot for it, not an entry in its table of methods.
     pub is_slot: bool,
@@ -53,8 +53,8 @@ pub type BoundFn = fn(&Evaluator<'_>, &mut [Value]) -> R;
 /// A function that looks at its arguments itself.
 pub type RawFn = fn(&Evaluator<'_>, &mut Args<'_>) -> R;
 
-/// A function with data of its own, which holds no values: those it gets as `held`. Values do not go from thread to thread, so a
-/// closure that had captured one would not compile.
+/// A function with data of its own, which holds no values: those it gets as `held`. Values do not go from thread to
+/// thread, so a closure that had captured one would not compile.
 pub type ClosureFn = dyn Fn(&Evaluator<'_>, &[Value], &mut Args<'_>) -> R + Send;
 
 /// What a builtin does.

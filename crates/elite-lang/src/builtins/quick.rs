@@ -1,5 +1,6 @@
 //! What builtin functions and methods answer at once: no script code runs, nothing is raised, nothing takes long. Their
-//! arguments are only looked at, where they lie; whatever needs more goes the usual way (`call`), as if nobody had asked here.
+//! arguments are only looked at, where they lie; whatever needs more goes the usual way (`call`), as if nobody had
+//! asked here.
 
 use std::rc::Rc;
 

@@ -1,6 +1,6 @@
-//! The order in which a sort compares: scripts see it where a comparison has effects or fails, so it is CPython's. That is Tim
-//! Peters' merge sort of natural runs with galloping (CPython's `listsort.txt`), merged in the order that Munro and Wild's powersort
-//! gives (2018, "Nearly-optimal mergesorts").
+//! The order in which a sort compares: scripts see it where a comparison has effects or fails, so it is CPython's. That
+//! is Tim Peters' merge sort of natural runs with galloping (CPython's `listsort.txt`), merged in the order that Munro
+//! and Wild's powersort gives (2018, "Nearly-optimal mergesorts").
 //!
 //! Comparisons may fail or contradict themselves: then the items are in some order, and all there.
 
@@ -140,7 +140,8 @@ impl<T: Copy, L: FnMut(&T, &T) -> R<bool>> MergeState<T, L> {
         result
     }
 
-    /// Takes from the shorter side's end of two runs, item by item or, while one side wins again and again, by searches.
+    /// Takes from the shorter side's end of two runs, item by item or, while one side wins again and again, by
+    /// searches.
     fn merge(&mut self, merge: &mut Merge<T>) -> R<()> {
         // Whose it is has been found out before.
         merge.take(merge.backwards, 1);
@@ -190,7 +191,8 @@ impl<T: Copy, L: FnMut(&T, &T) -> R<bool>> MergeState<T, L> {
         Ok(())
     }
 
-    /// Where `key` belongs among sorted items, before those equal to it, searched from place `hint` on in steps that double.
+    /// Where `key` belongs among sorted items, before those equal to it, searched from place `hint` on in steps that
+    /// double.
     fn place_before(&mut self, key: &T, items: &[T], hint: usize) -> R<usize> {
         let less = &mut self.less;
         place(items.len(), hint, |at| less(&items[at], key))
@@ -239,8 +241,8 @@ fn place(count: usize, hint: usize, mut passes: impl FnMut(usize) -> R<bool>) ->
     Ok(low)
 }
 
-/// How deep the border between two runs lies in a tree over all items whose borders lie as near to halves, quarters and so on as
-/// they can: the first binary digit in which the middles of both runs, as parts of the whole, differ.
+/// How deep the border between two runs lies in a tree over all items whose borders lie as near to halves, quarters and
+/// so on as they can: the first binary digit in which the middles of both runs, as parts of the whole, differ.
 fn power(start: usize, first: usize, second: usize, length: usize) -> u32 {
     // Twice the middles, in 128 bits for what the doubling adds.
     let (mut a, length) = ((2 * start + first) as u128, length as u128);
@@ -327,8 +329,8 @@ impl<T: Copy> Merge<T> {
         self.is_over()
     }
 
-    /// Whether where the rest belongs is known: the side that is not copied in CPython is used up, or the other one but for an item,
-    /// the last of all.
+    /// Whether where the rest belongs is known: the side that is not copied in CPython is used up, or the other one but
+    /// for an item, the last of all.
     fn is_over(&self) -> bool {
         let (first, second) = (self.first.left().len(), self.second.left().len());
         match self.backwards {

@@ -69,7 +69,8 @@ pub fn install(core: &Rc<InterpreterState>) {
     }
 }
 
-/// `__import__(name, globals, locals, fromlist, level)`: of a dotted name the first part, unless something is asked from it.
+/// `__import__(name, globals, locals, fromlist, level)`: of a dotted name the first part, unless something is asked
+/// from it.
 fn import(ev: &Evaluator<'_>, args: &mut Args<'_>) -> R {
     let named = |wanted: &str| {
         let mut keywords = args.keywords.iter();
@@ -199,7 +200,8 @@ impl Evaluator<'_> {
         result
     }
 
-    /// The namespace of the text that the code of `frame` is from, if it is not that of the globals and the text still runs.
+    /// The namespace of the text that the code of `frame` is from, if it is not that of the globals and the text still
+    /// runs.
     pub fn text_namespace(&self, frame: &Frame<'_>) -> Option<Rc<Namespace>> {
         let texts = self.core.texts.borrow();
         let names = &frame.function.code.names;

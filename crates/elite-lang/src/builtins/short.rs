@@ -1,6 +1,7 @@
 //! Answers at once (`quick`) about short texts: the methods of `str` that most calls are of, on ASCII.
 //!
-//! Longer texts and other letters go the usual way, which lets others have their turn meanwhile and knows all of Unicode.
+//! Longer texts and other letters go the usual way, which lets others have their turn meanwhile and knows all of
+//! Unicode.
 
 use std::rc::Rc;
 

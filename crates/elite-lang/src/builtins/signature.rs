@@ -362,8 +362,8 @@ impl Evaluator<'_> {
         ))
     }
 
-    /// What a method called as a function says of a receiver that is none, in CPython's words for methods and for what fills a
-    /// slot of C.
+    /// What a method called as a function says of a receiver that is none, in CPython's words for methods and for what
+    /// fills a slot of C.
     #[cold]
     pub fn receiver_error(&self, builtin: &Builtin, receiver: Option<&Value>) -> Raised {
         let (name, own) = (builtin.name, builtin.owner.unwrap_or_default());

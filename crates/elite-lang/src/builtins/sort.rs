@@ -21,8 +21,8 @@ const TEXT_MAX: usize = 256;
 const COLUMNS_MAX: usize = 16;
 
 impl Evaluator<'_> {
-    /// Puts the items in order, by `key` if given. Equal items keep their order, also in reverse. After an error of a key the items
-    /// are as they were, after one of a comparison where they had come to.
+    /// Puts the items in order, by `key` if given. Equal items keep their order, also in reverse. After an error of a
+    /// key the items are as they were, after one of a comparison where they had come to.
     pub fn sort(&self, items: &mut Vec<Value>, key: Option<&Value>, reverse: bool) -> R<()> {
         // Keys, ranks and places beside the items.
         self.check_allocation(items.len() * 3 * size_of::<Value>())?;
@@ -140,8 +140,8 @@ impl Evaluator<'_> {
         Ok(items)
     }
 
-    /// Ranks of all values, if no comparison of two of them needs script code, fails or takes long; and whether the ranks
-    /// alone are their order.
+    /// Ranks of all values, if no comparison of two of them needs script code, fails or takes long; and whether the
+    /// ranks alone are their order.
     fn ranked(&self, values: &[Value]) -> R<Option<(Vec<RankedItem>, bool)>> {
         let is_short_text = |value: &Value| match value {
             Value::Str(text) if text.as_str().len() <= TEXT_MAX => {

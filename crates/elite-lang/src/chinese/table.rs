@@ -1,4 +1,5 @@
-//! The sentences about texts of programs in Chinese, in the order of the English ones. A test holds them against the source.
+//! The sentences about texts of programs in Chinese, in the order of the English ones. A test holds them against the
+//! source.
 
 /// Findings, labels and advice.
 pub(super) const SENTENCES: &[(&str, &str)] = &[

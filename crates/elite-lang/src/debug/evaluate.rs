@@ -66,8 +66,9 @@ impl EvalHandle {
 }
 
 impl PausedProgram<'_> {
-    /// Evaluates an expression, or executes statements, in a call: `index` counts from the innermost one. At most `slices`
-    /// slices of work are done. What statements assign to local variables is written back as far as that is possible.
+    /// Evaluates an expression, or executes statements, in a call: `index` counts from the innermost one. At most
+    /// `slices` slices of work are done. What statements assign to local variables is written back as far as that is
+    /// possible.
     pub fn evaluate(&self, thread: ThreadId, index: usize, text: &str, slices: u32) -> EvalOutcome {
         let variables = match self.frame(thread, index) {
             Some((function, mut slots)) if !Self::is_module(&function) => {

@@ -1,9 +1,9 @@
-//! Changes of very long lists and bytearrays: the new content is made beside the old one, with safepoints, and put in its place
-//! at once, so that nobody sees it half done.
+//! Changes of very long lists and bytearrays: the new content is made beside the old one, with safepoints, and put in
+//! its place at once, so that nobody sees it half done.
 //!
-//! Owns how long that is worth it for, and what happens if somebody else changes the container meanwhile: it is made again,
-//! and after a few times the change is done in place, in one piece. Moving items in place is faster by far, so shorter
-//! containers are always changed there.
+//! Owns how long that is worth it for, and what happens if somebody else changes the container meanwhile: it is made
+//! again, and after a few times the change is done in place, in one piece. Moving items in place is faster by far, so
+//! shorter containers are always changed there.
 
 use std::ops::Range;
 
@@ -68,8 +68,8 @@ impl Evaluator<'_> {
         trash::dismantle(&mut values);
     }
 
-    /// Puts what `make` makes, `length` items, in the place of a list's content, and gives back the old one. None if there is no
-    /// room for it, or others keep changing the list.
+    /// Puts what `make` makes, `length` items, in the place of a list's content, and gives back the old one. None if
+    /// there is no room for it, or others keep changing the list.
     fn made_beside(
         &self,
         list: &List,
@@ -186,8 +186,8 @@ impl Evaluator<'_> {
         Ok(())
     }
 
-    /// Puts items in the place of a long slice; whether that is done. A slice with a step and another number of items is left
-    /// to be refused.
+    /// Puts items in the place of a long slice; whether that is done. A slice with a step and another number of items
+    /// is left to be refused.
     pub fn long_slice_is_set(
         &self,
         list: &List,
@@ -289,8 +289,8 @@ impl Evaluator<'_> {
         })
     }
 
-    /// Puts `new` in the places of a long slice with a step, or takes the bytes there out if there is none; whether that is done.
-    /// Another number of bytes is left to be refused.
+    /// Puts `new` in the places of a long slice with a step, or takes the bytes there out if there is none; whether
+    /// that is done. Another number of bytes is left to be refused.
     pub fn long_bytes_are_stepped(
         &self,
         bytes: &ByteArray,
@@ -339,8 +339,8 @@ impl Evaluator<'_> {
         })
     }
 
-    /// Puts what `make` makes of the bytes that are there in their place; whether that is done. It makes nothing where they are
-    /// not many, or where there is no room.
+    /// Puts what `make` makes of the bytes that are there in their place; whether that is done. It makes nothing where
+    /// they are not many, or where there is no room.
     fn bytes_made_beside(
         &self,
         bytes: &ByteArray,

@@ -1,8 +1,8 @@
 //! Bulk work of natives on texts and bytes: copied, mapped and looked through in pieces, with a safepoint after each.
 //!
-//! This is the one way for a native to go through data of any length. What it works on must not be borrowed from anything
-//! scripts can change: texts and bytes never change, of a bytearray it takes a `snapshot`. The functions here ask the memory
-//! account for what they make.
+//! This is the one way for a native to go through data of any length. What it works on must not be borrowed from
+//! anything scripts can change: texts and bytes never change, of a bytearray it takes a `snapshot`. The functions here
+//! ask the memory account for what they make.
 
 use std::rc::Rc;
 

@@ -47,8 +47,8 @@ impl SourceSymbols {
     }
 }
 
-/// What the body of code in an evaluated text refers to: variables of the text, which may hold functions with that very code.
-/// Each is referred to once by the body and once here.
+/// What the body of code in an evaluated text refers to: variables of the text, which may hold functions with that very
+/// code. Each is referred to once by the body and once here.
 #[derive(Default)]
 pub struct CodeRefs {
     /// Variables of a namespace that is the text's own; empty for all other code.
@@ -87,8 +87,8 @@ impl CodeRefs {
         }
     }
 
-    /// Compares the list with what a new text really refers to; `own` are the variables of its new namespace. If parts of the
-    /// body were made in vain, the list is no good, and the search for cycles leaves such variables alone.
+    /// Compares the list with what a new text really refers to; `own` are the variables of its new namespace. If parts
+    /// of the body were made in vain, the list is no good, and the search for cycles leaves such variables alone.
     /// `before` are the references there were to each of them already, `is_shown` says that new ones are in a
     /// dictionary, too. `worked` is called for each piece of work.
     pub fn check(
@@ -347,13 +347,14 @@ impl Body {
     }
 }
 
-/// Statements of a block from which on each counts as work: there may be no loop and no call among them, so no safepoint.
+/// Statements of a block from which on each counts as work: there may be no loop and no call among them, so no
+/// safepoint.
 const LONG: usize = 256;
 /// What one of them counts.
 const STATEMENT: usize = 128;
 
-/// Statements one after the other, with their lines. Those of a `try` stand among the others, its clauses beside them: to
-/// enter and to leave it takes nothing.
+/// Statements one after the other, with their lines. Those of a `try` stand among the others, its clauses beside them:
+/// to enter and to leave it takes nothing.
 #[derive(Default)]
 pub struct Block {
     statements: NodeList<LineStmt>,
@@ -377,7 +378,8 @@ impl LineStmt {
 }
 
 impl Block {
-    /// A block of these statements, each with its line, and of what protects some of them, by where that ends, inner ones first.
+    /// A block of these statements, each with its line, and of what protects some of them, by where that ends, inner
+    /// ones first.
     pub fn new(statements: Vec<(u32, Box<dyn DynStmt>)>, guards: Vec<ProtectedRange>) -> Self {
         let lines = statements
             .into_iter()

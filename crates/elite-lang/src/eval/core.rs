@@ -274,8 +274,8 @@ impl InterpreterState {
         left > 0
     }
 
-    /// The thread is suspended for a search: what fuel it has is kept for when it goes on, so that whose turn it is never
-    /// depends on how much memory is held.
+    /// The thread is suspended for a search: what fuel it has is kept for when it goes on, so that whose turn it is
+    /// never depends on how much memory is held.
     pub fn keep_fuel(&self) {
         let left = memory::fuel().saturating_add(self.fuel_left.get());
         self.fuel_kept.set(Some(left));
@@ -306,8 +306,8 @@ impl InterpreterState {
         }
     }
 
-    /// Watches the memory from now on: the safepoint after a search for cycles is due, or after the limit is crossed, looks
-    /// at it. While more is held than that, so does the one after each further part of the limit.
+    /// Watches the memory from now on: the safepoint after a search for cycles is due, or after the limit is crossed,
+    /// looks at it. While more is held than that, so does the one after each further part of the limit.
     pub fn memory_watch(&self) {
         let (used, limit) = (self.memory_used(), self.memory_limit());
         let due = self.memory_search_due();
@@ -320,8 +320,8 @@ impl InterpreterState {
         memory::set_alarm(self.memory_base.saturating_add(next));
     }
 
-    /// Looks at how much is held. Pages whose blocks have all been freed are the system's again at once, but for those that blocks on
-    /// the shelves are part of.
+    /// Looks at how much is held. Pages whose blocks have all been freed are the system's again at once, but for those
+    /// that blocks on the shelves are part of.
     pub fn memory_look(&self) {
         let (used, peak) = (self.memory_used(), self.memory_peak.get());
         if used > LARGE {
@@ -440,17 +440,17 @@ impl InterpreterState {
 const LEVEL: usize = 4 * super::pace::VALUE;
 
 impl super::Evaluator<'_> {
-    /// Runs a native operation that may come back to itself through a script's data (comparison, `repr`, looking for a class in
-    /// tuples), within the depth and the stack there is, and counts its work: what holds something twice holds millions of it
-    /// thirty levels deep. Every such operation goes through here; nothing may be borrowed.
+    /// Runs a native operation that may come back to itself through a script's data (comparison, `repr`, looking for a
+    /// class in tuples), within the depth and the stack there is, and counts its work: what holds something twice holds
+    /// millions of it thirty levels deep. Every such operation goes through here; nothing may be borrowed.
     #[inline]
     pub fn recurse<T>(&self, inner: impl FnOnce() -> R<T>) -> R<T> {
         self.worked(LEVEL)?;
         self.deeper(inner)
     }
 
-    /// Recursion into a call of anything but a function, or into a step of an iterator, without counting work: who calls or steps
-    /// again and again has safepoints of its own.
+    /// Recursion into a call of anything but a function, or into a step of an iterator, without counting work: who
+    /// calls or steps again and again has safepoints of its own.
     #[inline]
     pub fn deeper<T>(&self, inner: impl FnOnce() -> R<T>) -> R<T> {
         let core = &*self.core;

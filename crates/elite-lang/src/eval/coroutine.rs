@@ -216,8 +216,8 @@ impl Evaluator<'_> {
         self.suspend(SuspendRequest::OutOfFuel)
     }
 
-    /// What is due from time to time: the look at the memory, last acts, a search for circles. Whether more memory is held
-    /// than before, and not the fuel has run out.
+    /// What is due from time to time: the look at the memory, last acts, a search for circles. Whether more memory is
+    /// held than before, and not the fuel has run out.
     pub(super) fn look_around(&self) -> R<bool> {
         trash::drop_some();
         self.core.memory_look();

@@ -1,5 +1,5 @@
-//! How often each line of a program was executed, for coverage reports. Costs nothing where nobody counts: the marks are
-//! statements of their own, made only for a program that is counted.
+//! How often each line of a program was executed, for coverage reports. Costs nothing where nobody counts: the marks
+//! are statements of their own, made only for a program that is counted.
 
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;

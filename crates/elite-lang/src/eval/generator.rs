@@ -438,7 +438,8 @@ fn step_finished(input: GeneratorInput) -> R<StepResult> {
 }
 
 impl Generator {
-    /// A generator that is given up unwinds as a stopped thread does: its `finally` blocks run, bounded; it cannot wait.
+    /// A generator that is given up unwinds as a stopped thread does: its `finally` blocks run, bounded; it cannot
+    /// wait.
     fn unwind(&self) {
         if !self.has_stack() {
             return;
@@ -450,8 +451,8 @@ impl Generator {
     }
 }
 
-/// What generators that were given up still have to do. Usually that is done at once; while memory is being freed on behalf
-/// of a native that has its containers in its hands, no script code may run, so it waits for the next safepoint.
+/// What generators that were given up still have to do. Usually that is done at once; while memory is being freed on
+/// behalf of a native that has its containers in its hands, no script code may run, so it waits for the next safepoint.
 #[derive(Default)]
 pub struct PendingFinalizers {
     held_back: Cell<bool>,

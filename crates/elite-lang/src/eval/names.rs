@@ -1,8 +1,8 @@
 //! Names that nothing is called by any more are given up.
 //!
-//! Symbols are plain numbers, so nobody counts who has one. Instead the interpreter looks, whenever the names in use have
-//! doubled, at everything that is called by names: code, namespaces, classes, attributes of functions. Attributes of
-//! instances go by the layout of their class or by texts; who has a name only for a moment holds a `TempSymbol`.
+//! Symbols are plain numbers, so nobody counts who has one. Instead the interpreter looks, whenever the names in use
+//! have doubled, at everything that is called by names: code, namespaces, classes, attributes of functions. Attributes
+//! of instances go by the layout of their class or by texts; who has a name only for a moment holds a `TempSymbol`.
 
 use std::cell::Cell;
 use std::rc::Rc;
@@ -77,8 +77,8 @@ impl Evaluator<'_> {
         SweepPause(held)
     }
 
-    /// Gives up the names that nothing is called by, if there may be many. Not while something is borrowed: others have their
-    /// turn meanwhile. What comes into use then has been settled, which the last step of the sweep respects.
+    /// Gives up the names that nothing is called by, if there may be many. Not while something is borrowed: others have
+    /// their turn meanwhile. What comes into use then has been settled, which the last step of the sweep respects.
     #[inline]
     pub fn sweep_names_if_due(&self) -> R<()> {
         match self.core.symbols.sweep_is_due() {

@@ -1,7 +1,8 @@
-//! Where script threads stand in the task that the pendant made the program from: the nodes their `$ LINE` directives name.
+//! Where script threads stand in the task that the pendant made the program from: the nodes their `$ LINE` directives
+//! name.
 //!
-//! A node is a number in a table of the interpreter, so that passing a directive is a comparison and a store. Every script
-//! thread has a place of its own; what it passes while it is resumed waits in a bounded list for the driver.
+//! A node is a number in a table of the interpreter, so that passing a directive is a comparison and a store. Every
+//! script thread has a place of its own; what it passes while it is resumed waits in a bounded list for the driver.
 
 use std::cell::{Cell, RefCell};
 use std::collections::HashMap;

@@ -8,9 +8,10 @@ use super::Evaluator;
 use super::coroutine::StopState;
 use crate::value::{List, R, Value, ValueVec};
 
-/// Work after which a native gives way, in units of about a nanosecond of optimised code on data that is at hand. On data that
-/// is not (tables of many megabytes, pages that are touched for the first time) the same takes up to ten times as long, which
-/// is within the 5 ms that others wait at most. Without optimisation all of it is some sixteen times slower.
+/// Work after which a native gives way, in units of about a nanosecond of optimised code on data that is at hand. On
+/// data that is not (tables of many megabytes, pages that are touched for the first time) the same takes up to ten
+/// times as long, which is within the 5 ms that others wait at most. Without optimisation all of it is some sixteen
+/// times slower.
 pub const WORK_MAX: usize = if cfg!(debug_assertions) {
     1 << 16
 } else {

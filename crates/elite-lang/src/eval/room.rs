@@ -195,8 +195,8 @@ impl Evaluator<'_> {
         Ok(())
     }
 
-    /// Asks for `pieces` values of their own that a text or the like of `bytes` bytes is taken apart into. `pieces` counts
-    /// them; it is only asked if there is no room for as many as there could be at most.
+    /// Asks for `pieces` values of their own that a text or the like of `bytes` bytes is taken apart into. `pieces`
+    /// counts them; it is only asked if there is no room for as many as there could be at most.
     pub fn ask_for_pieces(&self, bytes: usize, pieces: impl FnOnce() -> usize) -> R<()> {
         let cost = |pieces: usize| pieces.saturating_mul(PIECE).saturating_add(bytes);
         if self.core.memory_allows(cost(bytes.saturating_add(1))) {

@@ -1,8 +1,8 @@
 //! Results as two words, which the processor hands over in registers.
 //!
-//! A result of an expression or a statement is two words, but the compiler returns an enum of that size through memory: it is
-//! written by who makes it and read again by who asked. Nodes are called through here instead, so that between two nodes a
-//! result stays in registers.
+//! A result of an expression or a statement is two words, but the compiler returns an enum of that size through memory:
+//! it is written by who makes it and read again by who asked. Nodes are called through here instead, so that between
+//! two nodes a result stays in registers.
 
 use std::marker::PhantomData;
 use std::mem::{ManuallyDrop, MaybeUninit, transmute_copy};
@@ -57,7 +57,8 @@ impl<T: RegisterPair> PairOf<T> {
     #[inline(always)]
     pub fn of(whole: T) -> Self {
         let whole = ManuallyDrop::new(whole);
-        // SAFETY: the sizes are the same, and words that may be uninitialised take any bytes; the original is not dropped.
+        // SAFETY: the sizes are the same, and words that may be uninitialised take any bytes; the original is not
+        // dropped.
         #[allow(unsafe_code)]
         unsafe {
             transmute_copy(&whole)
@@ -75,8 +76,8 @@ impl<T: RegisterPair> PairOf<T> {
     }
 }
 
-/// The end of a statement whose last step drops `old`. Nothing is left to be done after the drop of an object, so that the
-/// statement needs no stack for it.
+/// The end of a statement whose last step drops `old`. Nothing is left to be done after the drop of an object, so that
+/// the statement needs no stack for it.
 #[inline(always)]
 pub fn next_without(old: Value) -> Flow {
     match old.last() {

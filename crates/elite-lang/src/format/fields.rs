@@ -121,8 +121,8 @@ impl Evaluator<'_> {
         Ok(Value::list(parts))
     }
 
-    /// The name of a field apart: a pair of what comes first, and a list of pairs of whether it is an attribute, and its name
-    /// or index.
+    /// The name of a field apart: a pair of what comes first, and a list of pairs of whether it is an attribute, and
+    /// its name or index.
     pub fn field_path(&self, name: &str) -> R {
         self.check_name(name)?;
         let (first, mut path) = name.split_at(name.find(['.', '[']).unwrap_or(name.len()));

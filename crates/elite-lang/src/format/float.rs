@@ -13,8 +13,9 @@ pub fn push_repr(value: f64, out: &mut String) {
     if let Some(text) = not_finite(value) {
         return out.push_str(text);
     }
-    // Rust finds the same shortest digits; only the layout differs, and the last one where two are as near. The bounds are floats themselves, so the digits
-    // of what lies between them have exponents from -4 to 15. Writing to a string cannot fail.
+    // Rust finds the same shortest digits; only the layout differs, and the last one where two are as near. The bounds
+    // are floats themselves, so the digits of what lies between them have exponents from -4 to 15. Writing to a string
+    // cannot fail.
     let start = out.len();
     if value == 0.0 || (1e-4..1e16).contains(&value.abs()) {
         let _ = write!(out, "{value}");
@@ -44,8 +45,8 @@ pub fn push_repr(value: f64, out: &mut String) {
 /// Fewer digits than this are those of no two floats.
 const DIGITS_OF_ONE: usize = 15;
 
-/// Of the texts with as many digits as the one from `start` on takes the one nearest to the value, the even one of two that
-/// are as near, if it reads back as the same float.
+/// Of the texts with as many digits as the one from `start` on takes the one nearest to the value, the even one of two
+/// that are as near, if it reads back as the same float.
 fn nearest_even(
     value: f64,
     start: usize,

@@ -1,6 +1,6 @@
-//! Directives: lines that begin with `$`, which the pendant writes between statements. Wherever a comment may have a line
-//! of its own, one of them may. A part of the lexer: finds them and where they stand; what they say is the parser's
-//! business.
+//! Directives: lines that begin with `$`, which the pendant writes between statements. Wherever a comment may have a
+//! line of its own, one of them may. A part of the lexer: finds them and where they stand; what they say is the
+//! parser's business.
 
 use super::Lexer;
 use crate::source::Span;

@@ -85,8 +85,8 @@ impl Lexer<'_> {
         self.terminator();
     }
 
-    /// The column of what a line at column 0 that holds only a backslash goes on with, which is taken for its indentation (as
-    /// in Python).
+    /// The column of what a line at column 0 that holds only a backslash goes on with, which is taken for its
+    /// indentation (as in Python).
     fn column_behind_backslashes(&mut self) -> u32 {
         let rest = self.rest();
         let after = rest

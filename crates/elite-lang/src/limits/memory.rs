@@ -1,13 +1,14 @@
-//! The memory account: what the allocations of an OS thread come to, and the alarm when that is more than a task may hold.
+//! The memory account: what the allocations of an OS thread come to, and the alarm when that is more than a task may
+//! hold.
 //!
-//! Owns the global allocator, which hands every request to the system and counts it for the thread that makes it. Linking
-//! this crate installs it, so no interpreter runs unlimited. A task counts what its thread has come to hold since its
-//! interpreter was made: numbers, small objects, tables, compiled text, whatever a library allocates on its behalf. Small
-//! blocks that are freed wait on shelves (`shelves`) for the next request of their size.
+//! Owns the global allocator, which hands every request to the system and counts it for the thread that makes it.
+//! Linking this crate installs it, so no interpreter runs unlimited. A task counts what its thread has come to hold
+//! since its interpreter was made: numbers, small objects, tables, compiled text, whatever a library allocates on its
+//! behalf. Small blocks that are freed wait on shelves (`shelves`) for the next request of their size.
 //!
-//! Two things are said by hand: memory that does not come from the allocator (`hold`, `let_go`), and memory that changes
-//! its thread. What is made for another thread, or freed on behalf of one, goes through `outside`: otherwise the account
-//! of a task that runs for days would drift.
+//! Two things are said by hand: memory that does not come from the allocator (`hold`, `let_go`), and memory that
+//! changes its thread. What is made for another thread, or freed on behalf of one, goes through `outside`: otherwise
+//! the account of a task that runs for days would drift.
 //!
 //! The fuel of the running script thread lies here as well: the alarm withholds it, so the next safepoint looks at the
 //! account, however much or little was left, and a loop that only counts fuel costs nothing more.
@@ -27,8 +28,8 @@ pub struct CountingAllocator;
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 struct ThreadAccount {
-    /// Bytes that this thread has from the system, those on its shelves included; less than nothing if it frees what others
-    /// have made.
+    /// Bytes that this thread has from the system, those on its shelves included; less than nothing if it frees what
+    /// others have made.
     taken: Cell<isize>,
     /// Beyond this the fuel is withheld.
     alarm: Cell<isize>,
@@ -55,8 +56,8 @@ thread_local! {
     };
 }
 
-/// From this size on a block has pages of its own (`pages`): it grows without being copied, and what is freed of it is the
-/// system's again at once.
+/// From this size on a block has pages of its own (`pages`): it grows without being copied, and what is freed of it is
+/// the system's again at once.
 const MAPPED: usize = 1 << 20;
 
 /// Whether a request is met with pages of its own.
@@ -128,10 +129,10 @@ unsafe fn alloc_anew(layout: Layout) -> *mut u8 {
     block
 }
 
-// SAFETY: a block comes from `pages` if its layout is big, else from the system's allocator, for the layout asked for or, if
-// that is small, for the larger one of its shelf. Which of these depends on the layout alone: whoever frees or enlarges the
-// block finds the same. A block is either in use or on one shelf. Counting touches a cell of the thread only, which allocates
-// nothing and cannot unwind.
+// SAFETY: a block comes from `pages` if its layout is big, else from the system's allocator, for the layout asked for
+// or, if that is small, for the larger one of its shelf. Which of these depends on the layout alone: whoever frees or
+// enlarges the block finds the same. A block is either in use or on one shelf. Counting touches a cell of the thread
+// only, which allocates nothing and cannot unwind.
 #[allow(unsafe_code)]
 unsafe impl GlobalAlloc for CountingAllocator {
     #[inline]
@@ -430,8 +431,8 @@ impl<'p> WorkBudget<'p> {
     }
 }
 
-/// Has the fuel withheld once this thread holds more than `bytes`; `isize::MAX` never does. What lies on its shelves now may
-/// come to be held without that.
+/// Has the fuel withheld once this thread holds more than `bytes`; `isize::MAX` never does. What lies on its shelves
+/// now may come to be held without that.
 pub(crate) fn set_alarm(bytes: isize) {
     let alarm = bytes.saturating_add(shelves::cost());
     ACCOUNT.with(|account| account.alarm.set(alarm));
@@ -485,7 +486,8 @@ pub(crate) fn tidy() -> bool {
     ACCOUNT.try_with(given_back).unwrap_or(false)
 }
 
-/// Gives back the blocks that wait on the shelves of this thread: a few of them keep whole pages of the system's allocator in use.
+/// Gives back the blocks that wait on the shelves of this thread: a few of them keep whole pages of the system's
+/// allocator in use.
 pub(crate) fn clear_shelves() {
     shelves::clear();
 }

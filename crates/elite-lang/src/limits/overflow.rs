@@ -1,8 +1,10 @@
-//! What happens when a native stack of a script overflows all the same: that is a fault of ours, and ends the task, not the process.
+//! What happens when a native stack of a script overflows all the same: that is a fault of ours, and ends the task, not
+//! the process.
 //!
-//! The thread goes on on a stack of its own (`platform::overflow`) and suspends the script thread for ever: what lies on its stacks stays
-//! where it is, half done and never looked at again. Whoever resumed it panics; the interpreter and all it holds are left behind, for
-//! what it holds may be half changed. The system's allocator is whole: the stack it needs is touched before it is asked (`memory`).
+//! The thread goes on on a stack of its own (`platform::overflow`) and suspends the script thread for ever: what lies
+//! on its stacks stays where it is, half done and never looked at again. Whoever resumed it panics; the interpreter and
+//! all it holds are left behind, for what it holds may be half changed. The system's allocator is whole: the stack it
+//! needs is touched before it is asked (`memory`).
 
 use std::cell::{Cell, RefCell};
 use std::ptr::null;
@@ -53,7 +55,8 @@ impl<'e> Watch<'e> {
         }
     }
 
-    /// The script thread has left by its exit. The frame that stands on the refuge is part of it, so the refuge stays for ever.
+    /// The script thread has left by its exit. The frame that stands on the refuge is part of it, so the refuge stays
+    /// for ever.
     pub(crate) fn give_up(mut self) {
         self.outer_refuge = None;
         IS_LEFT.set(true);
@@ -70,8 +73,8 @@ impl Drop for Watch<'_> {
 
 /// Leaves the script thread that runs. Runs on the refuge, when a stack of that thread has overflowed.
 extern "C" fn leave() -> ! {
-    // SAFETY: a refuge is set only while a `Watch` is there, which borrows the exit; the yielder in it lies at the root of the
-    // coroutine that runs, from before the first line of script code on.
+    // SAFETY: a refuge is set only while a `Watch` is there, which borrows the exit; the yielder in it lies at the root
+    // of the coroutine that runs, from before the first line of script code on.
     #[allow(unsafe_code)]
     unsafe {
         if let Some(yielder) = EXIT.get().as_ref().and_then(|exit| exit.get().as_ref()) {

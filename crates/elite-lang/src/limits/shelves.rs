@@ -1,9 +1,9 @@
-//! Small blocks of memory that wait for the next request of their size: taking one from a shelf and putting one back is a few
-//! instructions, the system's own way of doing it is a hundred.
+//! Small blocks of memory that wait for the next request of their size: taking one from a shelf and putting one back is
+//! a few instructions, the system's own way of doing it is a hundred.
 //!
-//! Owns one shelf for each small size, for each thread. What lies there belongs to nobody: the account (`memory`) counts what
-//! comes from the system and subtracts what lies here, so that a block costs it nothing on its way from here and back. A shelf
-//! holds so little that it does not matter, and goes back to the system when its thread ends.
+//! Owns one shelf for each small size, for each thread. What lies there belongs to nobody: the account (`memory`)
+//! counts what comes from the system and subtracts what lies here, so that a block costs it nothing on its way from
+//! here and back. A shelf holds so little that it does not matter, and goes back to the system when its thread ends.
 
 use std::alloc::{GlobalAlloc, Layout};
 use std::cell::Cell;
@@ -109,7 +109,8 @@ pub(super) fn take(size: SizeClass) -> *mut u8 {
 /// Takes a block back.
 ///
 /// # Safety
-/// `block` comes from `take` with the same size, or from the system with the layout of the size, and nobody uses it any more.
+/// `block` comes from `take` with the same size, or from the system with the layout of the size, and nobody uses it any
+/// more.
 #[inline(always)]
 #[allow(unsafe_code)]
 pub(super) unsafe fn put(block: *mut u8, size: SizeClass) {

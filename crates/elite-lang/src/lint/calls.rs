@@ -68,7 +68,8 @@ pub struct CallHint {
 /// The embedder's view on a call.
 pub type CallHook = fn(&CallSite<'_>) -> Vec<CallHint>;
 
-/// What was found about calls, with the name that each finding stands or falls with. Of each name the first ones are kept.
+/// What was found about calls, with the name that each finding stands or falls with. Of each name the first ones are
+/// kept.
 #[derive(Debug, Default)]
 pub(crate) struct CallDiagnostics {
     kept: Vec<(Box<str>, Diagnostic)>,

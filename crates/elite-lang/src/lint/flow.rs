@@ -239,7 +239,8 @@ impl Ways {
             StmtKind::Break | StmtKind::Return(_) | StmtKind::Raise { .. } => {
                 return Ways::default();
             }
-            // How often other loops turn and where a guarded block breaks off is not foreseen: one wait anywhere in them will do.
+            // How often other loops turn and where a guarded block breaks off is not foreseen: one wait anywhere in
+            // them will do.
             _ => {
                 calls.block(std::slice::from_ref(statement), known);
                 return Ways {

@@ -1,5 +1,5 @@
-//! Imports of modules that are not there. Programs find the modules of this interpreter and no others, neither files beside
-//! them nor packages of the machine.
+//! Imports of modules that are not there. Programs find the modules of this interpreter and no others, neither files
+//! beside them nor packages of the machine.
 
 use crate::ast::{Expr, ExprKind, Ident, Stmt, StmtKind};
 use crate::diagnostic::Diagnostic;

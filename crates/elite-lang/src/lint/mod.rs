@@ -1,5 +1,5 @@
-//! Warnings about programs that compile: what is never used or never reached, modules that are not there, loops that never wait, calls that
-//! look wrong to the embedder. Only `check` asks for them; running a program does not.
+//! Warnings about programs that compile: what is never used or never reached, modules that are not there, loops that
+//! never wait, calls that look wrong to the embedder. Only `check` asks for them; running a program does not.
 
 mod calls;
 mod flow;

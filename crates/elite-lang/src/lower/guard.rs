@@ -31,8 +31,8 @@ impl Lower<'_> {
         lines.into()
     }
 
-    /// Adds a `try` to the block around it, if nobody watches that as one statement and it has neither `except*` nor `finally`.
-    /// Whether it has been added.
+    /// Adds a `try` to the block around it, if nobody watches that as one statement and it has neither `except*` nor
+    /// `finally`. Whether it has been added.
     pub(super) fn add_guarded(&mut self, statement: &Stmt, lines: &mut BlockBuilder) -> bool {
         match &statement.kind {
             StmtKind::Try {

@@ -215,8 +215,8 @@ impl<'l> Lower<'l> {
         symbol
     }
 
-    /// The slot with the mapping that a name is looked up in first, at the top level of a text that has one; `binds` says
-    /// that the name is bound.
+    /// The slot with the mapping that a name is looked up in first, at the top level of a text that has one; `binds`
+    /// says that the name is bound.
     fn mapping(&self, name: &str, binds: bool) -> Option<u32> {
         if !self.namespace.is_by_mapping() || self.scope != ScopeId(0) {
             return None;

@@ -1,5 +1,5 @@
-//! `"…" % (a, b)`: a constant format with a tuple written out. Where it asks for texts only (`%s`, `%r`, `%a`) it is an f-string, as
-//! in CPython: each item is formatted before the next one is evaluated, and by its `__format__`.
+//! `"…" % (a, b)`: a constant format with a tuple written out. Where it asks for texts only (`%s`, `%r`, `%a`) it is an
+//! f-string, as in CPython: each item is formatted before the next one is evaluated, and by its `__format__`.
 
 use super::Lower;
 use crate::ast::{self, BinaryOp, Constant, Conversion, ExprKind};

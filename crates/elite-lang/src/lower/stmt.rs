@@ -178,7 +178,8 @@ impl Lower<'_> {
 
     /// As many values for targets, none of which is starred.
     fn assign_each(&mut self, names: &[ast::Expr], values: &[ast::Expr]) -> BoxStmt {
-        // In CPython the values of two or three local names lie on the stack, with the last one on top; constants are a tuple.
+        // In CPython the values of two or three local names lie on the stack, with the last one on top; constants are a
+        // tuple.
         let last_first = !values.iter().all(is_constant) && self.are_apart(names);
         if let ([first, second], [x, y]) = (names, values) {
             let values = (self.operand(x), self.operand(y));

@@ -102,8 +102,8 @@ fn met_again(begun: &StatementSite) -> Rc<StatementSite> {
     })
 }
 
-/// Whether something in the statement itself may call a function. What only adds to a variable is taken not to: its variable
-/// would be copied each time.
+/// Whether something in the statement itself may call a function. What only adds to a variable is taken not to: its
+/// variable would be copied each time.
 fn may_call(statement: &Stmt) -> bool {
     if !matches!(statement.kind, StmtKind::AugAssign { .. }) {
         return true;

@@ -271,8 +271,8 @@ fn signed(factor: i64, number: &BigUint) -> BigInt {
     with_sign(factor < 0, number * factor.unsigned_abs())
 }
 
-/// What the Euclidean steps that the leading bits of `a >= b` tell for certain make of them: the new `a` is `p a + q b`,
-/// the new `b` is `r a + s b`. None if they tell of no step.
+/// What the Euclidean steps that the leading bits of `a >= b` tell for certain make of them: the new `a` is
+/// `p a + q b`, the new `b` is `r a + s b`. None if they tell of no step.
 fn leading_quotients(a: &BigUint, b: &BigUint) -> Option<[i64; 4]> {
     let shift = a.bits().saturating_sub(62);
     let top = |number: &BigUint| -> i128 {

@@ -130,8 +130,9 @@ impl Evaluator<'_> {
         Err(self.unsupported(op, a, b, &text))
     }
 
-    /// `a + b` and `a * b` where one of them has a class of its own. As numbers are added the two are asked first, as far as they
-    /// have something to say beside what sequences have; then what the sequences say is final. None if there is no answer.
+    /// `a + b` and `a * b` where one of them has a class of its own. As numbers are added the two are asked first, as
+    /// far as they have something to say beside what sequences have; then what the sequences say is final. None if
+    /// there is no answer.
     fn joined(&self, op: BinaryOp, a: &Value, b: &Value, in_place: bool) -> R<Option<Value>> {
         let (plain, reflected, own) = methods(op);
         let (class_a, class_b) = (self.core.types.of(a), self.core.types.of(b));

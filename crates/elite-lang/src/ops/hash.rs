@@ -21,8 +21,8 @@ const HASH_IMAGINARY: u64 = 1_000_003;
 /// Nesting of tuples that is compared and hashed without running script code; deeper ones go through `ops`, which
 /// watches the native stack.
 const DEPTH_MAX: u32 = 32;
-/// Items of tuples that are compared or hashed at once; where there are more, `ops` does it, which lets other threads have
-/// their turn. Tuples within tuples many times over may have any number.
+/// Items of tuples that are compared or hashed at once; where there are more, `ops` does it, which lets other threads
+/// have their turn. Tuples within tuples many times over may have any number.
 pub const QUICK_MAX: u32 = 1000;
 /// So many items are compared in place first.
 const FEW: usize = 8;

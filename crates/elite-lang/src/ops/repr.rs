@@ -11,8 +11,8 @@ use crate::value::class::BuiltinBase;
 use crate::value::symbol::known;
 use crate::value::{Dict, Instance, Iter, R, Value, ValueVec};
 
-/// The containers whose texts are being made, by thread, to stop at circles: also at those through a `__repr__` of the script, which
-/// asks for a text of its own.
+/// The containers whose texts are being made, by thread, to stop at circles: also at those through a `__repr__` of the
+/// script, which asks for a text of its own.
 #[derive(Default)]
 pub struct ReprStack(RefCell<Vec<(u64, usize)>>);
 

@@ -1,5 +1,5 @@
-//! Finding bytes in bytes, and so text in text, in pieces with a safepoint after each. Single bytes are by far the commonest
-//! separators.
+//! Finding bytes in bytes, and so text in text, in pieces with a safepoint after each. Single bytes are by far the
+//! commonest separators.
 //!
 //! Most parts are found by `memchr`'s algorithms, window by window; for very long parts, whose tables alone would take
 //! milliseconds, there is a search of our own that needs none (Crochemore and Perrin 1991, two-way string matching).
@@ -139,8 +139,8 @@ impl Evaluator<'_> {
         }
     }
 
-    /// Hands out what lies between the first `most` occurrences of `separator`, which is not empty, and the rest; with `backwards`
-    /// between the last ones, from the end on.
+    /// Hands out what lies between the first `most` occurrences of `separator`, which is not empty, and the rest; with
+    /// `backwards` between the last ones, from the end on.
     pub fn each_between(
         &self,
         data: &[u8],

@@ -101,7 +101,8 @@ impl Evaluator<'_> {
                     | Value::ByteArray(_)
             )
         };
-        // The left one is what is repeated; the right one may be of a class derived from a sequence and stand for a number.
+        // The left one is what is repeated; the right one may be of a class derived from a sequence and stand for a
+        // number.
         let (sequence, count) = match (is_sequence(a), is_sequence(b)) {
             (true, _) => (a, b),
             (false, true) => (b, a),

@@ -11,7 +11,8 @@ use crate::value::surrogate::code_of;
 use crate::value::symbol::known;
 use crate::value::{Instance, R, Raised, Str, Value};
 
-/// The `__repr__` of a class that is its `__str__`, too, unless the builtin type it is derived from has a `__str__` of its own.
+/// The `__repr__` of a class that is its `__str__`, too, unless the builtin type it is derived from has a `__str__` of
+/// its own.
 fn shown_by_repr(instance: &Instance) -> Option<Value> {
     let is_text = instance.exception().is_some()
         || matches!(
@@ -310,7 +311,8 @@ impl Evaluator<'_> {
         }
     }
 
-    /// Python's `format(value, spec)`: the text a method made, and one that stays as it is, may be of a class derived from `str`.
+    /// Python's `format(value, spec)`: the text a method made, and one that stays as it is, may be of a class derived
+    /// from `str`.
     pub fn format_value(&self, value: &Value, spec: &str) -> R {
         let Value::Instance(instance) = value else {
             if spec.is_empty() && matches!(value, Value::Str(_)) {
@@ -509,8 +511,8 @@ pub fn is_printable(c: char) -> bool {
     }
 }
 
-/// Ranges of characters that are not printable, in order, from CPython 3.11 (`str.isprintable`): first and last code point,
-/// a line each.
+/// Ranges of characters that are not printable, in order, from CPython 3.11 (`str.isprintable`): first and last code
+/// point, a line each.
 static HIDDEN: LazyLock<Vec<(u32, u32)>> = LazyLock::new(|| {
     let number = |text: &str| u32::from_str_radix(text, 16).ok();
     let range = |line: &str| {

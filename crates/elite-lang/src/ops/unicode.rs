@@ -238,8 +238,8 @@ pub fn push_title(c: char, out: &mut String) {
     }
 }
 
-/// Text with differences of case removed (full case folding): the small letters of the capitals, except for letters whose
-/// folding Unicode lists apart.
+/// Text with differences of case removed (full case folding): the small letters of the capitals, except for letters
+/// whose folding Unicode lists apart.
 pub fn casefold(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
@@ -255,8 +255,8 @@ pub fn casefold(text: &str) -> String {
     out
 }
 
-/// A letter as `str.isalpha` has it (general category L). Unicode's alphabetic characters are more: numerals, letters in
-/// circles, vowel signs. What may begin a name is nearly the same.
+/// A letter as `str.isalpha` has it (general category L). Unicode's alphabetic characters are more: numerals, letters
+/// in circles, vowel signs. What may begin a name is nearly the same.
 pub fn is_letter(c: char) -> bool {
     if c.is_ascii() {
         return c.is_ascii_alphabetic();
@@ -282,8 +282,8 @@ pub fn is_alphanumeric(c: char) -> bool {
     is_letter(c) || is_numeric(c)
 }
 
-/// Whether a capital sigma between these texts ends a word: after a letter with case, and not before one. What counts for
-/// nothing between letters (apostrophes, marks) is passed over, as the standard library does.
+/// Whether a capital sigma between these texts ends a word: after a letter with case, and not before one. What counts
+/// for nothing between letters (apostrophes, marks) is passed over, as the standard library does.
 pub fn ends_word(before: &str, after: &str) -> bool {
     let mut before = before.chars().rev().map(SigmaContext::of);
     let mut after = after.chars().map(SigmaContext::of);
@@ -292,8 +292,8 @@ pub fn ends_word(before: &str, after: &str) -> bool {
         && after.find(passed) != Some(SigmaContext::Cased)
 }
 
-/// What a character means for a sigma beside it. The standard library has the tables but keeps them to itself: it is asked
-/// what becomes of a sigma before the character.
+/// What a character means for a sigma beside it. The standard library has the tables but keeps them to itself: it is
+/// asked what becomes of a sigma before the character.
 #[derive(PartialEq)]
 enum SigmaContext {
     Cased,

@@ -1,5 +1,6 @@
-//! Parts of the tree that were complete when what they stood in turned out to be none. There may be hundreds of thousands of
-//! them, so they are not dropped where the parser gives the construct up: they wait until it is done, and go with pauses.
+//! Parts of the tree that were complete when what they stood in turned out to be none. There may be hundreds of
+//! thousands of them, so they are not dropped where the parser gives the construct up: they wait until it is done, and
+//! go with pauses.
 
 use super::{ErrorReported, ParseResult, Parser};
 use crate::ast::{Arg, DictItem, Expr, FStringPart, release};
@@ -56,7 +57,8 @@ impl From<Vec<FStringPart>> for AbandonedNodes {
 }
 
 impl Parser<'_> {
-    /// What was parsed behind something that is complete already, with that; if it failed, what is complete is put aside.
+    /// What was parsed behind something that is complete already, with that; if it failed, what is complete is put
+    /// aside.
     pub(super) fn behind<H: Into<AbandonedNodes>, T>(
         &mut self,
         complete: H,

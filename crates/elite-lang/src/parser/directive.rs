@@ -2,8 +2,9 @@
 //!
 //! `$ LINE: (7, "label")` names the node of the task tree that the statements after it were made from; a third part,
 //! `"before"` or `"after"`, says when it is shown (from controller output, not from the manual). A directive is no
-//! statement. It belongs to the block its column would put it in: a thread passes it before the next statement there, or at
-//! the end of the block if there is none. Before `elif`, `else`, `except` and `finally` it belongs to that clause.
+//! statement. It belongs to the block its column would put it in: a thread passes it before the next statement there,
+//! or at the end of the block if there is none. Before `elif`, `else`, `except` and `finally` it belongs to that
+//! clause.
 
 use super::{LOOK_EVERY, ParseResult, Parser};
 use crate::ast::{Constant, DirectiveAnchor, Expr, ExprKind, NodeDirective, Stmt};

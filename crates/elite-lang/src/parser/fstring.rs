@@ -12,8 +12,8 @@ const FIELD_NESTING_MAX: u32 = 2;
 const PART: usize = 128;
 const FIELD: usize = 512;
 
-/// The parts of an f-string while it is read. Texts side by side become one at once: a doubled brace ends one, and there may be
-/// half a million of them.
+/// The parts of an f-string while it is read. Texts side by side become one at once: a doubled brace ends one, and
+/// there may be half a million of them.
 #[derive(Default)]
 pub(super) struct FStringBuilder {
     complete: Vec<FStringPart>,

@@ -1,6 +1,6 @@
-//! What can be told of a statement that does not parse, so that one half-typed line spoils nothing else: the block below it
-//! stays in the tree, a `def` or `class` is still one, an assignment still binds its name. Programs with errors are never
-//! run; editors read them all the time.
+//! What can be told of a statement that does not parse, so that one half-typed line spoils nothing else: the block
+//! below it stays in the tree, a `def` or `class` is still one, an assignment still binds its name. Programs with
+//! errors are never run; editors read them all the time.
 
 use super::Parser;
 use crate::ast::{

@@ -38,8 +38,9 @@ impl Parser<'_> {
         }
     }
 
-    /// Leaves a statement that did not parse and began with token `first`: its line, the block below it, and what belongs
-    /// to that block. What can be told of it stays in the tree, for those who read programs while they are written.
+    /// Leaves a statement that did not parse and began with token `first`: its line, the block below it, and what
+    /// belongs to that block. What can be told of it stays in the tree, for those who read programs while they are
+    /// written.
     fn recover(&mut self, first: usize, body: &mut Vec<Stmt>) {
         let mut below = Vec::new();
         if self.skip_line_and_block(&mut below) {

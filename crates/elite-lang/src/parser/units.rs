@@ -1,10 +1,10 @@
-//! A text that is read again after a change: lines of the top level whose text and surroundings are what they were keep their
-//! trees.
+//! A text that is read again after a change: lines of the top level whose text and surroundings are what they were keep
+//! their trees.
 //!
-//! A unit is what the parser takes in one step at the top level: a statement with its blocks, or a line of simple ones. What
-//! comes of it depends on its tokens, on up to [`LOOK_AHEAD`] behind them, and on whether the program assigns `print`; and, if
-//! something in it is reported, on what else was. So a unit in which nothing was reported is kept when those tokens and the
-//! text below them are the same.
+//! A unit is what the parser takes in one step at the top level: a statement with its blocks, or a line of simple ones.
+//! What comes of it depends on its tokens, on up to [`LOOK_AHEAD`] behind them, and on whether the program assigns
+//! `print`; and, if something in it is reported, on what else was. So a unit in which nothing was reported is kept when
+//! those tokens and the text below them are the same.
 
 use std::ops::Range;
 

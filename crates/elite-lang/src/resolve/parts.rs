@@ -1,5 +1,5 @@
-//! Names and warnings of a program that is read again while it is written: what can be told of a part of its top level is
-//! worked out once, what depends on all parts is put together anew.
+//! Names and warnings of a program that is read again while it is written: what can be told of a part of its top level
+//! is worked out once, what depends on all parts is put together anew.
 //!
 //! The findings are those of `resolve` and `lint`, in their order and with their limits.
 
@@ -190,8 +190,8 @@ impl PlacedUnit<'_> {
     }
 }
 
-/// What `resolve` and `lint` find in a program: of the first its errors, or its warnings if there are none; of the second all
-/// but what is never reached at the top level.
+/// What `resolve` and `lint` find in a program: of the first its errors, or its warnings if there are none; of the
+/// second all but what is never reached at the top level.
 pub(crate) struct MergedDiagnostics {
     pub(crate) resolved: DiagnosticList,
     pub(crate) unused: DiagnosticList,

@@ -1,6 +1,6 @@
-//! `abc`: abstract classes, which refuse instances while methods are missing and know classes as theirs that are not derived from
-//! them. What has been found out about a class is kept, as in CPython: that it is one for ever, that it is none until the next
-//! `register` of any class.
+//! `abc`: abstract classes, which refuse instances while methods are missing and know classes as theirs that are not
+//! derived from them. What has been found out about a class is kept, as in CPython: that it is one for ever, that it is
+//! none until the next `register` of any class.
 
 use std::cell::{Cell, RefCell};
 use std::collections::HashMap;

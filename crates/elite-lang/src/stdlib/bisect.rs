@@ -1,7 +1,7 @@
 //! `bisect`: places in sorted sequences.
 //!
-//! What is asked of the sequence and of its items, and in which order, is what CPython asks, so that sequences and keys of
-//! scripts see the same calls. Nothing is borrowed while it is asked.
+//! What is asked of the sequence and of its items, and in which order, is what CPython asks, so that sequences and keys
+//! of scripts see the same calls. Nothing is borrowed while it is asked.
 
 use super::define::ModuleBuilder;
 use crate::eval::Evaluator;

@@ -15,8 +15,8 @@ pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
     Ok(())
 }
 
-/// An iterator that stands where this one stands, over what `each` makes of what this one goes over; `None` for iterators of
-/// the library. Where CPython lists what is left, so does this.
+/// An iterator that stands where this one stands, over what `each` makes of what this one goes over; `None` for
+/// iterators of the library. Where CPython lists what is left, so does this.
 fn copied(ev: &Evaluator<'_>, iterator: &Value, each: &Value) -> R {
     let Value::Iter(iter) = iterator else {
         return Ok(Value::None);

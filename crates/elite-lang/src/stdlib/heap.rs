@@ -1,8 +1,8 @@
 //! `_heapq`: heaps in lists, whose smallest item is item 0 and whose item i is at most items 2 i + 1 and 2 i + 2.
 //!
-//! Which items are compared, in which order, and what a list looks like meanwhile is what CPython does, so that items of
-//! scripts see the same. Where all comparisons are of numbers, short texts and tuples of them, nobody can look meanwhile,
-//! and an item is moved to its place at once.
+//! Which items are compared, in which order, and what a list looks like meanwhile is what CPython does, so that items
+//! of scripts see the same. Where all comparisons are of numbers, short texts and tuples of them, nobody can look
+//! meanwhile, and an item is moved to its place at once.
 
 use std::rc::Rc;
 
@@ -143,8 +143,8 @@ fn rise(ev: &Evaluator<'_>, list: &List, start: usize, mut place: usize) -> R<()
     Ok(())
 }
 
-/// Moves an item to the bottom along the smaller ones below it, then up again to its place: that takes fewer comparisons
-/// than to stop on the way.
+/// Moves an item to the bottom along the smaller ones below it, then up again to its place: that takes fewer
+/// comparisons than to stop on the way.
 fn sink(ev: &Evaluator<'_>, list: &List, start: usize) -> R<()> {
     if list.change(|items| sink_at_once(items, start)) {
         return Ok(());

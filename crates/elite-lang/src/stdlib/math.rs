@@ -417,8 +417,8 @@ fn norm(ev: &Evaluator<'_>, sides: &[f64]) -> R<f64> {
     Ok(libm::ldexp(root + rest / (2.0 * root), exponent))
 }
 
-/// What rounding has taken from the square of `x`, which is neither huge nor tiny (Dekker, "A floating-point technique for extending
-/// the available precision", 1971).
+/// What rounding has taken from the square of `x`, which is neither huge nor tiny (Dekker, "A floating-point technique
+/// for extending the available precision", 1971).
 fn rest_of_square(x: f64, square: f64) -> f64 {
     let spread = 134_217_729.0 * x;
     let high = spread - (spread - x);

@@ -148,8 +148,8 @@ fn mark_as_c(ev: &Evaluator<'_>, module: &Module) {
     }
 }
 
-/// The modules that are there without import, unless a program gives their names another meaning (from controller output, not
-/// from the manual).
+/// The modules that are there without import, unless a program gives their names another meaning (from controller
+/// output, not from the manual).
 pub const PRESENT: &[&str] = &["copy", "elicopy"];
 
 /// The module that a name means which nothing else defines. It is loaded when it is first used.
@@ -231,8 +231,8 @@ pub fn load(ev: &Evaluator<'_>, name: &str) -> R<Option<Rc<Module>>> {
     Ok(Some(module))
 }
 
-/// The code of an embedded script, read with pauses. What it imports is there then, so that what is left, its statements, takes
-/// a millisecond or two: they run in one piece, for a module must not be seen half loaded.
+/// The code of an embedded script, read with pauses. What it imports is there then, so that what is left, its
+/// statements, takes a millisecond or two: they run in one piece, for a module must not be seen half loaded.
 fn read_script(
     ev: &Evaluator<'_>,
     namespace: &Rc<Namespace>,

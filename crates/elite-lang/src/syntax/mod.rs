@@ -1,5 +1,5 @@
-//! Programs for those who read them rather than run them: the tree with all its places, the tokens, the findings, and what
-//! Python's own types and modules have. Editors build on it; nothing here runs a program.
+//! Programs for those who read them rather than run them: the tree with all its places, the tokens, the findings, and
+//! what Python's own types and modules have. Editors build on it; nothing here runs a program.
 
 mod library;
 

@@ -1,5 +1,6 @@
-//! Values that hold the same value twice, that one another twice, and so on: what walks through them takes a step for each way
-//! through, and there are more ways than anybody can wait for. Whoever walks gives way meanwhile, and asks for the memory.
+//! Values that hold the same value twice, that one another twice, and so on: what walks through them takes a step for
+//! each way through, and there are more ways than anybody can wait for. Whoever walks gives way meanwhile, and asks for
+//! the memory.
 
 use std::time::Instant;
 

@@ -1,5 +1,6 @@
-//! Each kind of value that can hold another, a long chain of it: dropped, shown, compared, hashed, copied, called, walked
-//! through. Everything ends with a result or an exception of the script; a native stack that overflows ends the test.
+//! Each kind of value that can hold another, a long chain of it: dropped, shown, compared, hashed, copied, called,
+//! walked through. Everything ends with a result or an exception of the script; a native stack that overflows ends the
+//! test.
 
 use super::{begin, drive, task};
 use crate::Value;

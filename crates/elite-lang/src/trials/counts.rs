@@ -1,4 +1,5 @@
-//! Values are counted without asking of what kind they are (`value/count.rs`): every kind has to count at the same place.
+//! Values are counted without asking of what kind they are (`value/count.rs`): every kind has to count at the same
+//! place.
 
 use std::mem::discriminant;
 use std::rc::Rc;

@@ -1,5 +1,5 @@
-//! Every callable of the builtins and of the library that keeps an argument in what it gives: a long chain of it is dropped. Which ones
-//! do is found by asking, so that a new native is tried without being named here.
+//! Every callable of the builtins and of the library that keeps an argument in what it gives: a long chain of it is
+//! dropped. Which ones do is found by asking, so that a new native is tried without being named here.
 
 use super::{TestHost, drive};
 use crate::{

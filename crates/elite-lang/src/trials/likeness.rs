@@ -1,9 +1,9 @@
-//! The library is our own: no module of it is CPython's with other words. Each script of `stdlib/lib` is compared with the
-//! module of the same name of the machine's CPython.
+//! The library is our own: no module of it is CPython's with other words. Each script of `stdlib/lib` is compared with
+//! the module of the same name of the machine's CPython.
 //!
-//! Lines count without comments and spacing. Signatures, decorators, imports, bare keywords and one-word returns say what the
-//! interface is and do not count. A module is too alike when more than a quarter of its counted lines stand in CPython's, or
-//! a run of five does.
+//! Lines count without comments and spacing. Signatures, decorators, imports, bare keywords and one-word returns say
+//! what the interface is and do not count. A module is too alike when more than a quarter of its counted lines stand in
+//! CPython's, or a run of five does.
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};

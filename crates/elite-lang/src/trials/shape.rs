@@ -1,5 +1,5 @@
-//! The shape of the code that keeps scripts out of what is in use: values lie in `ScriptCell`, not in cells that can be borrowed
-//! to be changed.
+//! The shape of the code that keeps scripts out of what is in use: values lie in `ScriptCell`, not in cells that can be
+//! borrowed to be changed.
 
 use std::path::{Path, PathBuf};
 

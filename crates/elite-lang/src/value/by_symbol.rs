@@ -1,5 +1,5 @@
-//! Tables by symbol. One of hundreds of thousands of names takes many milliseconds to grow, in which nobody else has a turn; so
-//! a table of many names is many small ones, each of which grows by itself.
+//! Tables by symbol. One of hundreds of thousands of names takes many milliseconds to grow, in which nobody else has a
+//! turn; so a table of many names is many small ones, each of which grows by itself.
 
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};

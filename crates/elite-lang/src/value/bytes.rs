@@ -23,8 +23,8 @@ impl Bytes {
     }
 }
 
-/// The bytes of a bytearray. What is taken away in front stays until it is more than the rest, so that a queue of bytes costs what its
-/// bytes cost.
+/// The bytes of a bytearray. What is taken away in front stays until it is more than the rest, so that a queue of bytes
+/// costs what its bytes cost.
 #[derive(Clone, Default)]
 pub struct Buffer {
     whole: Vec<u8>,

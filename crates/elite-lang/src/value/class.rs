@@ -145,8 +145,8 @@ thread_local! {
     static VERSION: Cell<u32> = const { Cell::new(FIRST_VERSION) };
 }
 
-/// The version of a class that nobody has asked for its version since it changed: nothing is cached of it, nor of any class
-/// derived from it.
+/// The version of a class that nobody has asked for its version since it changed: nothing is cached of it, nor of any
+/// class derived from it.
 const UNKNOWN: u32 = 0;
 /// Versions below are tags of builtin values, see `ops::attribute`.
 const FIRST_VERSION: u32 = 1 << 8;
@@ -360,8 +360,8 @@ impl Class {
         Some(self.version.get()).filter(|version| *version != UNKNOWN)
     }
 
-    /// Names the present state. The classes it is derived from get names, too, so that a change of one of them knows whether
-    /// anything below has a name.
+    /// Names the present state. The classes it is derived from get names, too, so that a change of one of them knows
+    /// whether anything below has a name.
     #[cold]
     #[inline(never)]
     fn named_version(&self) -> u32 {
@@ -392,8 +392,8 @@ impl Class {
         alive
     }
 
-    /// Appends those among the `count` listed ones before number `before`, last ones first; the number to go on with, 0 at the
-    /// end.
+    /// Appends those among the `count` listed ones before number `before`, last ones first; the number to go on with, 0
+    /// at the end.
     pub fn some_subclasses(&self, before: usize, count: usize, out: &mut Vec<Rc<Class>>) -> usize {
         self.subclasses.some_alive(before, count, |class| {
             // Some may have other bases now.
@@ -536,7 +536,8 @@ impl Class {
         removed.is_some()
     }
 
-    /// The class and all derived from it have other versions from now on, one after the other: they may be derived a long way.
+    /// The class and all derived from it have other versions from now on, one after the other: they may be derived a
+    /// long way.
     fn changed(&self) {
         let mut left = Vec::new();
         self.forget_version(&mut left);
@@ -569,8 +570,8 @@ impl Class {
         if layout.names.len() >= LAYOUT_MAX {
             return None;
         }
-        // An instance attribute may now hide one of the class that caches point to. Nothing changes for classes below: they have
-        // layouts of their own.
+        // An instance attribute may now hide one of the class that caches point to. Nothing changes for classes below:
+        // they have layouts of their own.
         if self.version.get() != UNKNOWN {
             self.version.set(fresh_version());
         }
@@ -618,7 +619,8 @@ impl Class {
             .map_or_else(Vec::new, |slots| slots.sorted.to_vec())
     }
 
-    /// Whether instances have a `__dict__`: exceptions do, others unless the class and all its ancestors have `__slots__`.
+    /// Whether instances have a `__dict__`: exceptions do, others unless the class and all its ancestors have
+    /// `__slots__`.
     pub fn has_dict(&self) -> bool {
         let is_open_script = |class: &Rc<Class>| class.is_script && class.is_open();
         let ancestors = self.ancestors.borrow();
@@ -647,8 +649,8 @@ impl Class {
         slots.as_ref().is_some_and(|slots| slots.has(name))
     }
 
-    /// Adds up to `count` of the names of its attributes and of those of its instances to a set, from number `from` on; whether
-    /// there are more.
+    /// Adds up to `count` of the names of its attributes and of those of its instances to a set, from number `from` on;
+    /// whether there are more.
     pub fn add_some_names_to(&self, set: &mut SymbolSet, from: usize, count: usize) -> bool {
         let (attrs, layout) = (self.attrs.borrow(), self.layout.borrow());
         let slots = self.slots.borrow();

@@ -1,7 +1,7 @@
 //! Counting references to values without asking what kind of value it is.
 //!
-//! Each kind is behind an `Rc` of its own type, but all of them count at the same place. Copies of values and the end of
-//! copies are the commonest thing a program does, so they go by that place instead of by a table of kinds.
+//! Each kind is behind an `Rc` of its own type, but all of them count at the same place. Copies of values and the end
+//! of copies are the commonest thing a program does, so they go by that place instead of by a table of kinds.
 
 use std::mem::ManuallyDrop;
 use std::rc::Rc;
@@ -19,10 +19,10 @@ impl Value {
         if self.is_flat() {
             return None;
         }
-        // SAFETY: a value that is not flat is its tag and an `Rc` in the second word (`Value` has the layout of C, see the
-        // reference on enums with `repr`). An `Rc` is a pointer to two counters before the object, for all sized types alike,
-        // as its own layout of C has it and as a trial holds against every kind (`trials/counts.rs`). Nobody looks at the object
-        // through this reference, and it lives no longer than the value.
+        // SAFETY: a value that is not flat is its tag and an `Rc` in the second word (`Value` has the layout of C, see
+        // the reference on enums with `repr`). An `Rc` is a pointer to two counters before the object, for all sized
+        // types alike, as its own layout of C has it and as a trial holds against every kind (`trials/counts.rs`).
+        // Nobody looks at the object through this reference, and it lives no longer than the value.
         #[allow(unsafe_code)]
         Some(unsafe { &*std::ptr::from_ref(self).cast::<RefCounts>().add(1) })
     }

@@ -1,7 +1,7 @@
 //! Data of the library and of embedders behind an instance: of any type, by which it is asked for.
 //!
-//! `Any` says its type by a call and through memory, which takes longer than most methods of a `deque` do. Here the type lies
-//! beside the data.
+//! `Any` says its type by a call and through memory, which takes longer than most methods of a `deque` do. Here the
+//! type lies beside the data.
 
 use std::any::{Any, TypeId};
 use std::rc::Rc;
@@ -11,8 +11,9 @@ use super::{Value, trash};
 /// Data of some type.
 pub struct NativeData(Box<TypedBox<dyn Contents>>);
 
-/// What data of the library is made of: the values in it. Every type says so, those without values by `no_values!`; what is not said
-/// does not compile. The search for cycles, and the queue that takes deep chains apart, learn it from here.
+/// What data of the library is made of: the values in it. Every type says so, those without values by `no_values!`;
+/// what is not said does not compile. The search for cycles, and the queue that takes deep chains apart, learn it from
+/// here.
 pub trait Contents: Any {
     /// Runs `each` on the values it holds.
     fn visit(&self, each: &mut dyn FnMut(&Value));

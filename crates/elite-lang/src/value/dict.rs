@@ -1,8 +1,8 @@
 //! Dictionaries: insertion-ordered hash tables.
 //!
 //! Keys whose equality needs script code (instances with `__eq__`) cannot be compared here: the table then names the
-//! candidates and `ops::dict` asks the script, with no borrow held. Owns what others do with a dictionary; the table itself is in
-//! `table`, dictionaries of variables are in `variables`.
+//! candidates and `ops::dict` asks the script, with no borrow held. Owns what others do with a dictionary; the table
+//! itself is in `table`, dictionaries of variables are in `variables`.
 
 mod table;
 mod variables;
@@ -101,8 +101,8 @@ impl Dict {
         }))
     }
 
-    /// Replaces the value of a key with its hash, or adds both if there is room, unless script code has to compare keys: the value
-    /// that was there (`Unbound` if none was), otherwise the new one back.
+    /// Replaces the value of a key with its hash, or adds both if there is room, unless script code has to compare
+    /// keys: the value that was there (`Unbound` if none was), otherwise the new one back.
     #[inline]
     pub fn set_at_once(&self, hash: u64, key: &Value, value: Value) -> Result<Value, Value> {
         self.table.change(|table| {
@@ -293,8 +293,8 @@ impl Dict {
         (end < table.entries.len()).then_some(end)
     }
 
-    /// Runs `each` on keys and values of up to `count` entries from `from` on, unless they are being changed; whether there
-    /// are more.
+    /// Runs `each` on keys and values of up to `count` entries from `from` on, unless they are being changed; whether
+    /// there are more.
     pub fn visit(&self, from: usize, count: usize, each: &mut dyn FnMut(&Value)) -> bool {
         let Some(table) = self.table.try_borrow() else {
             return false;
@@ -455,8 +455,8 @@ impl Dict {
         lacks.then_some(table.live)
     }
 
-    /// Makes a big table anew without deleted entries, with room for `front` entries in front of the others and as many behind
-    /// them; not if others keep changing it meanwhile.
+    /// Makes a big table anew without deleted entries, with room for `front` entries in front of the others and as many
+    /// behind them; not if others keep changing it meanwhile.
     pub fn remake<E>(&self, front: usize, between: YieldHook<'_, E>) -> Result<(), E> {
         for _ in 0..RETRIES_MAX {
             let generation = self.generation();

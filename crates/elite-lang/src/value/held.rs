@@ -1,9 +1,10 @@
 //! The cell for everything scripts can reach and change.
 //!
 //! What it keeps can be looked at and changed only while no script code runs, and dropping a value may run script code
-//! (the `finally` blocks of a generator). So no borrow can be taken to change it: `change` runs a function that gives back
-//! what has left, and the caller drops that afterwards. Builds with debug assertions count the open looks and changes of
-//! the OS thread, and `nothing_is_open` stops the test in which script code begins, or a container is dropped, meanwhile.
+//! (the `finally` blocks of a generator). So no borrow can be taken to change it: `change` runs a function that gives
+//! back what has left, and the caller drops that afterwards. Builds with debug assertions count the open looks and
+//! changes of the OS thread, and `nothing_is_open` stops the test in which script code begins, or a container is
+//! dropped, meanwhile.
 
 use std::cell::{Ref, RefCell};
 use std::ops::Deref;
@@ -38,8 +39,8 @@ impl<T> ScriptCell<T> {
     /// What it keeps, without keeping count of the look; None if it is being changed.
     ///
     /// # Safety
-    /// Until the reference is used for the last time nobody changes what the cell keeps: no script code runs, no value is
-    /// dropped, and `change`, `replace`, `put` and `take` are not called.
+    /// Until the reference is used for the last time nobody changes what the cell keeps: no script code runs, no value
+    /// is dropped, and `change`, `replace`, `put` and `take` are not called.
     #[inline(always)]
     #[allow(unsafe_code)]
     pub(crate) unsafe fn glimpse(&self) -> Option<&T> {
@@ -64,8 +65,8 @@ impl<T> ScriptCell<T> {
         change(&mut value)
     }
 
-    /// The same with a value that `change` takes; it comes back as well while what is kept is being looked at or changed.
-    /// Nothing here can panic, so that the value stays where it is: in registers, if `change` leaves it there.
+    /// The same with a value that `change` takes; it comes back as well while what is kept is being looked at or
+    /// changed. Nothing here can panic, so that the value stays where it is: in registers, if `change` leaves it there.
     #[inline(always)]
     pub fn change_by<V, O>(
         &self,

@@ -180,7 +180,8 @@ impl Instance {
         }
     }
 
-    /// Puts a value into slot `slot` in place of another one: the one that was there; the new one back if there was none.
+    /// Puts a value into slot `slot` in place of another one: the one that was there; the new one back if there was
+    /// none.
     #[inline(always)]
     pub fn replace_slot(&self, slot: usize, value: Value) -> Result<Value, Value> {
         self.attrs.change_by(value, |attrs, value| match attrs {
@@ -192,8 +193,8 @@ impl Instance {
         })
     }
 
-    /// Sets the attribute in slot `slot`; the value back if the attributes are in a dictionary or have to be, because those behind
-    /// the slot have been set before.
+    /// Sets the attribute in slot `slot`; the value back if the attributes are in a dictionary or have to be, because
+    /// those behind the slot have been set before.
     #[inline(always)]
     pub fn set_slot(&self, slot: usize, value: Value) -> Result<(), Value> {
         match self.replace_slot(slot, value) {
@@ -224,8 +225,8 @@ impl Instance {
         })
     }
 
-    /// Whether an empty slot may be set: scripts see attributes in the order in which they were set. That is the order of the
-    /// slots, or kept beside them where it has a place; otherwise the attributes have to be in a dictionary.
+    /// Whether an empty slot may be set: scripts see attributes in the order in which they were set. That is the order
+    /// of the slots, or kept beside them where it has a place; otherwise the attributes have to be in a dictionary.
     fn puts_in_order(&self, slots: &InlineSlots, slot: usize) -> bool {
         let before = self.order.get();
         let is_set = |at: &usize| !slots[*at].is_unbound();
@@ -327,7 +328,8 @@ impl Instance {
         }
     }
 
-    /// Replaces all attributes of the instance itself but those of `__slots__` by those in a dictionary, live from now on.
+    /// Replaces all attributes of the instance itself but those of `__slots__` by those in a dictionary, live from now
+    /// on.
     pub fn set_dict(&self, dict: Rc<Dict>, symbols: &super::symbol::Symbols) {
         self.dict(symbols);
         let old = self.attrs.change(|attrs| match attrs {

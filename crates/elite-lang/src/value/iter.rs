@@ -90,7 +90,8 @@ pub trait LibraryIterator {
     /// Gives the values it holds away; it is at its end then.
     fn clear(&self, held: &mut Vec<Value>);
 
-    /// Another one that stands where this one stands, over what `each` makes of the values this one holds; None if it cannot be copied.
+    /// Another one that stands where this one stands, over what `each` makes of the values this one holds; None if it
+    /// cannot be copied.
     fn copied(
         &self,
         _ev: &Evaluator<'_>,
@@ -124,8 +125,8 @@ impl NativeIter {
 }
 
 impl Iter {
-    /// Another iterator over the same characters, bytes, numbers, dictionary or set, which stands where this one stands; None for
-    /// other kinds.
+    /// Another iterator over the same characters, bytes, numbers, dictionary or set, which stands where this one
+    /// stands; None for other kinds.
     pub fn twin(&self) -> Option<Iter> {
         Some(match self {
             Iter::Str { text, offset } => Iter::Str {

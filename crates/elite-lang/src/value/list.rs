@@ -78,8 +78,8 @@ impl List {
         })
     }
 
-    /// Puts an item in the place that an index means, which counts from the end if it is negative: the one that was there, or, if
-    /// there is none, the new one back.
+    /// Puts an item in the place that an index means, which counts from the end if it is negative: the one that was
+    /// there, or, if there is none, the new one back.
     #[inline(always)]
     pub fn replace_at(&self, index: i64, value: Value) -> Result<Value, Value> {
         self.has_changed();

@@ -178,8 +178,9 @@ impl Namespace {
         variable
     }
 
-    /// Names that are unbound, and that no code refers to, leave whenever their number has doubled: a program that evaluates
-    /// ever new texts which bind and delete ever new names does not grow. Where there are very many, a sweep finds them.
+    /// Names that are unbound, and that no code refers to, leave whenever their number has doubled: a program that
+    /// evaluates ever new texts which bind and delete ever new names does not grow. Where there are very many, a sweep
+    /// finds them.
     fn forget_unused_if_many(&self) {
         let many = self.limit.get().max(NAMES_MIN);
         if (many..NAMES_AT_ONCE).contains(&self.cells.borrow().len()) {
@@ -188,8 +189,8 @@ impl Namespace {
         }
     }
 
-    /// Of up to `count` names from number `from` on, those leave that are unbound and that no code refers to. The number of the
-    /// name to go on with; None at the end.
+    /// Of up to `count` names from number `from` on, those leave that are unbound and that no code refers to. The
+    /// number of the name to go on with; None at the end.
     pub fn forget_some_unused(&self, from: usize, count: usize) -> Option<usize> {
         let mut cells = self.cells.borrow_mut();
         let own = 1 + usize::from(self.shown.get().is_some());
@@ -231,8 +232,8 @@ impl Namespace {
         order.len() > from + count
     }
 
-    /// Appends the bound ones of up to `count` of its names to others, from number `from` on; whether there are more. Of one
-    /// that is shown in a dictionary those that code has asked for only.
+    /// Appends the bound ones of up to `count` of its names to others, from number `from` on; whether there are more.
+    /// Of one that is shown in a dictionary those that code has asked for only.
     pub fn some_bound_names(&self, from: usize, count: usize, out: &mut Vec<Symbol>) -> bool {
         let order = self.order.borrow();
         let end = order.len().min(from.saturating_add(count));

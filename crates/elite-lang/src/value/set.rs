@@ -25,7 +25,8 @@ pub struct Set {
     pub old: Cell<bool>,
 }
 
-/// A place of the table. One without a key is free, or its element has been deleted: then it says so in the place of the hash.
+/// A place of the table. One without a key is free, or its element has been deleted: then it says so in the place of
+/// the hash.
 #[derive(Clone, Default)]
 struct SetSlot {
     hash: u64,

@@ -1,5 +1,5 @@
-//! Text. Owns the string object: UTF-8, short texts in the object itself. The hash is kept beside it, and behind it what is needed
-//! where characters are not bytes: their number and their places.
+//! Text. Owns the string object: UTF-8, short texts in the object itself. The hash is kept beside it, and behind it
+//! what is needed where characters are not bytes: their number and their places.
 
 use std::cell::{Cell, OnceCell};
 

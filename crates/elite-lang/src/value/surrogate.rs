@@ -1,7 +1,7 @@
-//! Surrogates in texts. Python's texts are code points, and half a pair is one; ours are UTF-8, which has no such thing. So
-//! the surrogates U+D800 to U+DFFF lie in texts as 2048 characters of the private plane 16, U+10E000 to U+10E7FF, which
-//! therefore cannot be had themselves. Whoever turns characters into numbers, or into bytes, or the other way round,
-//! comes here; nobody else has to know.
+//! Surrogates in texts. Python's texts are code points, and half a pair is one; ours are UTF-8, which has no such
+//! thing. So the surrogates U+D800 to U+DFFF lie in texts as 2048 characters of the private plane 16, U+10E000 to
+//! U+10E7FF, which therefore cannot be had themselves. Whoever turns characters into numbers, or into bytes, or the
+//! other way round, comes here; nobody else has to know.
 
 /// The first code point of a surrogate, and how many there are.
 const FIRST: u32 = 0xd800;
@@ -18,7 +18,8 @@ pub fn code_of(c: char) -> u32 {
     }
 }
 
-/// The character of a code point; None if there is none, which are numbers beyond 0x10FFFF and those that stand for surrogates.
+/// The character of a code point; None if there is none, which are numbers beyond 0x10FFFF and those that stand for
+/// surrogates.
 #[inline]
 pub fn char_of(code: u32) -> Option<char> {
     match code {

@@ -65,9 +65,9 @@ ABSTRACT_METHODS = "__abstractmethods__", IS_ABSTRACT = "__isabstractmethod__", 
 /// The table of names of one interpreter.
 ///
 /// A name of the interpreter's own stays. One that a program only asks for (`getattr(o, name)`, a key of `**mapping`)
-/// passes: it is forgotten when the last `TempSymbol` for it is dropped, unless something has been called by it meanwhile.
-/// What texts and attributes of a program are called by is given up when a `sweep` finds that nothing is called so any
-/// more, so a program may go on making up names for ever.
+/// passes: it is forgotten when the last `TempSymbol` for it is dropped, unless something has been called by it
+/// meanwhile. What texts and attributes of a program are called by is given up when a `sweep` finds that nothing is
+/// called so any more, so a program may go on making up names for ever.
 pub struct Symbols {
     inner: RefCell<SymbolTable>,
     /// What the names weigh that a sweep may give up, and how much makes the next one due.
@@ -181,15 +181,16 @@ impl Symbols {
         symbol
     }
 
-    /// The symbol for a name that a program has made up, a new one if need be. Something that `InterpreterState::sweep_names` looks at
-    /// is called by it from now on, or soon.
+    /// The symbol for a name that a program has made up, a new one if need be. Something that
+    /// `InterpreterState::sweep_names` looks at is called by it from now on, or soon.
     pub fn take(&self, name: &str) -> Symbol {
         let symbol = self.inner.borrow_mut().number(name);
         self.settle(symbol);
         symbol
     }
 
-    /// The symbol for `name`, to look for what is called by it. Whoever then calls something by it says so with `settle`.
+    /// The symbol for `name`, to look for what is called by it. Whoever then calls something by it says so with
+    /// `settle`.
     pub fn ask(&self, name: &str) -> TempSymbol<'_> {
         let mut inner = self.inner.borrow_mut();
         let symbol = inner.number(name);
@@ -221,8 +222,8 @@ impl Symbols {
         self.kept.set(0);
     }
 
-    /// Goes on with it for up to `count` names from number `from` on; whether there are more. `used` are those that something
-    /// is called by.
+    /// Goes on with it for up to `count` names from number `from` on; whether there are more. `used` are those that
+    /// something is called by.
     pub fn sweep_some(&self, used: &SymbolSet, from: usize, count: usize) -> bool {
         let mut inner = self.inner.borrow_mut();
         let end = inner.names.len().min(from + count);

@@ -1,9 +1,10 @@
 //! Taking containers apart without deep recursion: a list in a list in a list … of any depth is dropped with a
 //! bounded native stack.
 //!
-//! Owns the one queue that takes what is too deep to be dropped where it lies. Every struct that keeps a value hands its
-//! parts to it in `drop` (`hand_over`); `nests` names the kinds, without a wildcard, so that a new kind of value cannot be
-//! forgotten. Dropping may run script code (the `finally` blocks of generators), so nothing may be borrowed meanwhile.
+//! Owns the one queue that takes what is too deep to be dropped where it lies. Every struct that keeps a value hands
+//! its parts to it in `drop` (`hand_over`); `nests` names the kinds, without a wildcard, so that a new kind of value
+//! cannot be forgotten. Dropping may run script code (the `finally` blocks of generators), so nothing may be borrowed
+//! meanwhile.
 
 use std::cell::{Cell, RefCell};
 
@@ -107,8 +108,8 @@ const PORTION_BYTES: isize = if cfg!(debug_assertions) {
 thread_local! {
     static PUTS_OFF: Cell<bool> = const { Cell::new(false) };
     static PUT_OFF: RefCell<Vec<Box<dyn DeferredDrop>>> = const { RefCell::new(Vec::new()) };
-    /// Parts that have been dropped since the last portion was begun: a few thousand containers of a few thousand parts each are
-    /// millions, none of which is in a big one.
+    /// Parts that have been dropped since the last portion was begun: a few thousand containers of a few thousand parts
+    /// each are millions, none of which is in a big one.
     static DONE: Cell<usize> = const { Cell::new(0) };
 }
 
@@ -172,16 +173,16 @@ impl<T: DropItem> DeferredDrop for DeferredItems<T> {
     }
 }
 
-/// From now on (or no longer, `false`) the parts of big containers are dropped bit by bit, by `drop_some`. A container of
-/// millions of values takes many milliseconds otherwise, in which nobody else has a turn.
+/// From now on (or no longer, `false`) the parts of big containers are dropped bit by bit, by `drop_some`. A container
+/// of millions of values takes many milliseconds otherwise, in which nobody else has a turn.
 pub fn put_off(on: bool) -> bool {
     memory::put_off(on);
     PUTS_OFF.with(|puts_off| puts_off.replace(on))
 }
 
-/// Leaves the parts of a container to be dropped bit by bit, if they are many, or many have been dropped just now, and nobody
-/// could tell the difference: `tells` says which of them may end a generator, whose `finally` block must run at once (with very
-/// many parts it has to wait, too).
+/// Leaves the parts of a container to be dropped bit by bit, if they are many, or many have been dropped just now, and
+/// nobody could tell the difference: `tells` says which of them may end a generator, whose `finally` block must run at
+/// once (with very many parts it has to wait, too).
 pub fn leave<T: DropItem>(parts: &mut Vec<T>, tells: impl Fn(&T) -> bool) {
     if !PUTS_OFF.with(Cell::get) {
         return;
@@ -222,8 +223,8 @@ fn put_aside(rest: impl DeferredDrop + 'static) {
 /// Nodes of code, many of which are dropped bit by bit. They hold constants only, so nobody can tell the difference.
 pub struct NodeList<T: 'static>(Box<[T]>);
 
-/// Bytes of nodes that are dropped at once. Each node may have others below it, in lists of their own, so that their number says
-/// nothing; their bytes say how many blocks are given back.
+/// Bytes of nodes that are dropped at once. Each node may have others below it, in lists of their own, so that their
+/// number says nothing; their bytes say how many blocks are given back.
 const NODES: isize = if cfg!(debug_assertions) {
     16 << 10
 } else {
@@ -321,8 +322,8 @@ impl<T: 'static> Drop for NodeList<T> {
     }
 }
 
-/// Whether dropping a value, or what a container holds directly, may run code of the script. What is deeper in a container
-/// of many containers may have to wait.
+/// Whether dropping a value, or what a container holds directly, may run code of the script. What is deeper in a
+/// container of many containers may have to wait.
 pub fn tells(value: &Value) -> bool {
     nests(value)
         && !matches!(
@@ -385,8 +386,8 @@ pub fn dismantle(values: &mut Vec<Value>) {
     }
 }
 
-/// Drops values, and leaves the rest of them once they have come to many with all they hold. So what lay side by side goes side by
-/// side, and the system gets it back in few pieces.
+/// Drops values, and leaves the rest of them once they have come to many with all they hold. So what lay side by side
+/// goes side by side, and the system gets it back in few pieces.
 fn drop_all(mut values: Vec<Value>) {
     if values.len() < FEW || !PUTS_OFF.with(Cell::get) || values.iter().any(tells) {
         return;
@@ -455,8 +456,8 @@ thread_local! {
     static DROPPED: Cell<usize> = const { Cell::new(0) };
 }
 
-/// Drops what was too deep. A chain may have millions of links, each of which hands over the next one: what does not fit into a
-/// portion is left to be dropped bit by bit.
+/// Drops what was too deep. A chain may have millions of links, each of which hands over the next one: what does not
+/// fit into a portion is left to be dropped bit by bit.
 fn drop_deferred() {
     loop {
         let is_enough = PUTS_OFF.with(Cell::get) && DROPPED.with(Cell::get) >= PORTION;

@@ -1,7 +1,7 @@
 //! Values that a native holds while it works: many of them are dropped bit by bit, also where the native ends early.
 //!
-//! Owns nothing but the drop: a plain `Vec` of millions of values takes many milliseconds to drop, in which no other script
-//! thread has a turn.
+//! Owns nothing but the drop: a plain `Vec` of millions of values takes many milliseconds to drop, in which no other
+//! script thread has a turn.
 
 use std::ops::{Deref, DerefMut};
 

@@ -1,6 +1,6 @@
 //! Lists of objects that do not keep them alive. The memory of a dead object stays while it is listed, so the dead ones
-//! leave whenever the list has doubled, a few with each object that is listed: a list of hundreds of thousands takes long to look
-//! through.
+//! leave whenever the list has doubled, a few with each object that is listed: a list of hundreds of thousands takes
+//! long to look through.
 
 use std::cell::{Cell, RefCell};
 use std::rc::{Rc, Weak};
@@ -14,8 +14,8 @@ const STEP: usize = 8;
 pub struct WeakList<T> {
     all: RefCell<Vec<Weak<T>>>,
     limit: Cell<usize>,
-    /// While the list is searched for dead ones: how many have been looked at, and how many of those were alive. They are the
-    /// first ones; the places between both numbers are empty.
+    /// While the list is searched for dead ones: how many have been looked at, and how many of those were alive. They
+    /// are the first ones; the places between both numbers are empty.
     search: Cell<Option<(usize, usize)>>,
 }
 
@@ -60,9 +60,9 @@ impl<T> WeakList<T> {
         self.some_alive(usize::MAX, usize::MAX, each);
     }
 
-    /// Runs `each`, which lists nothing here, on those that are alive among the `count` listed ones before number `before`, last
-    /// ones first; the number to go on with, 0 at the end. Others may be listed in between: what is listed already only moves to
-    /// the front, so none is left out.
+    /// Runs `each`, which lists nothing here, on those that are alive among the `count` listed ones before number
+    /// `before`, last ones first; the number to go on with, 0 at the end. Others may be listed in between: what is
+    /// listed already only moves to the front, so none is left out.
     pub fn some_alive(&self, before: usize, count: usize, mut each: impl FnMut(&Rc<T>)) -> usize {
         let all = self.all.borrow();
         let end = all.len().min(before);

@@ -53,7 +53,8 @@ fn wait_for_job(
     Ok(())
 }
 
-/// Changes of points that a thread sends ahead of the arm behind one motion; for the next one it waits until the arm has caught up.
+/// Changes of points that a thread sends ahead of the arm behind one motion; for the next one it waits until the arm
+/// has caught up.
 const CHANGES_AHEAD: usize = 16;
 
 /// A call in progress.
@@ -172,7 +173,8 @@ impl<'a, 'n> Call<'a, 'n> {
         Ok(text.chars().take(57).chain("...".chars()).collect())
     }
 
-    /// Ends the program with an alarm that everybody sees and no script catches. In a secondary program it is an exception.
+    /// Ends the program with an alarm that everybody sees and no script catches. In a secondary program it is an
+    /// exception.
     pub fn alarm(&mut self, sub_code: i32, text: &str) -> Raised {
         let text = format!("{}(): {text}", self.builtin.name);
         if self.context.is_secondary() {
@@ -282,8 +284,8 @@ impl<'a, 'n> Call<'a, 'n> {
         self.context.robot().foreseen().state
     }
 
-    /// Gives a command that takes no simulated time: it is done in the next cycle, in the order of the program, and what the
-    /// program asks from now on is answered as if it were done. Waits only for room in the ring.
+    /// Gives a command that takes no simulated time: it is done in the next cycle, in the order of the program, and
+    /// what the program asks from now on is answered as if it were done. Waits only for room in the ring.
     ///
     /// A refusal is an exception at the call.
     pub fn set(&mut self, kind: CommandKind) -> Result<(), Raised> {
@@ -373,9 +375,9 @@ impl<'a, 'n> Call<'a, 'n> {
         self.ended(id)
     }
 
-    /// Waits until the arm has caught up with the motions of this thread whose calls have returned already: what a builtin
-    /// reads and changes is that of the moment when the last of them has entered its blend. Where the arm would have to slow down
-    /// for that, who `may_hurry` does not wait so long: only until the next motion is due.
+    /// Waits until the arm has caught up with the motions of this thread whose calls have returned already: what a
+    /// builtin reads and changes is that of the moment when the last of them has entered its blend. Where the arm would
+    /// have to slow down for that, who `may_hurry` does not wait so long: only until the next motion is due.
     pub(super) fn catch_up(&mut self, may_hurry: bool) -> Result<(), Raised> {
         if let Some(last) = self.context.last_ahead() {
             self.wait(match may_hurry {
@@ -389,8 +391,8 @@ impl<'a, 'n> Call<'a, 'n> {
         Ok(())
     }
 
-    /// Changes an output, a register or how a point is configured: now, or, where the program is ahead of the arm, when that enters the
-    /// blend zone of this thread's last motion.
+    /// Changes an output, a register or how a point is configured: now, or, where the program is ahead of the arm, when
+    /// that enters the blend zone of this thread's last motion.
     pub fn change(&mut self, change: IoChange) -> Result<CommandId, Raised> {
         if let Some(motion) = self.context.last_ahead() {
             if self.context.count_change_ahead(motion) <= CHANGES_AHEAD {

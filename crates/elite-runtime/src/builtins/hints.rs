@@ -78,7 +78,8 @@ fn hints(site: &CallSite<'_>) -> Vec<CallHint> {
     misfits.into_iter().chain(slips).collect()
 }
 
-/// Functions that later editions of the vendor's software have and this controller has not: name, edition, what is missing here.
+/// Functions that later editions of the vendor's software have and this controller has not: name, edition, what is
+/// missing here.
 const LATER: &[(&str, &str, &str)] = &[(
     "set_tool_second_power_on",
     "2.16",

@@ -108,8 +108,8 @@ pub(crate) fn natives(context: &Rc<TaskContext>) -> Vec<NativeFunction> {
         .collect()
 }
 
-/// Whether a call has to wait for the motions that the program has sent ahead: it reads or changes what they do, or what the
-/// world is when they do it. Computing with given numbers does not, and further motions follow.
+/// Whether a call has to wait for the motions that the program has sent ahead: it reads or changes what they do, or
+/// what the world is when they do it. Computing with given numbers does not, and further motions follow.
 fn sees_the_robot(builtin: &Builtin, call: &Call<'_, '_>) -> bool {
     match builtin.name {
         "movej" | "movel" | "movec" | "movep" => false,
@@ -131,8 +131,8 @@ fn changes_points(category: Category, name: &str) -> bool {
     }
 }
 
-/// Whether a call that has to wait for motions does so only until the next one is due, although the last may not have come to its
-/// blend: it reads, writes or waits, and changes nothing about how the arm moves.
+/// Whether a call that has to wait for motions does so only until the next one is due, although the last may not have
+/// come to its blend: it reads, writes or waits, and changes nothing about how the arm moves.
 fn may_hurry(builtin: &Builtin) -> bool {
     match builtin.category {
         Category::Io

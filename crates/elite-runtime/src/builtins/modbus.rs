@@ -1,6 +1,7 @@
 //! Manual 6.1: Modbus signals, and the controller's own Modbus map.
 //!
-//! Signals belong to the controller: they outlive the program that added them. Reading one waits only for its first answer.
+//! Signals belong to the controller: they outlive the program that added them. Reading one waits only for its first
+//! answer.
 
 mod calls;
 

@@ -1,8 +1,8 @@
 //! Manual 8.2: Modbus RTU as master on the serial ports.
 //!
 //! A read that fails gives an empty list, a write that fails 0 or False, both with a line in the log that says why;
-//! arguments outside their range raise. A write gives the number of values that were written (manual 8.2.13 to 8.2.16), at
-//! the tool a single value 1 and several True (8.2.5 to 8.2.8).
+//! arguments outside their range raise. A write gives the number of values that were written (manual 8.2.13 to 8.2.16),
+//! at the tool a single value 1 and several True (8.2.5 to 8.2.8).
 
 use std::sync::Arc;
 
@@ -373,7 +373,8 @@ fn write(
     })
 }
 
-/// The values to write, 1 to `most` of them, alone or as a list, each converted by `convert`; `what` says what it takes.
+/// The values to write, 1 to `most` of them, alone or as a list, each converted by `convert`; `what` says what it
+/// takes.
 fn data<T>(
     call: &mut Call<'_, '_>,
     most: usize,

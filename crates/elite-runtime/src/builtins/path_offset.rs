@@ -1,4 +1,5 @@
-//! Process moves and offsets of the path, as programs of the vendor's pendant use them; the manual does not describe them.
+//! Process moves and offsets of the path, as programs of the vendor's pendant use them; the manual does not describe
+//! them.
 
 use elite_lang::{ExceptionKind, Raised, Value};
 use motion_api::{CommandKind, OffsetAxes};

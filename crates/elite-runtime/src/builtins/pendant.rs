@@ -1,5 +1,5 @@
-//! Names that programs of the pendant use and the vendor's manual does not describe (from controller output, not from the
-//! manual). What moves the arm among them is with the motions.
+//! Names that programs of the pendant use and the vendor's manual does not describe (from controller output, not from
+//! the manual). What moves the arm among them is with the motions.
 
 use ::kinematics::script_math;
 use elite_lang::{ExceptionKind, Raised, Value};

@@ -1,7 +1,7 @@
 //! Manual 5.31 to 5.34 and 8.1: RS-485 at the tool connector and in the control box.
 //!
-//! A line that is closed, in the other mode or broken makes reads empty and writes fail by value, with a line in the log;
-//! arguments outside their range raise. The functions of the 2.14.5 edition mean the port of the control box.
+//! A line that is closed, in the other mode or broken makes reads empty and writes fail by value, with a line in the
+//! log; arguments outside their range raise. The functions of the 2.14.5 edition mean the port of the control box.
 
 use std::fmt::Display;
 use std::pin::Pin;
@@ -392,8 +392,8 @@ pub(super) fn check_not_daemon(call: &mut Call<'_, '_>, port: Port) -> Result<()
     }
 }
 
-/// What a line does for a program is done on the thread of the line: what passes between the two is not in the account of
-/// the task, which gets copies of results and of what is said of errors.
+/// What a line does for a program is done on the thread of the line: what passes between the two is not in the account
+/// of the task, which gets copies of results and of what is said of errors.
 pub(super) fn at_line<T: Clone + 'static, E: Display>(
     call: &mut Call<'_, '_>,
     work: impl Future<Output = Result<T, E>> + 'static,

@@ -1,7 +1,7 @@
 //! Manual 9.4: string functions.
 //!
-//! Positions count characters, from 0; only `str_len` counts bytes (UTF-8), as its section says. For ASCII text, all the
-//! manual shows, both are the same.
+//! Positions count characters, from 0; only `str_len` counts bytes (UTF-8), as its section says. For ASCII text, all
+//! the manual shows, both are the same.
 
 use elite_lang::{ExceptionKind, Letters, Raised, Value};
 

@@ -1,7 +1,7 @@
 //! Builtins that ask somebody else: what they answer is noted, or comes from the recording.
 //!
-//! Of calls that answer at once as they did before, with the same arguments, nothing is noted: a program that asks for a
-//! register a thousand times a second has one note for each change.
+//! Of calls that answer at once as they did before, with the same arguments, nothing is noted: a program that asks for
+//! a register a thousand times a second has one note for each change.
 
 use std::collections::HashMap;
 

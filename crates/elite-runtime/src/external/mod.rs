@@ -1,14 +1,16 @@
 //! What comes to programs from outside, and when: what makes a recorded run one that can be repeated, program and all.
 //!
-//! A program is a pure function of its text, of what the robot shows it, and of what comes from elsewhere: answers of machines,
-//! orders, the time of day. The robot is repeated by its commands. The rest is noted here where it enters, by *turns*: a task
-//! looks round at certain points only (after each slice of a thread, and after each wait), counts them, and sees between two of
-//! them nothing new. So the number of the turn says exactly when something was seen, whatever the machine did meanwhile.
+//! A program is a pure function of its text, of what the robot shows it, and of what comes from elsewhere: answers of
+//! machines, orders, the time of day. The robot is repeated by its commands. The rest is noted here where it enters, by
+//! *turns*: a task looks round at certain points only (after each slice of a thread, and after each wait), counts them,
+//! and sees between two of them nothing new. So the number of the turn says exactly when something was seen, whatever
+//! the machine did meanwhile.
 //!
 //! - `calls`: what builtins that ask somebody else have answered.
 //! - `rerun`: a recorded run, for tasks that repeat it.
 //!
-//! Owns the words for it and the comparison with the program's own commands. Files, and what is given by `controller`, are not here.
+//! Owns the words for it and the comparison with the program's own commands. Files, and what is given by `controller`,
+//! are not here.
 
 mod calls;
 mod rerun;
@@ -113,7 +115,8 @@ pub enum CallOutcome {
     Stopped,
 }
 
-/// Who notes what comes from outside. Called on the thread of the task; must not wait but for room under the virtual clock.
+/// Who notes what comes from outside. Called on the thread of the task; must not wait but for room under the virtual
+/// clock.
 pub trait ExternalInputSink: Send + Sync {
     /// Something has come.
     fn note(&self, external: &ExternalInput);

@@ -1,7 +1,7 @@
 //! A recorded run as its tasks repeat it: what came to them in which turn, and the commands that they are to give.
 //!
-//! The robot is moved by the recorded commands; what a program gives is compared with them and not carried out. The first
-//! departure ends the program: what would follow belongs to another run.
+//! The robot is moved by the recorded commands; what a program gives is compared with them and not carried out. The
+//! first departure ends the program: what would follow belongs to another run.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::fmt;
@@ -12,7 +12,8 @@ use motion_api::{Command, CommandId, CommandKind, DigitalBank, IoChange, Origin,
 
 use super::{ExternalInput, ExternalInputKind, RecordedCall, TaskOrder};
 
-/// A program whose end is not in the recording computes for so many slices at most, seconds of work, while no cycle passes.
+/// A program whose end is not in the recording computes for so many slices at most, seconds of work, while no cycle
+/// passes.
 const WORK_MAX: u32 = 20_000;
 
 /// Where the programs of a repeated run leave what was recorded.
@@ -89,8 +90,8 @@ pub struct Rerun {
 }
 
 impl Rerun {
-    /// A run that was recorded under the real clock, or not, up to `last_cycle`; with all that came from outside, and the
-    /// commands with the cycles that took them, both in their order.
+    /// A run that was recorded under the real clock, or not, up to `last_cycle`; with all that came from outside, and
+    /// the commands with the cycles that took them, both in their order.
     pub fn new(
         is_real: bool,
         last_cycle: u64,
@@ -361,8 +362,8 @@ impl Rerun {
     }
 }
 
-/// Equal, NaN equal to itself, and a change of an output equal to one that waits for a blend zone: the recorded command is the one
-/// that is carried out.
+/// Equal, NaN equal to itself, and a change of an output equal to one that waits for a blend zone: the recorded command
+/// is the one that is carried out.
 fn is_same(a: &CommandKind, b: &CommandKind) -> bool {
     let (a, b) = (made_at_once(a), made_at_once(b));
     a == b || format!("{a:?}") == format!("{b:?}")

@@ -109,8 +109,8 @@ pub struct MicroLine {
     chain: RefCell<SolutionChain>,
 }
 
-/// Joint positions of the points from the first on, each near the one before: found once, and read again as long as the first
-/// is reached with the same joint positions from where the arm stands.
+/// Joint positions of the points from the first on, each near the one before: found once, and read again as long as the
+/// first is reached with the same joint positions from where the arm stands.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct SolutionChain {
     /// With which TCP and frame.
@@ -171,8 +171,8 @@ impl MicroLine {
         self.base_from_part = Pose::from_rpy(base_from_part);
     }
 
-    /// The joint positions at the first of the points `first` to `last`, counted from 1, nearest to `start`; those of poses are
-    /// looked at one after the other before the arm moves.
+    /// The joint positions at the first of the points `first` to `last`, counted from 1, nearest to `start`; those of
+    /// poses are looked at one after the other before the arm moves.
     ///
     /// # Errors
     /// [`MicroLineError::OutOfReach`]
@@ -197,8 +197,8 @@ impl MicroLine {
         self.space
     }
 
-    /// What the points `first` to `last`, counted from 1, are taken for: joint positions, or positions and quaternions in the
-    /// base frame.
+    /// What the points `first` to `last`, counted from 1, are taken for: joint positions, or positions and quaternions
+    /// in the base frame.
     pub fn samples(&self, (first, last): (usize, usize)) -> Vec<[f64; 7]> {
         let part = (first.max(1) - 1)..last.min(self.samples.len());
         let samples = self.samples.get(part).unwrap_or_default();

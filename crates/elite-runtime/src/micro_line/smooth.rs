@@ -1,10 +1,11 @@
 //! Rounded numbers as samples of a smooth path.
 //!
-//! A file tells each coordinate to so many decimals; at even, short times the rounding alone asks for accelerations that no
-//! joint has. What is meant is taken to be the smoothest series that rounds to the numbers: least sum of squares of its third
-//! differences, every value hardly farther from the file's than the rounding. Penalised least squares whose weights grow where a value is
-//! too far off (Eilers, "A perfect smoother", *Analytical Chemistry* 75, 2003, for the penalty on differences). So a series
-//! that was smooth before it was rounded comes out at least as smooth as it was. First and last value stay as they are.
+//! A file tells each coordinate to so many decimals; at even, short times the rounding alone asks for accelerations
+//! that no joint has. What is meant is taken to be the smoothest series that rounds to the numbers: least sum of
+//! squares of its third differences, every value hardly farther from the file's than the rounding. Penalised least
+//! squares whose weights grow where a value is too far off (Eilers, "A perfect smoother", *Analytical Chemistry* 75,
+//! 2003, for the penalty on differences). So a series that was smooth before it was rounded comes out at least as
+//! smooth as it was. First and last value stay as they are.
 
 /// Weight of the deviations to begin with: swings of some forty samples and more are followed.
 const LIGHTEST: f64 = 1e-6;
@@ -12,8 +13,8 @@ const LIGHTEST: f64 = 1e-6;
 const ATTEMPTS: usize = 40;
 /// See [`ATTEMPTS`].
 const GROWTH: (f64, f64) = (1.1, 1000.0);
-/// A value may be so many times its rounding off: when nothing more is attempted, and at all. Weights that would bring the
-/// last of them nearer make a corner of it.
+/// A value may be so many times its rounding off: when nothing more is attempted, and at all. Weights that would bring
+/// the last of them nearer make a corner of it.
 const NEAR: f64 = 1.1;
 /// See [`NEAR`].
 const FARTHEST: f64 = 1.5;

@@ -42,8 +42,8 @@ pub struct Popups {
 }
 
 impl Popups {
-    /// Opens a window. Beyond [`POPUPS_MAX`] the oldest that nobody waits for is closed; there is one, because a task has
-    /// at most 65 threads that wait and closes their windows when they are stopped.
+    /// Opens a window. Beyond [`POPUPS_MAX`] the oldest that nobody waits for is closed; there is one, because a task
+    /// has at most 65 threads that wait and closes their windows when they are stopped.
     pub fn open(&mut self, popup: Popup) -> PopupId {
         if self.open.len() >= POPUPS_MAX {
             let oldest = self.open.iter().find(|(_, open)| !open.blocking);

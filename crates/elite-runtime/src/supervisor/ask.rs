@@ -30,8 +30,9 @@ pub enum NoAnswer {
 }
 
 impl Supervisor {
-    /// The value of an expression of one line, as text, floats with six decimals; any other statement runs and gives `None`.
-    /// A question sees what a secondary program sees that is sent now, and may do as little: neither move nor wait.
+    /// The value of an expression of one line, as text, floats with six decimals; any other statement runs and gives
+    /// `None`. A question sees what a secondary program sees that is sent now, and may do as little: neither move nor
+    /// wait.
     ///
     /// # Errors
     /// [`NoAnswer`]

@@ -38,8 +38,8 @@ use crate::test_task::WaitHook;
 /// Most script threads of one task, the main thread not counted.
 pub(crate) const THREADS_MAX: usize = 20;
 
-/// Calls of builtins in the `finally` and `with` blocks of a task that is being stopped. The language bounds what its own
-/// work costs there; a call may cost far more than one step of that.
+/// Calls of builtins in the `finally` and `with` blocks of a task that is being stopped. The language bounds what its
+/// own work costs there; a call may cost far more than one step of that.
 const CALLS_OF_UNWINDING: u32 = 20 * CALLS_OF_A_LOOK - 1;
 /// What `finally` and `with` blocks of a stopped program may compute, in seconds of the real clock.
 const CLEAN_UP: f64 = 0.5;
@@ -257,7 +257,8 @@ impl TaskContext {
         self.left_behind.borrow_mut().extend(left);
     }
 
-    /// The first motion on its way whose thread has ended: the next one waits for its call, which nobody waits for any more.
+    /// The first motion on its way whose thread has ended: the next one waits for its call, which nobody waits for any
+    /// more.
     pub fn first_left_behind(&self) -> Option<CommandId> {
         let mut left = self.left_behind.borrow_mut();
         left.retain(|id| {
@@ -501,8 +502,8 @@ impl TaskContext {
         &self.interpreter
     }
 
-    /// Seconds since 1970-01-01T00:00:00Z; under the virtual clock simulated time since [`VIRTUAL_EPOCH_S`]. Where it is noted
-    /// it is the same for a whole turn, which is less than a millisecond of work.
+    /// Seconds since 1970-01-01T00:00:00Z; under the virtual clock simulated time since [`VIRTUAL_EPOCH_S`]. Where it
+    /// is noted it is the same for a whole turn, which is less than a millisecond of work.
     pub fn unix_time(&self) -> f64 {
         let is_repeated_real = self.repeat().is_some_and(|repeat| repeat.is_real());
         if self.robot.timeline().is_virtual() && !is_repeated_real {
@@ -576,7 +577,8 @@ impl TaskContext {
         self.unwinding.get() == Some(0)
     }
 
-    /// Whether `finally` and `with` blocks of a stopped program may compute on; asked every few thousand steps of theirs.
+    /// Whether `finally` and `with` blocks of a stopped program may compute on; asked every few thousand steps of
+    /// theirs.
     pub fn may_clean_up(&self) -> bool {
         let left = self.looks_of_clean_up.get();
         self.looks_of_clean_up.set(left.saturating_sub(1));

@@ -1,7 +1,8 @@
-//! What others ask of a running task: orders that it cannot miss, and secondary programs, of which there may be too many.
+//! What others ask of a running task: orders that it cannot miss, and secondary programs, of which there may be too
+//! many.
 //!
-//! Orders are not queued: what counts is whether the task has been told to end, and whether it was told last to hold or to
-//! go on. So they need no room, and nobody who floods the task with programs or orders can keep a stop out.
+//! Orders are not queued: what counts is whether the task has been told to end, and whether it was told last to hold or
+//! to go on. So they need no room, and nobody who floods the task with programs or orders can keep a stop out.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 

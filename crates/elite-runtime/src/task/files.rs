@@ -20,7 +20,8 @@ const FILES_MAX: usize = 128;
 /// Most names of one folder that are listed.
 const NAMES_MAX: usize = 1 << 20;
 
-/// Where programs on the vendor's controllers find the program folder: on one kind of box, on another, and as the pendant has it.
+/// Where programs on the vendor's controllers find the program folder: on one kind of box, on another, and as the
+/// pendant has it.
 const PROGRAM_FOLDERS: [&str; 3] = [
     "/rbctrl/EliRobot_share/program",
     "/rbctrl/RT_CONTROLLER/ROBOT/program",

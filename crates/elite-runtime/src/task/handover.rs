@@ -1,7 +1,7 @@
 //! How the arm goes from a program that was replaced to the one that replaces it.
 //!
-//! The new program begins at once, while the arm may still brake; its first motion waits for the stop with which the old one
-//! ended. Owns that stop's place among the commands whose outcome is kept.
+//! The new program begins at once, while the arm may still brake; its first motion waits for the stop with which the
+//! old one ended. Owns that stop's place among the commands whose outcome is kept.
 
 use std::sync::Arc;
 

@@ -1,7 +1,7 @@
 //! When a task looks round, and what it finds then: a cycle, orders, threads that sockets have woken.
 //!
-//! Between two turns a task learns nothing new of the world, so a recording that says what was seen in which turn is all that a
-//! repetition needs (`crate::external`). Turns are counted the same way whether or not anybody notes them.
+//! Between two turns a task learns nothing new of the world, so a recording that says what was seen in which turn is
+//! all that a repetition needs (`crate::external`). Turns are counted the same way whether or not anybody notes them.
 
 use elite_lang::{SourceFile, ThreadId, memory};
 use motion_api::ThreadNumber;

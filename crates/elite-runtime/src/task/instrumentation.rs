@@ -1,5 +1,5 @@
-//! What a task is given only where programs are tested or debugged: somebody beside it, stand-ins for machines on the network,
-//! lines that are counted, a debugger.
+//! What a task is given only where programs are tested or debugged: somebody beside it, stand-ins for machines on the
+//! network, lines that are counted, a debugger.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};

@@ -1,8 +1,8 @@
 //! Waits on the outside world: futures that run beside the script threads on the task's own runtime.
 //!
-//! A builtin starts a job and suspends its thread until the job is done; other threads go on meanwhile. A job that nobody
-//! waits for any more is dropped with what it holds. Under the virtual clock the scheduler lets simulated time pass at
-//! wall pace while a job is open. Needs a tokio `LocalSet`.
+//! A builtin starts a job and suspends its thread until the job is done; other threads go on meanwhile. A job that
+//! nobody waits for any more is dropped with what it holds. Under the virtual clock the scheduler lets simulated time
+//! pass at wall pace while a job is open. Needs a tokio `LocalSet`.
 
 use std::any::Any;
 use std::cell::RefCell;

@@ -3,8 +3,8 @@
 //! - `context`: what builtins see of their task (robot, waits, threads to start or stop).
 //! - `instrumentation`: what only tests of programs ask for.
 //! - `controls`: what others ask of it.
-//! - `scheduler`: resumes script threads in a fixed order; `threads`: how they wait, wake, start and end; `startup`: how the
-//!   program gets there; `pause`: what holds the task and lets it go on.
+//! - `scheduler`: resumes script threads in a fixed order; `threads`: how they wait, wake, start and end; `startup`:
+//!   how the program gets there; `pause`: what holds the task and lets it go on.
 //! - `robot_view`: the robot as the task sees it in one turn; `inputs`: when it looks round, and what it finds then.
 //! - `time`: which waits are over, and what makes time pass; `report`: what people are told.
 //! - `jobs`: futures that builtins wait for.

@@ -1,7 +1,8 @@
 //! TCP sockets for programs (`import socket`), on the task's own tokio runtime.
 //!
 //! No operation waits. A thread that has to is parked by the language; a small future per wait wakes it when the socket
-//! is ready. The scheduler asks [`IoWaiters`] who waits for the outside world: meanwhile simulated time keeps wall pace.
+//! is ready. The scheduler asks [`IoWaiters`] who waits for the outside world: meanwhile simulated time keeps wall
+//! pace.
 
 use std::cell::RefCell;
 use std::collections::BTreeSet;

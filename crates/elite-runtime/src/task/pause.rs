@@ -55,8 +55,8 @@ impl Task {
         self.status.send_modify(|status| status.state = state);
     }
 
-    /// Gives the robot a command. Where there is no room for it just now it is given in one of the next cycles: a stop is
-    /// late at worst, never lost.
+    /// Gives the robot a command. Where there is no room for it just now it is given in one of the next cycles: a stop
+    /// is late at worst, never lost.
     pub(super) fn tell_robot(&mut self, kind: CommandKind) {
         self.untold.push_back(kind);
         self.tell_what_is_untold();

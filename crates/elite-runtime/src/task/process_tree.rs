@@ -1,9 +1,10 @@
 //! The processes that a task has started, and those that these have started: found, and ended with the task.
 //!
 //! Nothing that descends from the controller is lost: orphans become the controller's own children. A descendant is the
-//! task's when it comes from a process the task has started, or stands in the group or session of one, also when that one
-//! has gone. Where all children of this process are tasks' (the binary says so at its start), an orphan that has left its
-//! group and its session is the task's as well. Owns who belongs to whom; the table of processes is the system's (`platform`).
+//! task's when it comes from a process the task has started, or stands in the group or session of one, also when that
+//! one has gone. Where all children of this process are tasks' (the binary says so at its start), an orphan that has
+//! left its group and its session is the task's as well. Owns who belongs to whom; the table of processes is the
+//! system's (`platform`).
 
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicBool, Ordering};

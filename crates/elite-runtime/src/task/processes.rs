@@ -1,8 +1,8 @@
 //! Processes for programs that were granted them (`--allow process`), on the task's own tokio runtime.
 //!
-//! A process has a group of its own. At the end of the task it is killed together with what it has started ([`ProcessTree`]).
-//! Futures move the bytes of its pipes through buffers of fixed size; no operation of a script waits, a thread that has
-//! to is parked and woken at the next news.
+//! A process has a group of its own. At the end of the task it is killed together with what it has started
+//! ([`ProcessTree`]). Futures move the bytes of its pipes through buffers of fixed size; no operation of a script
+//! waits, a thread that has to is parked and woken at the next news.
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -120,8 +120,8 @@ fn start(
         .args(arguments)
         .current_dir(files.start_folder(command.folder.as_deref().unwrap_or(""))?)
         .kill_on_drop(true);
-    // The thread that starts it is that of the task. What it has started itself is found at the end of the task, and outlives
-    // a `kill -9` of the controller.
+    // The thread that starts it is that of the task. What it has started itself is found at the end of the task, and
+    // outlives a `kill -9` of the controller.
     processes::kill_with_parent(system.as_std_mut())?;
     if let Some(environment) = command.environment {
         system.env_clear().envs(environment);

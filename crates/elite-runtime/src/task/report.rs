@@ -14,7 +14,8 @@ use crate::value_text::repr_text;
 /// Longest value of the variable monitor, characters.
 const VALUE_CHARS_MAX: usize = 1000;
 
-/// Most nodes of the pendant's task that are told of one thread and cycle; more than a task has in a row without waiting.
+/// Most nodes of the pendant's task that are told of one thread and cycle; more than a task has in a row without
+/// waiting.
 const NODES_OF_CYCLE: u32 = 64;
 
 /// What the observer knows of where a thread stands.

@@ -1,6 +1,6 @@
-//! The robot as a task sees it. Under the real clock that is the robot of one cycle for a whole turn: what happens while a
-//! slice of a thread runs is seen in the next one, so that when something was seen is known exactly. Under the virtual clock
-//! nothing happens in between.
+//! The robot as a task sees it. Under the real clock that is the robot of one cycle for a whole turn: what happens
+//! while a slice of a thread runs is seen in the next one, so that when something was seen is known exactly. Under the
+//! virtual clock nothing happens in between.
 
 use std::cell::RefCell;
 use std::ops::Deref;

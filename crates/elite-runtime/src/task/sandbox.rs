@@ -1,4 +1,5 @@
-//! Files beneath some folders and nowhere else: those of programs (`--allow fs=DIR`), and of whoever else is held to folders.
+//! Files beneath some folders and nowhere else: those of programs (`--allow fs=DIR`), and of whoever else is held to
+//! folders.
 //!
 //! The folders are opened once. Every path is resolved by the system itself, beneath one of them: `..`, symbolic links,
 //! `/proc` and folders that are moved meanwhile lead nowhere else, whoever else works there at the same time. What is

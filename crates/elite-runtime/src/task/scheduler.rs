@@ -3,8 +3,8 @@
 //! Script threads are coroutines (see elite-lang); a slice ends when fuel runs out, at a wait, or at the end. Ready
 //! threads run round robin; threads whose wait ends in the same cycle go on in the order of their numbers. So a run is
 //! the same every time under the virtual clock. The scheduler is a future on the task's own single-threaded tokio
-//! runtime. How a program gets there is in `beginning`, what holds it in `holding`, what passes time in `time`, what is told to
-//! people in `report`.
+//! runtime. How a program gets there is in `beginning`, what holds it in `holding`, what passes time in `time`, what is
+//! told to people in `report`.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -303,8 +303,8 @@ impl Task {
         Self { presets, ..self }
     }
 
-    /// Runs the program to its end; the arm stands when this returns, unless another program takes its place. A fault of
-    /// ours ends the program, not more: the arm comes to rest as after any other end.
+    /// Runs the program to its end; the arm stands when this returns, unless another program takes its place. A fault
+    /// of ours ends the program, not more: the arm comes to rest as after any other end.
     pub async fn run(mut self, program: ProgramSource) -> FinishedTask {
         let _driving = DriveGuard::begin(self.settings.robot.clone());
         self.context.robot().look();
@@ -489,8 +489,8 @@ impl Task {
         }
     }
 
-    /// Ends the task for its successor, once the main program has had its first turn: whatever comes in is begun, however
-    /// soon something else follows.
+    /// Ends the task for its successor, once the main program has had its first turn: whatever comes in is begun,
+    /// however soon something else follows.
     fn make_way(&mut self) {
         let may_end = self.end.is_none() && (self.has_begun || self.paused);
         if let Some(successor) = self.successor.as_ref().filter(|_| may_end) {

@@ -101,8 +101,8 @@ impl Task {
         Ok(())
     }
 
-    /// Compiles the program of the task on the threads for that, so that a stop does not wait for a long text; `None` when
-    /// one comes before. Where there is no thread for it now, this one does it.
+    /// Compiles the program of the task on the threads for that, so that a stop does not wait for a long text; `None`
+    /// when one comes before. Where there is no thread for it now, this one does it.
     async fn compile(
         &mut self,
         file: &Arc<SourceFile>,

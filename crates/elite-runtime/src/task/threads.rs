@@ -80,7 +80,8 @@ impl Task {
     }
 
     pub(super) fn thread_ended(&mut self, number: ThreadNumber) {
-        // A speed or a stream of the thread would move the arm on; the end of the main program stops everything by itself.
+        // A speed or a stream of the thread would move the arm on; the end of the main program stops everything by
+        // itself.
         if let Some(id) = self.context.take_steering(number)
             && number != ThreadNumber(0)
         {
@@ -124,7 +125,8 @@ impl Task {
         self.thread_ended(number);
     }
 
-    /// Stops a thread and what it was waiting for. Its `finally` and `with` blocks run first, within the language's bound.
+    /// Stops a thread and what it was waiting for. Its `finally` and `with` blocks run first, within the language's
+    /// bound.
     pub(super) fn stop_thread(&mut self, number: ThreadNumber) {
         match self.end_wait(number) {
             Some(Wait::Command(id) | Wait::Motion(id)) => {

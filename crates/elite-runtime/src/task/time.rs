@@ -18,8 +18,8 @@ use crate::test_task::TestTaskConfig;
 /// Longest time to wait for the arm to stand after the end of a program, in simulated seconds.
 const SETTLE_TIME_MAX: f64 = 5.0;
 
-/// A virtual clock that the recording holds up for so long, wall time, is not waited for: nothing moves meanwhile, and what
-/// is to come to rest does when time goes on.
+/// A virtual clock that the recording holds up for so long, wall time, is not waited for: nothing moves meanwhile, and
+/// what is to come to rest does when time goes on.
 const HELD_UP_MAX: Duration = Duration::from_millis(25);
 
 /// Below this joint speed (rad/s) the arm counts as standing.
@@ -197,10 +197,11 @@ impl Task {
         }
     }
 
-    /// Ends what still moves, within a bound, until the arm stands. A motion that has returned in its blend zone goes on to
-    /// its waypoint if the program ran to its end, however long that takes, unless somebody stops it; it is stopped like any
-    /// other if it was cut off. A task whose place another takes does not wait: the arm is handed over. One that was told to
-    /// stop before is let come to rest: whoever stops a program and starts the next one may count on that.
+    /// Ends what still moves, within a bound, until the arm stands. A motion that has returned in its blend zone goes
+    /// on to its waypoint if the program ran to its end, however long that takes, unless somebody stops it; it is
+    /// stopped like any other if it was cut off. A task whose place another takes does not wait: the arm is handed
+    /// over. One that was told to stop before is let come to rest: whoever stops a program and starts the next one may
+    /// count on that.
     pub(super) async fn settle(&mut self, end: &TaskEnd) -> Option<HandoverStop> {
         let is_stopped = *end == TaskEnd::Stopped;
         // A run that is only given up has nobody who sees the arm come to rest.
@@ -300,7 +301,8 @@ impl Task {
         let stop = CommandKind::Stop {
             only: CommandId::NONE,
         };
-        // Held or not, from here on it brakes. Places in the ring are kept for both, so there is room in a cycle or two.
+        // Held or not, from here on it brakes. Places in the ring are kept for both, so there is room in a cycle or
+        // two.
         if self.paused {
             self.tell_robot(CommandKind::Resume);
         }
@@ -318,7 +320,8 @@ impl Task {
         }
     }
 
-    /// One cycle: of the virtual clock, or the next one of the real clock. False when the recording holds the virtual one up.
+    /// One cycle: of the virtual clock, or the next one of the real clock. False when the recording holds the virtual
+    /// one up.
     async fn pass_a_cycle(&self) -> bool {
         let robot = &self.settings.robot;
         let advanced = memory::outside(|| {

@@ -161,8 +161,8 @@ impl ModbusClient {
         Ok(())
     }
 
-    /// The values of a signal, bits as 0 and 1, and whether they are bits. Before the first answer waits for it, at most
-    /// as long as the watchdog.
+    /// The values of a signal, bits as 0 and 1, and whether they are bits. Before the first answer waits for it, at
+    /// most as long as the watchdog.
     ///
     /// # Errors
     /// [`ModbusError::UnknownSignal`]; [`ModbusError::Invalid`] after the watchdog's time without a good answer.

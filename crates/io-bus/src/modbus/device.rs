@@ -1,8 +1,9 @@
-//! The connection to one Modbus device over TCP: connects, asks what the schedule says, connects again with growing pauses.
+//! The connection to one Modbus device over TCP: connects, asks what the schedule says, connects again with growing
+//! pauses.
 //!
-//! One request is under way at a time while that keeps the rates, as the simplest devices need it. When signals come late,
-//! up to [`UNDER_WAY_MAX`] are (MODBUS Messaging on TCP/IP Implementation Guide V1.0b, 4.2.2), until the device does not
-//! answer that once. Ends when no signal and no command uses the device any more.
+//! One request is under way at a time while that keeps the rates, as the simplest devices need it. When signals come
+//! late, up to [`UNDER_WAY_MAX`] are (MODBUS Messaging on TCP/IP Implementation Guide V1.0b, 4.2.2), until the device
+//! does not answer that once. Ends when no signal and no command uses the device any more.
 
 use std::collections::VecDeque;
 use std::io;
@@ -28,8 +29,8 @@ const BROADCAST_TIME: Duration = Duration::from_millis(50);
 /// First and longest pause between two attempts to connect.
 const PAUSE_MIN: Duration = Duration::from_millis(100);
 const PAUSE_MAX: Duration = Duration::from_secs(2);
-/// Requests under way at most. Devices that take several take up to 16 (same guide); half of that is enough for thousands
-/// of requests a second.
+/// Requests under way at most. Devices that take several take up to 16 (same guide); half of that is enough for
+/// thousands of requests a second.
 const UNDER_WAY_MAX: usize = 8;
 /// Transaction, protocol, length, unit.
 pub(super) const HEADER_BYTES: usize = 7;

@@ -1,5 +1,5 @@
-//! Devices that a test plays: asked on the thread that passes a cycle, before it, so that signals keep simulated time and
-//! a test is the same on every machine. Owns the connections to those who play; what is asked is the schedule's.
+//! Devices that a test plays: asked on the thread that passes a cycle, before it, so that signals keep simulated time
+//! and a test is the same on every machine. Owns the connections to those who play; what is asked is the schedule's.
 
 use std::collections::BTreeMap;
 use std::io::{self, ErrorKind, Read, Write};

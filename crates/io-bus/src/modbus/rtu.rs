@@ -1,7 +1,7 @@
 //! Modbus on a serial line: frames with a checksum, and the search for a reply among whatever a line carries.
 //!
-//! (MODBUS over Serial Line Specification V1.02, 2.5.) Lengths are known from the request, so the silence between frames
-//! is not needed to find them; a pty or a TCP gateway would not keep it.
+//! (MODBUS over Serial Line Specification V1.02, 2.5.) Lengths are known from the request, so the silence between
+//! frames is not needed to find them; a pty or a TCP gateway would not keep it.
 
 use super::pdu::Request;
 

@@ -1,4 +1,5 @@
-//! What a Modbus device is asked next: a round of everything that is due, in order, neighbours together. Knows no socket.
+//! What a Modbus device is asked next: a round of everything that is due, in order, neighbours together. Knows no
+//! socket.
 //!
 //! A round is made when the one before is used up or something has changed, so that asking for one of 200 signals does
 //! not look at the other 199. What is written, and when a signal is due again, is decided when it is asked, not before.

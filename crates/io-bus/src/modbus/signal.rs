@@ -146,8 +146,8 @@ impl Signal {
         }
     }
 
-    /// It is asked for now: when the next time is. The rate is kept on average; what is lost for good is counted, and not
-    /// made up for.
+    /// It is asked for now: when the next time is. The rate is kept on average; what is lost for good is counted, and
+    /// not made up for.
     pub(super) fn schedule_next(&mut self, now: Instant) {
         let Some(period) = self.period else { return };
         if self.lateness(now) > period {

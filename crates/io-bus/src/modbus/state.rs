@@ -1,4 +1,5 @@
-//! What scripts and the tasks of devices share: all signals, all devices, behind one lock that is never held while waiting.
+//! What scripts and the tasks of devices share: all signals, all devices, behind one lock that is never held while
+//! waiting.
 
 use crate::link::SimulatedPeers;
 use std::collections::BTreeMap;
@@ -36,8 +37,8 @@ pub(super) struct ModbusState {
     pub(super) played: Option<SimulatedInstant>,
 }
 
-/// Simulated time as an instant. It begins before any cycle has passed: until then, too, no signal may be due by the clock of the
-/// machine, or of the runtime that somebody calls from.
+/// Simulated time as an instant. It begins before any cycle has passed: until then, too, no signal may be due by the
+/// clock of the machine, or of the runtime that somebody calls from.
 #[derive(Clone, Copy)]
 pub(super) struct SimulatedInstant {
     began: Instant,

@@ -158,7 +158,8 @@ fn mask_register(fields: &[u8], tables: &dyn Tables) -> ReplyBody {
     Ok(fields.to_vec())
 }
 
-/// Writes first, then reads (6.17). What is refused has to be known before anything is written, so it is read before as well.
+/// Writes first, then reads (6.17). What is refused has to be known before anything is written, so it is read before as
+/// well.
 fn read_write_registers(fields: &[u8], tables: &dyn Tables) -> ReplyBody {
     let (head, data) = fields.split_at_checked(9).ok_or(Refusal::Value)?;
     let [read_address, read_count, write_address, write_count] = words(&head[..8])?;

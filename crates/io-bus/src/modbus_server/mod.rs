@@ -1,7 +1,7 @@
 //! The controller's own Modbus TCP server: one client over any duplex stream.
 //!
-//! Owns the conversation and the time of a message. Connections are accepted, counted and ended by the caller; so are those
-//! that stay silent.
+//! Owns the conversation and the time of a message. Connections are accepted, counted and ended by the caller; so are
+//! those that stay silent.
 
 pub mod codec;
 pub mod map;

@@ -1,5 +1,5 @@
-//! What a Modbus server serves: bits and words behind addresses. The protocol knows no more of it; [`super::map`] is the
-//! controller's own, [`Store`] a device that only keeps what is written.
+//! What a Modbus server serves: bits and words behind addresses. The protocol knows no more of it; [`super::map`] is
+//! the controller's own, [`Store`] a device that only keeps what is written.
 
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -27,8 +27,8 @@ pub enum Space {
     Inputs,
 }
 
-/// Bits and words. A request that is refused has changed nothing. Counts are at least 1, and addresses may reach beyond the
-/// last one there is.
+/// Bits and words. A request that is refused has changed nothing. Counts are at least 1, and addresses may reach beyond
+/// the last one there is.
 pub trait Tables {
     /// Bits.
     ///

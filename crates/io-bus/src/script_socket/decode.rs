@@ -40,8 +40,8 @@ fn drop_noise(unread: &mut Vec<u8>) {
     unread.drain(..begin.unwrap_or(unread.len()));
 }
 
-/// Up to `count` numbers of the first frame `(1.5, 2, 3)`; none when what stands in it are no numbers. What stands before
-/// the frame is dropped.
+/// Up to `count` numbers of the first frame `(1.5, 2, 3)`; none when what stands in it are no numbers. What stands
+/// before the frame is dropped.
 pub fn floats(unread: &mut Vec<u8>, count: usize, is_last: bool) -> ParseOutcome<Vec<f64>> {
     drop_noise(unread);
     let Some(end) = unread.iter().position(|byte| *byte == b')') else {

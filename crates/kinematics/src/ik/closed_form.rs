@@ -133,9 +133,9 @@ impl ClosedForm {
         found
     }
 
-    /// Joint positions near which a chain that is nearly of this shape may reach a pose of joint frame 6, given in frame
-    /// 1 at rest; `None` if there are none. With `free_q6`, wrists within `margin.sine` of the singularity are put into
-    /// it, with that joint 6.
+    /// Joint positions near which a chain that is nearly of this shape may reach a pose of joint frame 6, given in
+    /// frame 1 at rest; `None` if there are none. With `free_q6`, wrists within `margin.sine` of the singularity are
+    /// put into it, with that joint 6.
     pub(super) fn newton_seeds(
         &self,
         joint1_from_joint6: &Pose,
@@ -241,7 +241,8 @@ impl ClosedForm {
             } else {
                 (s5, -ny / s5, nx / s5)
             };
-            // x axis of joint frame 4; the other wrist branch has q5 negated, q6 half a turn on, and this axis reversed.
+            // x axis of joint frame 4; the other wrist branch has q5 negated, q6 half a turn on, and this axis
+            // reversed.
             let x4 = c5 * (c6 * x6 - s6 * y6) - s5 * z6;
             let y4 = c5 * (c6 * r.m31 - s6 * r.m32) - s5 * r.m33;
             (y[shoulder], x[shoulder]) = (s5, c5);

@@ -12,7 +12,8 @@ use nalgebra::{Matrix6, Vector6};
 
 /// Newton steps before a starting point is given up, about 1 µs each.
 const STEPS: usize = 40;
-/// Every so many steps the squared error must have shrunk to [`STALLED`] of what it was, or the starting point is given up.
+/// Every so many steps the squared error must have shrunk to [`STALLED`] of what it was, or the starting point is given
+/// up.
 const PATIENCE: usize = 4;
 const STALLED: f64 = 0.5;
 /// Joint step above which it is shortened, rad.

@@ -1,7 +1,7 @@
 //! Inverse kinematics: from a flange pose to joint positions.
 //!
-//! Owns the choice between the closed form (all CS arms, and others built alike), iteration from it (calibrated arms) and
-//! iteration (everything else), and the choice of one solution near given joint positions. Allocates nothing.
+//! Owns the choice between the closed form (all CS arms, and others built alike), iteration from it (calibrated arms)
+//! and iteration (everything else), and the choice of one solution near given joint positions. Allocates nothing.
 
 mod closed_form;
 mod iterative;
@@ -148,8 +148,8 @@ impl IkMethod {
     /// The solution nearest to `near` within the position limits, `None` if there is none.
     ///
     /// Every joint is first moved by whole turns towards `near` inside its limits; then the smallest Euclidean distance
-    /// over the six joints wins, the first in list order among equals (the manual, 3.2.1, names no measure: our choice).
-    /// Where the wrist is singular, joint 6 keeps its value in `near`.
+    /// over the six joints wins, the first in list order among equals (the manual, 3.2.1, names no measure: our
+    /// choice). Where the wrist is singular, joint 6 keeps its value in `near`.
     pub fn nearest(
         &self,
         chain: &Chain,

@@ -243,8 +243,8 @@ impl SolutionSearch<'_> {
         }
     }
 
-    /// Wrist nearly singular: for every joint 6 there are joint positions that miss the pose by one rotation only. Where
-    /// that changes its sign around the turn is a solution.
+    /// Wrist nearly singular: for every joint 6 there are joint positions that miss the pose by one rotation only.
+    /// Where that changes its sign around the turn is a solution.
     fn search_q6_circle(&mut self, shoulder: usize, free_q6: f64) {
         const STEP: f64 = TAU / RING as f64;
         let mut ring = [[OUT_OF_REACH; 2]; RING];

@@ -1,8 +1,8 @@
 //! Newton's method from eight places at once, for arms that are nearly of the closed form's shape.
 //!
-//! Owns the layout that vector instructions like: eight joint positions side by side, each number an array of eight. The
-//! loops over the eight are innermost and plain on purpose, see [`crate::batch`]. Places from which eight steps do not
-//! arrive are left to [`super::iterative`].
+//! Owns the layout that vector instructions like: eight joint positions side by side, each number an array of eight.
+//! The loops over the eight are innermost and plain on purpose, see [`crate::batch`]. Places from which eight steps do
+//! not arrive are left to [`super::iterative`].
 
 #![expect(
     clippy::needless_range_loop,
@@ -50,7 +50,8 @@ pub(super) fn newton(
     dispatch::<false>(chain, target, q, used, steps)
 }
 
-/// The same with joint 6 held and nothing asked of the rotation that is `unreachable_rotation` where the wrist is singular.
+/// The same with joint 6 held and nothing asked of the rotation that is `unreachable_rotation` where the wrist is
+/// singular.
 pub(super) fn newton_with_fixed_q6(
     chain: &Chain,
     target: &Pose,

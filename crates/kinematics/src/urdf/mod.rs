@@ -84,8 +84,9 @@ pub enum ModelError {
 impl RobotModel {
     /// From the text of a URDF with six revolute joints in a row.
     ///
-    /// The base frame is the link `base_link` if it is fixed to the root, else the root; the flange is the link `tool0`,
-    /// else `flange`, else the link of the last joint. What the file leaves open is reported by [`Self::warnings`].
+    /// The base frame is the link `base_link` if it is fixed to the root, else the root; the flange is the link
+    /// `tool0`, else `flange`, else the link of the last joint. What the file leaves open is reported by
+    /// [`Self::warnings`].
     ///
     /// # Errors
     /// See [`ModelError`]: every message names the joint or link at fault.

@@ -52,7 +52,8 @@ pub enum IoChange {
     ToolAnalogMode(u8),
     /// What the digital pins of the tool are used for, 0 to 3 (from controller output, not from the manual).
     ToolDigitalMode(u8),
-    /// How the arm brakes when it passes into reduced mode: 0 hard, 1 soft (from controller output, not from the manual).
+    /// How the arm brakes when it passes into reduced mode: 0 hard, 1 soft (from controller output, not from the
+    /// manual).
     SafetyHardness(u8),
     /// A pin of the tool.
     ToolPin {

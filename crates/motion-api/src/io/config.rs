@@ -1,5 +1,5 @@
-//! How points are configured: domains of analog ones, pins of the tool, outputs that tell whether a program runs, inputs
-//! that do something.
+//! How points are configured: domains of analog ones, pins of the tool, outputs that tell whether a program runs,
+//! inputs that do something.
 
 use super::points::*;
 
@@ -30,7 +30,8 @@ pub struct IoConfig {
     pub tool_digital_mode: u8,
     /// Supply of the tool connector: 0, 12 or 24 V.
     pub tool_voltage: u8,
-    /// How the arm brakes when it passes into reduced mode: 0 hard, 1 soft (from controller output, not from the manual).
+    /// How the arm brakes when it passes into reduced mode: 0 hard, 1 soft (from controller output, not from the
+    /// manual).
     pub safety_hardness: u8,
     /// An input or a boolean register has the action "freedrive" (manual 5.27 to 5.30).
     pub freedrive_by_input: bool,

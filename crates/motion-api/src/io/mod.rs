@@ -1,7 +1,8 @@
 //! Inputs and outputs as one small image: levels, analog values, how the points are configured, and what changes them.
 //!
 //! The motion thread owns the image, samples and applies it once a cycle; everybody else sends an [`IoChange`] or reads
-//! the image of the latest cycle. Registers are not here: they change at once and live in [`Registers`](crate::Registers).
+//! the image of the latest cycle. Registers are not here: they change at once and live in
+//! [`Registers`](crate::Registers).
 //!
 //! - `points`: which points there are, and what their numbers mean.
 //! - `config`: how points are set up.

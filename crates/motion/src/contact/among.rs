@@ -57,8 +57,8 @@ struct ToolBall<'a> {
 }
 
 impl ToolBall<'_> {
-    /// The way by which the ball came in, or the nearest way out of an obstacle, if they lead into no other one; the nearest
-    /// if all do.
+    /// The way by which the ball came in, or the nearest way out of an obstacle, if they lead into no other one; the
+    /// nearest if all do.
     fn exit_direction(&self, number: usize) -> ExitDirection {
         let leads_into_another = |(distance, normal): &(f64, Vector3<f64>)| {
             let outside = self.center + normal * (self.radius - distance);
@@ -95,8 +95,8 @@ impl ToolBall<'_> {
         }
     }
 
-    /// How deep the ball is in an obstacle whose way out is given, for what its neighbours leave of it; `None` when they
-    /// leave nothing.
+    /// How deep the ball is in an obstacle whose way out is given, for what its neighbours leave of it; `None` when
+    /// they leave nothing.
     fn depth_beside_neighbors(&self, number: usize, way: &ExitDirection) -> Option<f64> {
         let solid = &self.obstacles[number].solid;
         let mut depth = self.radius - way.distance;

@@ -1,8 +1,8 @@
 //! Through which face a part of the arm went into an obstacle: that is the way it is pushed out, however deep it is.
 //!
-//! The nearest way out of a thin and soft obstacle is its far side as soon as a part is half way through: it would let the arm
-//! pass, and pull it. So what is inside remembers how it came in, as long as it stays inside. What has no past there, because
-//! it stood inside at the start, leaves by the nearest way.
+//! The nearest way out of a thin and soft obstacle is its far side as soon as a part is half way through: it would let
+//! the arm pass, and pull it. So what is inside remembers how it came in, as long as it stays inside. What has no past
+//! there, because it stood inside at the start, leaves by the nearest way.
 
 use kinematics::{DOF, Frames, Pose};
 use nalgebra::Vector3;
@@ -67,8 +67,8 @@ impl EntryFaces {
         self.update_count += 1;
     }
 
-    /// The way out that a part has had since it went in; `None` for one that has only just come, or left to the side. One
-    /// that has gone through to the far side is still held.
+    /// The way out that a part has had since it went in; `None` for one that has only just come, or left to the side.
+    /// One that has gone through to the far side is still held.
     pub(super) fn remembered_exit(
         &self,
         part: ArmPart,
@@ -128,8 +128,8 @@ impl EntryFaces {
         }
     }
 
-    /// The place of a ball of `radius` (0 for a point) around `center`, as found with the nearest way out, turned to the way by
-    /// which its part came in.
+    /// The place of a ball of `radius` (0 for a point) around `center`, as found with the nearest way out, turned to
+    /// the way by which its part came in.
     pub(super) fn reorient_to_entry_face(
         &mut self,
         part: ArmPart,

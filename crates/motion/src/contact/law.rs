@@ -1,10 +1,10 @@
 //! The force of a contact: stiffness, damping and friction of the obstacle, as an impulse that knows its own effect.
 //!
 //! Normal: F = k d + c d', never pulling, with d the depth at the end of the step. The depth depends on the force: both
-//! are solved for together (projected Gauss-Seidel over all places), so that any stiffness is stable at any step, and an
-//! arm at rest reads exactly k d. Friction: Coulomb's, with a viscous core below [`FRICTION_REGULARIZATION_SPEED`]. Bodies that touch in several
-//! places share the stiffness in proportion to the depths there: together they push with k times the greatest depth. Dry
-//! friction of the joints is solved for in the same rounds.
+//! are solved for together (projected Gauss-Seidel over all places), so that any stiffness is stable at any step, and
+//! an arm at rest reads exactly k d. Friction: Coulomb's, with a viscous core below [`FRICTION_REGULARIZATION_SPEED`].
+//! Bodies that touch in several places share the stiffness in proportion to the depths there: together they push with k
+//! times the greatest depth. Dry friction of the joints is solved for in the same rounds.
 
 use kinematics::{DOF, Frames, JointSpeeds, JointTorques, Wrench};
 use nalgebra::{Cholesky, Const, Matrix3x6, Matrix6, Matrix6x3, Vector3, Vector6};
@@ -116,8 +116,8 @@ impl JointFriction {
     }
 }
 
-/// Forces on the arm at `touches`: on one that answers within the step, or on one that moves with `qd` whatever they are.
-/// `frames` say where it is, `tcp` where moments are about, base frame.
+/// Forces on the arm at `touches`: on one that answers within the step, or on one that moves with `qd` whatever they
+/// are. `frames` say where it is, `tcp` where moments are about, base frame.
 pub(crate) fn solve(
     touches: &ContactList,
     obstacles: &[Obstacle],
@@ -244,7 +244,8 @@ fn build_rows(
     (rows, depths)
 }
 
-/// Shares the stiffness and damping of an obstacle among the places where one part touches it, in proportion to `depths`.
+/// Shares the stiffness and damping of an obstacle among the places where one part touches it, in proportion to
+/// `depths`.
 fn distribute_stiffness(
     touches: &[Contact],
     obstacles: &[Obstacle],

@@ -1,8 +1,9 @@
 //! What the arm can touch, where it does, and with what force.
 //!
-//! Obstacles stand still in the base frame. The tool touches them (its shape, or a ball of a millimetre at the TCP), and
-//! the links with their capsules. Geometry is in `solid` and `nearest`, forces are in `law`; the plant applies them. Nothing here
-//! allocates after the start. What is done about obstacles side by side is in `among`, about deep ones in `entry`.
+//! Obstacles stand still in the base frame. The tool touches them (its shape, or a ball of a millimetre at the TCP),
+//! and the links with their capsules. Geometry is in `solid` and `nearest`, forces are in `law`; the plant applies
+//! them. Nothing here allocates after the start. What is done about obstacles side by side is in `among`, about deep
+//! ones in `entry`.
 
 mod among;
 mod entry;
@@ -57,8 +58,8 @@ pub struct Environment {
 }
 
 impl Environment {
-    /// The links (1 to 6) that stand in an obstacle when the arm is at `home`, with the index of the obstacle. They never
-    /// touch it: a table drawn through the foot of the arm must not throw the arm out.
+    /// The links (1 to 6) that stand in an obstacle when the arm is at `home`, with the index of the obstacle. They
+    /// never touch it: a table drawn through the foot of the arm must not throw the arm out.
     pub fn links_inside_obstacles(
         &self,
         model: &RobotModel,

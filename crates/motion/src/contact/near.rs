@@ -1,7 +1,7 @@
 //! Which obstacles are near enough to a part of the arm to be looked at: all of them need that only now and then.
 //!
-//! A gap that was found once lasts until the part has gone as far. So each part counts the way of its farthest point, each
-//! pair of part and obstacle knows the count at which it is due again, and each part the earliest of those.
+//! A gap that was found once lasts until the part has gone as far. So each part counts the way of its farthest point,
+//! each pair of part and obstacle knows the count at which it is due again, and each part the earliest of those.
 
 use kinematics::{DOF, Frames, Pose};
 
@@ -59,8 +59,8 @@ impl BroadPhase {
         }
     }
 
-    /// Calls `check_due_pairs` for every obstacle that is due for a part. It says how wide the gap is at least, m, within which nothing
-    /// needs to be done.
+    /// Calls `check_due_pairs` for every obstacle that is due for a part. It says how wide the gap is at least, m,
+    /// within which nothing needs to be done.
     pub(super) fn check_due_pairs(&mut self, part: usize, mut look: impl FnMut(usize) -> f64) {
         let gone = self.travelled[part];
         if gone < self.earliest[part] {

@@ -182,8 +182,8 @@ fn features(
     }
 }
 
-/// The direction from `center` across `axis` to the place of the circle that is nearest to `other`, and the one at right
-/// angles to it. A circle has no convex distance: it is sampled, then narrowed down around the best sample.
+/// The direction from `center` across `axis` to the place of the circle that is nearest to `other`, and the one at
+/// right angles to it. A circle has no convex distance: it is sampled, then narrowed down around the best sample.
 fn rim(
     body: &PlacedShape,
     center: Vector3<f64>,
@@ -342,7 +342,8 @@ mod tests {
             prop_assert!(touching.depth.abs() < 1e-9, "{}", touching.depth);
         }
 
-        /// Points of the surface of one body inside the other are never deeper than what is found, but for the sampling.
+        /// Points of the surface of one body inside the other are never deeper than what is found, but for the
+        /// sampling.
         #[test]
         fn no_point_of_a_tool_lies_deeper_than_what_is_found(
             tool in placed(shape().prop_filter("tools have a size", |s| *s != Shape::Plane)),
@@ -381,7 +382,8 @@ mod tests {
                             Shape::Plane => continue,
                         };
                         let (distance, _) = obstacle.distance(tool.pose.transform_point(local));
-                        // A step of the approach is 5 mm: that deep at most, and rims of cylinders within a tenth of it.
+                        // A step of the approach is 5 mm: that deep at most, and rims of cylinders within a tenth of
+                        // it.
                         prop_assert!(-distance <= found + 5e-4, "{distance} {found}");
                     }
                 }

@@ -67,8 +67,8 @@ impl PlacedShape {
         (distance, self.pose.rotate(out))
     }
 
-    /// The ways out of the solid from `point`, each as [`distance`](Self::distance) gives it: through the nearest face of
-    /// every kind from inside, the one way to the surface from outside.
+    /// The ways out of the solid from `point`, each as [`distance`](Self::distance) gives it: through the nearest face
+    /// of every kind from inside, the one way to the surface from outside.
     pub(super) fn exits(&self, point: Vector3<f64>) -> [Option<(f64, Vector3<f64>)>; 3] {
         let nearest = self.distance(point);
         if nearest.0 >= 0.0 {
@@ -90,9 +90,10 @@ impl PlacedShape {
         }
     }
 
-    /// The way out of the solid from a `point` through the face that `towards` (in the solid's frame) belongs to, however far
-    /// that is, as [`distance`](Self::distance) gives it; `None` for a point that is not beneath that face. A rounded face is
-    /// followed around while the point is nearer to it than to the middle; deeper it is left along `towards`.
+    /// The way out of the solid from a `point` through the face that `towards` (in the solid's frame) belongs to,
+    /// however far that is, as [`distance`](Self::distance) gives it; `None` for a point that is not beneath that face.
+    /// A rounded face is followed around while the point is nearer to it than to the middle; deeper it is left along
+    /// `towards`.
     pub(super) fn exit_towards(
         &self,
         point: Vector3<f64>,

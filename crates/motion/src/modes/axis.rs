@@ -1,8 +1,8 @@
 //! One joint under online control: which next states leave a way to rest inside all limits.
 //!
 //! A state is *safe* when braking from it as fast as acceleration and jerk allow exceeds neither the joint's speed nor
-//! its range. [`AxisLimits::clamp_to_safe`] lets only safe states pass, so by induction every online mode can always stop in time:
-//! when nothing else is safe, the braking that made the state before safe still is.
+//! its range. [`AxisLimits::clamp_to_safe`] lets only safe states pass, so by induction every online mode can always
+//! stop in time: when nothing else is safe, the braking that made the state before safe still is.
 
 use crate::scalar::ScalarState;
 use crate::scalar::ramp::{natural_speed, ramp};
@@ -146,9 +146,9 @@ impl AxisLimits {
         after(good)
     }
 
-    /// The lowest and the highest speed after `step` seconds from which a way to rest is left, when the mean acceleration
-    /// of a step changes no faster than the jerk allows; `now` has the mean of the step before. Where nothing is safe both
-    /// are the speed of braking.
+    /// The lowest and the highest speed after `step` seconds from which a way to rest is left, when the mean
+    /// acceleration of a step changes no faster than the jerk allows; `now` has the mean of the step before. Where
+    /// nothing is safe both are the speed of braking.
     pub fn reachable_speeds(&self, now: &ScalarState, step: f64) -> (f64, f64) {
         let most = self.jerk * step;
         let able = |a: f64| within(a, -self.acceleration, self.acceleration);

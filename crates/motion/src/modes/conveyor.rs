@@ -1,8 +1,9 @@
 //! Conveyor tracking: motion of the arm superimposed on the motion of a belt or a turntable (manual 3.1.29 to 3.1.31).
 //!
-//! The belt's way since the `track_*` call moves and turns the TCP pose that the generator asks for. The arm's own copy of
-//! that way catches up with the belt under acceleration and jerk limits and then follows it without an error at constant
-//! speed; when tracking stops it comes to rest the same way. Moves during tracking are planned as if the belt stood.
+//! The belt's way since the `track_*` call moves and turns the TCP pose that the generator asks for. The arm's own copy
+//! of that way catches up with the belt under acceleration and jerk limits and then follows it without an error at
+//! constant speed; when tracking stops it comes to rest the same way. Moves during tracking are planned as if the belt
+//! stood.
 
 use kinematics::bounds::within;
 use kinematics::elementary::atan2;
@@ -44,8 +45,8 @@ pub enum ConveyorPath {
     },
 }
 
-/// A motion on the belt is slowed down where more than this share of what joints, TCP and elbow can do is used, 1/s; below it
-/// is let go on, the faster the more there is left.
+/// A motion on the belt is slowed down where more than this share of what joints, TCP and elbow can do is used, 1/s;
+/// below it is let go on, the faster the more there is left.
 const FULL_USE: f64 = 0.96;
 /// See [`FULL_USE`].
 const SLOWING_RATE: f64 = 8.0;
@@ -78,8 +79,8 @@ pub struct ConveyorTracking {
     /// Acceleration and speed where the joints allow them, in units of the way.
     max_acceleration: f64,
     max_speed: f64,
-    /// Share of its speed at which a motion on the belt goes on, so that it and the belt together keep what joints, TCP and elbow
-    /// can do.
+    /// Share of its speed at which a motion on the belt goes on, so that it and the belt together keep what joints, TCP
+    /// and elbow can do.
     pace: f64,
     /// For so long, s, the belt waits for a motion that began before it was tracked and has to leave it its share.
     waiting: f64,
@@ -153,8 +154,8 @@ impl ConveyorTracking {
         self.pace
     }
 
-    /// Slows the motion on the belt down, or lets it go on, by the share of what the arm can do that is used; it is no faster
-    /// than `most`.
+    /// Slows the motion on the belt down, or lets it go on, by the share of what the arm can do that is used; it is no
+    /// faster than `most`.
     pub fn adapt_pace(&mut self, used: f64, most: f64, step: f64) {
         let room = (FULL_USE - used) / RECOVERY_USE;
         let rate = if room < 0.0 {
@@ -220,8 +221,8 @@ impl ConveyorTracking {
         self.displacement = ScalarState::at_rest(self.displacement.position);
     }
 
-    /// The arm stands with its tool at `to` (base frame), which would be at `from` if the belt had never moved: the arm's way
-    /// becomes the one that comes nearest to that.
+    /// The arm stands with its tool at `to` (base frame), which would be at `from` if the belt had never moved: the
+    /// arm's way becomes the one that comes nearest to that.
     pub fn resync(&mut self, from: &Vector3<f64>, to: &Vector3<f64>) {
         let way = match self.route {
             ConveyorPath::Linear(along) => along.dot(&(to - from)),
@@ -285,8 +286,8 @@ impl ConveyorTracking {
         }
     }
 
-    /// Where the joints can do less, the way changes more slowly, and where TCP or elbow may not be as fast it is caught up
-    /// with more slowly: `acceleration` and `speed` in units of the way.
+    /// Where the joints can do less, the way changes more slowly, and where TCP or elbow may not be as fast it is
+    /// caught up with more slowly: `acceleration` and `speed` in units of the way.
     pub fn limit(&mut self, acceleration: f64, speed: f64) {
         self.axis.acceleration = self.max_acceleration.min(acceleration).max(1e-3);
         self.axis.jerk = self.axis.acceleration / ACCELERATION_RISE;

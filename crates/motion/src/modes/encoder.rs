@@ -128,8 +128,8 @@ impl Encoder {
         self.range.wrap_count(self.total)
     }
 
-    /// A count from the program. The way from the last one is the short one round the counter. True when it is the first, which
-    /// says where the counter is, not that the belt moved.
+    /// A count from the program. The way from the last one is the short one round the counter. True when it is the
+    /// first, which says where the counter is, not that the belt moved.
     pub fn set_count(&mut self, count: f64) -> bool {
         let way = self.range.unwrap_delta(count - self.counts());
         let is_first = self.count == 0;

@@ -1,12 +1,12 @@
 //! Force mode: corrections of the TCP's velocity, laid over whatever moves the arm (manual 4.1).
 //!
-//! In the force frame each axis has a correction: on a force axis it is the speed that [`force::Admittance`] asks for, on
-//! any other the way back to where the motion underneath wants the tool. Corrections change under acceleration and jerk
-//! limits, so switching the mode on, off or over to other axes is no jump. Joint speeds are the ones nearest to the sum
-//! within the reach of every joint and the user's speed limits ([`force::TwistLimiter`]).
+//! In the force frame each axis has a correction: on a force axis it is the speed that [`force::Admittance`] asks for,
+//! on any other the way back to where the motion underneath wants the tool. Corrections change under acceleration and
+//! jerk limits, so switching the mode on, off or over to other axes is no jump. Joint speeds are the ones nearest to
+//! the sum within the reach of every joint and the user's speed limits ([`force::TwistLimiter`]).
 //!
-//! What the motion underneath does counts by its increments: only the lag of the tool behind it is kept, and of that only
-//! the part on axes that are not force controlled. A setpoint's acceleration here is the mean over its step.
+//! What the motion underneath does counts by its increments: only the lag of the tool behind it is kept, and of that
+//! only the part on axes that are not force controlled. A setpoint's acceleration here is the mean over its step.
 
 use force::{
     Admittance, AxisReading, LimiterError, SolveMethod, TaskFrame, Tuning, TwistLimiter,
@@ -79,7 +79,8 @@ pub(crate) struct ActiveForceMode {
     previous_positions: Option<JointPositions>,
     /// Nothing moved underneath in the cycle before.
     was_holding: bool,
-    /// The setpoint before was not made here: its acceleration is that at its end, those made here are means over a cycle.
+    /// The setpoint before was not made here: its acceleration is that at its end, those made here are means over a
+    /// cycle.
     is_first: bool,
     /// How the last joint speeds were found.
     pub(crate) method: SolveMethod,
@@ -166,8 +167,8 @@ impl ActiveForceMode {
         self.stage = ForceModePhase::On;
     }
 
-    /// The arm stands after something else braked it. Meanwhile the TCP of the motion underneath and that of the arm went from
-    /// the first to the second of these poses.
+    /// The arm stands after something else braked it. Meanwhile the TCP of the motion underneath and that of the arm
+    /// went from the first to the second of these poses.
     pub(crate) fn resume_from(&mut self, underneath: &[Pose; 2], arm: &[Pose; 2]) {
         self.corrections = [ScalarState::default(); 6];
         self.previous_positions = None;

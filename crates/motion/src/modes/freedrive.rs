@@ -1,9 +1,9 @@
 //! freedrive: the arm gives way to the hand (manual 3.1.41).
 //!
-//! Admittance: a virtual mass with damping follows the wrench from outside, M dv/dt + D v = F. With all axes free the law
-//! acts on the joints (torques J^T F), which knows no singular position; with locked axes it acts on the free components
-//! of the TCP's velocity, and the locked ones stay exactly zero. Gravity and payload are carried by the servo. The
-//! figures are our choice: 10 N move the hand at 0.1 m/s after about 0.1 s.
+//! Admittance: a virtual mass with damping follows the wrench from outside, M dv/dt + D v = F. With all axes free the
+//! law acts on the joints (torques J^T F), which knows no singular position; with locked axes it acts on the free
+//! components of the TCP's velocity, and the locked ones stay exactly zero. Gravity and payload are carried by the
+//! servo. The figures are our choice: 10 N move the hand at 0.1 m/s after about 0.1 s.
 
 use kinematics::bounds::within;
 use kinematics::{JointSpeeds, Pose};

@@ -1,7 +1,7 @@
 //! What the joints lag behind what modes want of them, made good within limits.
 //!
-//! Owns six differences and how they vanish. They arise where the arm was stopped beside its way, and where force mode ends
-//! a hair beside the motion underneath.
+//! Owns six differences and how they vanish. They arise where the arm was stopped beside its way, and where force mode
+//! ends a hair beside the motion underneath.
 
 use kinematics::{JointAccelerations, JointPositions, JointSpeeds};
 
@@ -12,7 +12,8 @@ use crate::constants::ACCELERATION_RISE;
 use crate::scalar::ScalarState;
 use crate::setpoint::Setpoint;
 
-/// Share of the joints' limits that making good may use; what is underneath stands or is slow meanwhile, a belt uses the rest.
+/// Share of the joints' limits that making good may use; what is underneath stands or is slow meanwhile, a belt uses
+/// the rest.
 const SHARE: f64 = 0.4;
 /// Bandwidth of the law that ends it, rad/s.
 const BANDWIDTH: f64 = 40.0;
@@ -28,8 +29,8 @@ pub(crate) struct JointLag {
 }
 
 impl JointLag {
-    /// From where joints are wanted to where they are; `None` when that is the same. One that `blocks_motion` is made good
-    /// before the motion underneath goes on.
+    /// From where joints are wanted to where they are; `None` when that is the same. One that `blocks_motion` is made
+    /// good before the motion underneath goes on.
     pub(crate) fn between(
         are: &Setpoint,
         wanted: &Setpoint,

@@ -11,7 +11,8 @@
 //! - [`path_offset`]: a small pose that the program lays over the path.
 //! - `lag`: what the joints have to make good after they were stopped beside their way.
 //!
-//! Owns what the modes have in common: whose call it is, when it ends, and how a mode ends. Knows no ring and no events.
+//! Owns what the modes have in common: whose call it is, when it ends, and how a mode ends. Knows no ring and no
+//! events.
 
 pub mod axis;
 pub mod conveyor;
@@ -55,7 +56,8 @@ pub(crate) struct OnlineContext<'a> {
     pub(crate) axes: [AxisLimits; 6],
     /// The same with what the drives and the limits of TCP and elbow leave here.
     pub(crate) available_axes: [AxisLimits; 6],
-    /// The hard limits, and what a joint does already where that is more: a TCP that is too fast slows down on its line.
+    /// The hard limits, and what a joint does already where that is more: a TCP that is too fast slows down on its
+    /// line.
     under_way: [AxisLimits; 6],
     pub(crate) effort: &'a JointTorques,
     points: Option<PointSpeedLimits<'a>>,
@@ -284,8 +286,8 @@ impl ActiveOnlineMode {
         matches!(self.kind, OnlineMode::Brake(_))
     }
 
-    /// Brings the arm to rest for a motion that follows, along its line where it is on one. One that comes to rest already
-    /// goes on doing so.
+    /// Brings the arm to rest for a motion that follows, along its line where it is on one. One that comes to rest
+    /// already goes on doing so.
     pub(crate) fn make_way(&mut self, from: &Setpoint) {
         if self.is_stopping {
             return;

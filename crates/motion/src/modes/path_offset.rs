@@ -1,11 +1,11 @@
 //! Path offsets: a small pose laid over whatever moves the TCP, changed by the program while it moves (from controller
 //! output, not from the manual).
 //!
-//! What is asked for is kept in the axes it was given in and turns with them. What is in force is kept in base axes, so that a
-//! corner of the path does not make it jump, and is moved along the axes of what is asked for: an offset across the path leads
-//! nowhere else, however little the joints leave for it. A stream of offsets is followed like one of joint positions
-//! ([`ServoMode`]): evenly, some cycles late, at its full size as far as the limits allow, and never beyond it.
-//! Rotations are small: they are kept as rotation vectors.
+//! What is asked for is kept in the axes it was given in and turns with them. What is in force is kept in base axes, so
+//! that a corner of the path does not make it jump, and is moved along the axes of what is asked for: an offset across
+//! the path leads nowhere else, however little the joints leave for it. A stream of offsets is followed like one of
+//! joint positions ([`ServoMode`]): evenly, some cycles late, at its full size as far as the limits allow, and never
+//! beyond it. Rotations are small: they are kept as rotation vectors.
 
 use kinematics::elementary::{cos, sin};
 use kinematics::rotation::{rotation_from_rotvec, rotvec_from_rotation, rpy_from_rotation};
@@ -33,7 +33,8 @@ const SLOWEST: f64 = 1e-4;
 const MOVING: f64 = 1e-4;
 /// This near to what is asked for the filter is there: m or rad.
 const ARRIVAL_TOLERANCE: f64 = 1e-9;
-/// Share of its acceleration with which it comes to rest within what is asked for: what the joints leave changes meanwhile.
+/// Share of its acceleration with which it comes to rest within what is asked for: what the joints leave changes
+/// meanwhile.
 const COMING_TO_REST: f64 = 0.9;
 /// So far before and behind a moment its change is looked at, s.
 const NEARBY: f64 = 1e-4;
@@ -57,7 +58,8 @@ pub struct PathOffset {
     current: [ScalarState; 6],
     /// Direction in which the path led last, base axes.
     tangent: Vector3<f64>,
-    /// How it is led to what is asked for, in the axes of that, and what was asked for lately, which it does not exceed.
+    /// How it is led to what is asked for, in the axes of that, and what was asked for lately, which it does not
+    /// exceed.
     course: ServoMode,
     lately: OffsetHistory,
 }
@@ -67,8 +69,8 @@ const SPANS: usize = 8;
 /// See [`SPANS`].
 const SPAN: f64 = 0.064;
 
-/// The range of what was asked for in the last half second. Where the joints leave too little for a fast weave it would swing
-/// beyond it: each turn comes too late.
+/// The range of what was asked for in the last half second. Where the joints leave too little for a fast weave it would
+/// swing beyond it: each turn comes too late.
 #[derive(Clone, Copy, Debug)]
 struct OffsetHistory {
     spans: [[(f64, f64); 6]; SPANS],
@@ -268,7 +270,8 @@ impl PathOffset {
         }
     }
 
-    /// The axes of what is asked for, over a path whose TCP has the axes `tool`, and which of its components are in use.
+    /// The axes of what is asked for, over a path whose TCP has the axes `tool`, and which of its components are in
+    /// use.
     pub fn in_use(&self, tool: &Rotation3<f64>) -> (Rotation3<f64>, [bool; 6]) {
         let axes = self.rotation(self.axes, tool);
         let own = self.seen_from(&axes);
@@ -316,7 +319,8 @@ impl PathOffset {
                     .min(room.speed[part])
                     .max(SLOWEST)
                     .max(now.speed.abs() - 0.5 * acceleration * step),
-                // Where the motion takes more of the joints it has less, as soon as it can; but one that comes to rest does so.
+                // Where the motion takes more of the joints it has less, as soon as it can; but one that comes to rest
+                // does so.
                 acceleration: acceleration.max(if now.acceleration * now.speed < 0.0 {
                     now.acceleration.abs()
                 } else {
@@ -344,7 +348,8 @@ impl PathOffset {
         self.current = in_axes(&axes, &next);
     }
 
-    /// `requested`, unless it leads beyond what was asked for lately: from where the component is to the nearest it can do.
+    /// `requested`, unless it leads beyond what was asked for lately: from where the component is to the nearest it can
+    /// do.
     fn within_range(
         &self,
         k: usize,

@@ -1,9 +1,9 @@
 //! The speed limits of TCP and elbow in online modes.
 //!
 //! As with a joint's own limits (see [`axis`](super::axis)) a state counts as safe when braking from it, every joint as
-//! fast as it can, keeps the limits all the way. Only safe states pass; from a safe one the first step of braking is safe
-//! again, so there is always a way on. The braking is looked at where its cycles will end, which is where the limits are
-//! checked, more coarsely further on.
+//! fast as it can, keeps the limits all the way. Only safe states pass; from a safe one the first step of braking is
+//! safe again, so there is always a way on. The braking is looked at where its cycles will end, which is where the
+//! limits are checked, more coarsely further on.
 
 use kinematics::{Frames, JointPositions, JointSpeeds, Pose, RobotModel};
 use motion_api::StopReason;

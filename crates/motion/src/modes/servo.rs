@@ -1,13 +1,14 @@
 //! servoj: joint positions from a stream of points (manual 3.1.6).
 //!
-//! The points are joined by straight lines, each as long as its `t`; a mean over the look-ahead window smooths them. It is
-//! the mean of a mean, one over most of the window and one over the rest, so that its speed and acceleration are those of
-//! points already known: what moves evenly or swings slowly comes out as it went in, half the window late, whatever the
-//! gain. A tracking law whose bandwidth follows the gain makes the setpoints, pieces of constant jerk and so a cubic spline.
+//! The points are joined by straight lines, each as long as its `t`; a mean over the look-ahead window smooths them. It
+//! is the mean of a mean, one over most of the window and one over the rest, so that its speed and acceleration are
+//! those of points already known: what moves evenly or swings slowly comes out as it went in, half the window late,
+//! whatever the gain. A tracking law whose bandwidth follows the gain makes the setpoints, pieces of constant jerk and
+//! so a cubic spline.
 //!
-//! Nothing is amplified. The arm is never faster than what lets it stop within the band of the points in the window, and
-//! where they have led steadily one way, as far beyond as braking from that speed takes. Of points that go to and fro within
-//! the window only the mean is followed, not its speed.
+//! Nothing is amplified. The arm is never faster than what lets it stop within the band of the points in the window,
+//! and where they have led steadily one way, as far beyond as braking from that speed takes. Of points that go to and
+//! fro within the window only the mean is followed, not its speed.
 //!
 //! When the stream stops the reference stands at its last point and the arm comes to rest there. Nothing here needs the
 //! points to come evenly: a late one is a reference that stood still for a while.
@@ -35,8 +36,8 @@ const WINDOW_ENDS: usize = 8;
 /// The points lead one way when they do so in each of so many parts of the window.
 const STEADY_PARTS: usize = 4;
 
-/// Points whose way within the window is longer than this times their band go to and fro: a swing of which there is no more
-/// than one turn in the window does not. Their speed says nothing then, and only their mean is followed.
+/// Points whose way within the window is longer than this times their band go to and fro: a swing of which there is no
+/// more than one turn in the window does not. Their speed says nothing then, and only their mean is followed.
 const TO_AND_FRO: f64 = 2.0;
 
 /// Share of what a joint can do that it stops with at the ends of the band: what it can do changes on the way.
@@ -261,8 +262,8 @@ impl ServoMode {
     }
 }
 
-/// The joint with a range in which the arm may come to rest: the band, and where that leads steadily one way as far beyond
-/// as braking from its speed, or from the joint's where that is less, takes.
+/// The joint with a range in which the arm may come to rest: the band, and where that leads steadily one way as far
+/// beyond as braking from its speed, or from the joint's where that is less, takes.
 fn stopping_limits(band: &ReferenceBand, able: &AxisLimits, now: &ScalarState) -> AxisLimits {
     let axis = AxisLimits {
         // One that is heavier to move than a moment ago has what it does already.

@@ -1,10 +1,10 @@
 //! speedl, stopl and the locked axes of freedrive: a velocity of the TCP under acceleration and jerk limits.
 //!
 //! The velocity changes along a straight line in twist space, so a motion in one direction stays on its line exactly:
-//! the pose is integrated and the joints follow by inverse kinematics. A next state counts only if its joints are within
-//! their limits and the TCP can brake to rest from it without any joint leaving them; where that fails the velocity is
-//! lowered. So the arm slows down on its line before a singular position, the end of a joint's range or of its reach. Limits
-//! of the speeds of TCP and elbow are kept on the way to rest as in the joint modes.
+//! the pose is integrated and the joints follow by inverse kinematics. A next state counts only if its joints are
+//! within their limits and the TCP can brake to rest from it without any joint leaving them; where that fails the
+//! velocity is lowered. So the arm slows down on its line before a singular position, the end of a joint's range or of
+//! its reach. Limits of the speeds of TCP and elbow are kept on the way to rest as in the joint modes.
 
 use kinematics::bounds::within;
 use kinematics::{JointAccelerations, JointSpeeds, Pose, RobotModel, Twist};
@@ -38,8 +38,8 @@ const BRAKING_MAX: f64 = 10.0;
 /// More than any arm can do, m/s² and rad/s²: what is asked for beyond it is the same wish.
 const BEYOND_ANY_ARM: f64 = 100.0;
 
-/// The joint that is named where no single one can be: the elbow stretches at the end of the reach, wrist 2 is the usual
-/// one in a singular position.
+/// The joint that is named where no single one can be: the elbow stretches at the end of the reach, wrist 2 is the
+/// usual one in a singular position.
 const OUT_OF_REACH: u8 = 2;
 /// See [`OUT_OF_REACH`].
 const SINGULAR: u8 = 4;
@@ -173,8 +173,8 @@ impl TcpSpeedMode {
         (TCP_SPEED_SHARE * most / linear).min(1.0)
     }
 
-    /// The setpoint one step later and the joint for which the wanted velocity had to be lowered; `None` when not even braking on
-    /// the line keeps the joints within their limits.
+    /// The setpoint one step later and the joint for which the wanted velocity had to be lowered; `None` when not even
+    /// braking on the line keeps the joints within their limits.
     pub fn next(
         &mut self,
         arm: &TcpModeContext,
@@ -197,8 +197,8 @@ impl TcpSpeedMode {
         let fraction = fraction * self.speed_limit_factor(arm);
         let goal = self.goal.map(|x| x * fraction);
         let mut acceleration = self.within_joints(arm, &jacobian, &goal);
-        // A pause and the slider slow down with a share of what the joints can do at least, whatever was asked for; what has begun
-        // so ends so.
+        // A pause and the slider slow down with a share of what the joints can do at least, whatever was asked for;
+        // what has begun so ends so.
         for (k, asked) in acceleration.iter_mut().enumerate() {
             if !is_slowed {
                 self.slowing[k] = 0.0;
@@ -412,8 +412,8 @@ fn part_accelerations(now: &[ScalarState; 6], goal: &[f64; 6], limits: &[f64; 2]
     let change: [f64; 6] = core::array::from_fn(|k| (goal[k] - now[k].speed).abs());
     let norm = |part: &[f64]| part.iter().map(|x| x * x).sum::<f64>().sqrt();
     let time = (norm(&change[..3]) / limits[0]).max(norm(&change[3..]) / limits[1]);
-    // A component that hardly changes still gets rid of an acceleration it may have, unless all of them belong to one line: that
-    // is kept.
+    // A component that hardly changes still gets rid of an acceleration it may have, unless all of them belong to one
+    // line: that is kept.
     let shares = [0, 3].map(|part| {
         let of = |value: &dyn Fn(usize) -> f64| Vector3::from_fn(|k, _| value(part + k));
         let way = of(&|k| goal[k] - now[k].speed);

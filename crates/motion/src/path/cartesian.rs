@@ -1,8 +1,8 @@
 //! A way of the TCP: a straight line or a circular arc, with rotation about one fixed axis.
 //!
 //! s is the distance along the way in metres; where the rotation is the larger part, one radian counts as
-//! [`ROTATION_LENGTH`] metres of it. With x the TCP's twist per s and J the Jacobian at the TCP (dashes: derivatives with
-//! respect to s): q' = J⁻¹ x, q'' = J⁻¹ (x' - J' q'). x' is zero on a line and points to the centre on an arc.
+//! [`ROTATION_LENGTH`] metres of it. With x the TCP's twist per s and J the Jacobian at the TCP (dashes: derivatives
+//! with respect to s): q' = J⁻¹ x, q'' = J⁻¹ (x' - J' q'). x' is zero on a line and points to the centre on an arc.
 
 use kinematics::elementary::atan2;
 use kinematics::rotation::{rotation_from_rotvec, rotvec_from_rotation};
@@ -260,7 +260,8 @@ pub(super) struct PathTwist {
     pub(super) angular_rate: Vector3<f64>,
 }
 
-/// The joints' derivatives at `q` where the TCP moves as `bent` says for its position; `None` where the Jacobian is singular.
+/// The joints' derivatives at `q` where the TCP moves as `bent` says for its position; `None` where the Jacobian is
+/// singular.
 pub(super) fn derivatives(
     model: &RobotModel,
     flange_from_tcp: &Pose,

@@ -1,10 +1,10 @@
 //! A way through many points at even times (manual 3.1.40), in a list that is too long to be copied.
 //!
-//! s is the time of the list in seconds. A point has joint positions, or a position of the TCP and a quaternion. Between two
-//! points each of these numbers follows the polynomial of degree five that has, at both, the speed and acceleration that the
-//! neighbours of the point give by central differences; so the way goes through every point, goes on smoothly with two
-//! derivatives, and a change of one point changes four intervals only. Of a quaternion only the direction counts, so the tool
-//! turns as smoothly.
+//! s is the time of the list in seconds. A point has joint positions, or a position of the TCP and a quaternion.
+//! Between two points each of these numbers follows the polynomial of degree five that has, at both, the speed and
+//! acceleration that the neighbours of the point give by central differences; so the way goes through every point, goes
+//! on smoothly with two derivatives, and a change of one point changes four intervals only. Of a quaternion only the
+//! direction counts, so the tool turns as smoothly.
 
 use kinematics::{JointPositions, Pose, RobotModel};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
@@ -56,8 +56,8 @@ impl MicroLine {
         Self::new(points, interval, (start, end), None)
     }
 
-    /// The way of the TCP through all of `points`, from where the joints are at `start`; `None` when there are fewer than two.
-    /// Where the joints end is known once it has been followed: see [`ending_at`](Self::ending_at).
+    /// The way of the TCP through all of `points`, from where the joints are at `start`; `None` when there are fewer
+    /// than two. Where the joints end is known once it has been followed: see [`ending_at`](Self::ending_at).
     pub fn through_tcp_poses(
         points: &[PointValues],
         interval: f64,
@@ -257,7 +257,8 @@ impl TcpPath for MicroLineTcpPath<'_> {
 
     fn point(&self, model: &RobotModel, s: f64, q: JointPositions) -> Option<PathPoint> {
         let PoseDerivatives { position, turn } = self.pose_derivatives(s)?;
-        // With u = t / |t|: angular velocity 2 Im(u' u*), and Im(t' t*) is |t|² of that because t' t* differs by a real number.
+        // With u = t / |t|: angular velocity 2 Im(u' u*), and Im(t' t*) is |t|² of that because t' t* differs by a real
+        // number.
         let squared = turn[0].norm_squared();
         let first = turn[1] * turn[0].conjugate() / squared;
         let second = turn[2] * turn[0].conjugate() / squared;

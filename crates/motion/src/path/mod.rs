@@ -1,6 +1,7 @@
 //! Geometric paths of the whole arm, without time: where the joints are at each place s of the way.
 //!
-//! A [`Path`] is one leg or one blend. A [`CompositePath`] is what a motion follows: the legs of the queue and their blends, end to end.
+//! A [`Path`] is one leg or one blend. A [`CompositePath`] is what a motion follows: the legs of the queue and their
+//! blends, end to end.
 
 mod cartesian;
 mod joint_line;
@@ -34,8 +35,8 @@ pub struct PathPoint {
     pub dq_ds: [f64; 6],
     /// d²q/ds².
     pub d2q_ds2: [f64; 6],
-    /// The sign of the Jacobian's determinant on a way of the TCP, 0 on ways of the joints. It changes where the joints go over
-    /// into another branch of solutions, which they do in singular positions only.
+    /// The sign of the Jacobian's determinant on a way of the TCP, 0 on ways of the joints. It changes where the joints
+    /// go over into another branch of solutions, which they do in singular positions only.
     pub branch: f64,
 }
 
@@ -99,8 +100,8 @@ pub enum Path {
 }
 
 impl Path {
-    /// The setpoint at a state of s, in the branch of solutions that `near` belongs to. `None` when the inverse kinematics has
-    /// no solution there.
+    /// The setpoint at a state of s, in the branch of solutions that `near` belongs to. `None` when the inverse
+    /// kinematics has no solution there.
     pub fn at(
         &self,
         ground: &PathContext,
@@ -117,8 +118,8 @@ impl Path {
         }
     }
 
-    /// Joints and derivatives at a place, in the branch of solutions that `near` belongs to. `None` also on a way through
-    /// many points, which nothing is blended with.
+    /// Joints and derivatives at a place, in the branch of solutions that `near` belongs to. `None` also on a way
+    /// through many points, which nothing is blended with.
     pub fn point(&self, model: &RobotModel, s: f64, near: &JointPositions) -> Option<PathPoint> {
         match self {
             Self::Joint(line) => Some(PathPoint {

@@ -1,9 +1,10 @@
-//! Polynomials of degree five that take over position and first two derivatives at both ends: blends in joint space, and the
-//! way between two of many points.
+//! Polynomials of degree five that take over position and first two derivatives at both ends: blends in joint space,
+//! and the way between two of many points.
 //!
 //! Between two lines that meet at an angle, entered and left at equal distances with a length of twice that, the six
-//! Bézier points of the curve lie on the two lines short of the corner: the curve cuts the corner inside the triangle and
-//! its derivative is nowhere longer than on the lines (Farin, *Curves and Surfaces for CAGD*, 2002, 4.1: convex hull).
+//! Bézier points of the curve lie on the two lines short of the corner: the curve cuts the corner inside the triangle
+//! and its derivative is nowhere longer than on the lines (Farin, *Curves and Surfaces for CAGD*, 2002, 4.1: convex
+//! hull).
 
 use kinematics::{JointAccelerations, JointPositions, JointSpeeds};
 

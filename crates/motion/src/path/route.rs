@@ -1,7 +1,7 @@
 //! The way of the whole queue: parts of paths laid end to end so that position and first two derivatives go on.
 //!
-//! The route has an s of its own; each span says where on its path it begins and how much of the path's s goes with one of
-//! the route's, so that metres of a line and radians of a joint line can follow one another.
+//! The route has an s of its own; each span says where on its path it begins and how much of the path's s goes with one
+//! of the route's, so that metres of a line and radians of a joint line can follow one another.
 
 use kinematics::JointPositions;
 

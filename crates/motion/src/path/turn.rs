@@ -1,8 +1,8 @@
 //! From one line of the TCP into another: an arc between two pieces on which the curvature grows and falls evenly.
 //!
 //! So the TCP keeps its speed and its acceleration has no step. s is the distance along the curve, m. The pieces are
-//! clothoids (Walton and Meek, "A controlled clothoid spline", *Computers & Graphics* 29, 2005, for corners between lines);
-//! their points are integrals of the direction, by Gauss and Legendre's rule.
+//! clothoids (Walton and Meek, "A controlled clothoid spline", *Computers & Graphics* 29, 2005, for corners between
+//! lines); their points are integrals of the direction, by Gauss and Legendre's rule.
 
 use kinematics::bounds::within;
 use kinematics::elementary::{atan2, sin_cos, tan};
@@ -50,8 +50,8 @@ pub struct ClothoidBlend {
     end: JointPositions,
 }
 
-/// How the curve lies in a corner of an angle: with its arc of length 1 in all, of which clothoids take a share at either
-/// end, how far from the corner it begins.
+/// How the curve lies in a corner of an angle: with its arc of length 1 in all, of which clothoids take a share at
+/// either end, how far from the corner it begins.
 fn unit_reach(angle: f64, ramp: f64) -> f64 {
     let (curvature, arc) = (angle, 1.0 - ramp);
     let knee = clothoid(curvature / (2.0 * ramp), 0.0, ramp);
@@ -85,9 +85,9 @@ fn along_arc([x, y, direction]: [f64; 3], curvature: f64, s: f64) -> [f64; 3] {
 }
 
 impl ClothoidBlend {
-    /// The curve over the corner of two lines whose arc touches both at `touch` metres from the corner; it begins and ends at
-    /// most `room` metres from it, and where that is less its arc is smaller. The clothoids are `clothoid_length` metres long, less on
-    /// short arcs. `None` where the lines meet too sharply, go
+    /// The curve over the corner of two lines whose arc touches both at `touch` metres from the corner; it begins and
+    /// ends at most `room` metres from it, and where that is less its arc is smaller. The clothoids are
+    /// `clothoid_length` metres long, less on short arcs. `None` where the lines meet too sharply, go
     /// straight on, or are turns of the tool rather than lines.
     pub fn between(
         first: &CartesianPath,
@@ -181,9 +181,11 @@ impl ClothoidBlend {
         ]
     }
 
-    /// How far the first line's turning goes on, and how far the second's has come, in metres of them; with derivatives.
+    /// How far the first line's turning goes on, and how far the second's has come, in metres of them; with
+    /// derivatives.
     fn rotation_progress(&self, s: f64) -> [[f64; 3]; 2] {
-        // The polynomial of degree five that grows from 0 with slope 0 to the reach with slope 1, with no bend at either end.
+        // The polynomial of degree five that grows from 0 with slope 0 to the reach with slope 1, with no bend at
+        // either end.
         let (length, reach) = (self.length(), self.reach);
         let (c3, c4, c5) = (
             10.0 * reach - 4.0 * length,

@@ -36,16 +36,16 @@ pub struct DerivativeBounds {
     pub elbow: f64,
     /// What is asked of the drives.
     pub torque: TorqueBounds,
-    /// What the bend does to each joint everywhere: it turns faster along the way (1), so that slowing down takes from what
-    /// the bend asks of it, or slower (-1); 0 where that changes, or is not known.
+    /// What the bend does to each joint everywhere: it turns faster along the way (1), so that slowing down takes from
+    /// what the bend asks of it, or slower (-1); 0 where that changes, or is not known.
     pub first_derivative_trend: [f64; 6],
-    /// The same for the bend itself: it grows along the way (1), so that slowing down takes from the jerk that this asks of the
-    /// joint, or falls (-1).
+    /// The same for the bend itself: it grows along the way (1), so that slowing down takes from the jerk that this
+    /// asks of the joint, or falls (-1).
     pub second_derivative_trend: [f64; 6],
 }
 
-/// How a joint's second derivative goes from one place to the next: on the parabola through both whose mean takes the first
-/// derivative from one to the other, a + change t + 6 excess t (1 - t) with t from 0 to 1.
+/// How a joint's second derivative goes from one place to the next: on the parabola through both whose mean takes the
+/// first derivative from one to the other, a + change t + 6 excess t (1 - t) with t from 0 to 1.
 #[derive(Clone, Copy)]
 struct SecondDerivativeParabola {
     a: f64,
@@ -254,8 +254,8 @@ impl DerivativeBounds {
         })
     }
 
-    /// The largest acceleration, no more than `wanted`, that the joints' jerks let be reached in time. One that takes longer
-    /// than others would have the whole way smoothed over a longer time.
+    /// The largest acceleration, no more than `wanted`, that the joints' jerks let be reached in time. One that takes
+    /// longer than others would have the whole way smoothed over a longer time.
     fn max_acceleration_in_rise_time(
         &self,
         way: SpeedChange,
@@ -286,7 +286,8 @@ impl DerivativeBounds {
         low
     }
 
-    /// The acceleration that is reached in time though bends and their changes took from every jerk what they can at most.
+    /// The acceleration that is reached in time though bends and their changes took from every jerk what they can at
+    /// most.
     fn guaranteed_acceleration(&self, speed: f64, limits: &MotionLimits) -> f64 {
         (0..6).fold(UNLIMITED, |least, joint| {
             let (d1, d2, d3) = (self.dq_ds[joint], self.d2q_ds2[joint], self.d3q_ds3[joint]);

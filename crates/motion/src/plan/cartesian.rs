@@ -1,4 +1,5 @@
-//! movel, movec and movep: a line or an arc of the TCP, as fast as it is asked to go and the joints are able to at each place.
+//! movel, movec and movep: a line or an arc of the TCP, as fast as it is asked to go and the joints are able to at each
+//! place.
 //!
 //! The way is surveyed first, over several cycles if need be.
 
@@ -27,8 +28,8 @@ pub struct CartesianPlanner {
 impl CartesianPlanner {
     /// Begins to plan a line (manual 3.1.3) from `start` to the TCP pose `target`.
     ///
-    /// Speed and acceleration of `wish` are the TCP's, m/s and m/s²; where the rotation is the larger part of the motion
-    /// they are those of s, see [`CartesianPath`].
+    /// Speed and acceleration of `wish` are the TCP's, m/s and m/s²; where the rotation is the larger part of the
+    /// motion they are those of s, see [`CartesianPath`].
     ///
     /// # Errors
     /// A number that cannot be used, or an arm in a singular position.

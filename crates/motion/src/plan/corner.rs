@@ -1,8 +1,8 @@
-//! The corner between two legs: where a blend leaves the first and meets the second, the curves that lead over it, and what
-//! they bear.
+//! The corner between two legs: where a blend leaves the first and meets the second, the curves that lead over it, and
+//! what they bear.
 //!
-//! Two lines of the TCP join over a [`ClothoidBlend`]; whatever else meets joins over a curve in joint space (see [`JointQuintic`]),
-//! so that any two kinds of legs join alike, without inverse kinematics on the way.
+//! Two lines of the TCP join over a [`ClothoidBlend`]; whatever else meets joins over a curve in joint space (see
+//! [`JointQuintic`]), so that any two kinds of legs join alike, without inverse kinematics on the way.
 
 use kinematics::{JointPositions, JointSpeeds, Pose, RobotModel};
 
@@ -18,8 +18,8 @@ use crate::path::{ClothoidBlend, JointQuintic, Path, PathPoint, QuinticPoint, Tc
 use crate::scalar::IntervalLimits;
 use crate::setpoint::elbow_speed;
 
-/// Places on a leg that are stepped through from its end to a place in its zone, so that the branch of solutions stays: few,
-/// and more where that does not do.
+/// Places on a leg that are stepped through from its end to a place in its zone, so that the branch of solutions stays:
+/// few, and more where that does not do.
 const STEPS_TO_ENTRY: [usize; 2] = [4, 16];
 
 /// Where the curve may begin and end.
@@ -51,8 +51,8 @@ pub(super) enum ParameterMatching {
     Speeds,
 }
 
-/// Two ways meet without a corner where no joint's speed has a larger step than this, rad/s, nor its acceleration, rad/s²: less
-/// than a twentieth of what the jerk allows in the shortest cycle.
+/// Two ways meet without a corner where no joint's speed has a larger step than this, rad/s, nor its acceleration,
+/// rad/s²: less than a twentieth of what the jerk allows in the shortest cycle.
 const STRAIGHT: (f64, f64) = (2e-5, 0.02);
 
 /// What one of the first leg's s is on the second where that goes straight on, so that there is no corner.
@@ -350,9 +350,9 @@ impl<'a> BlendGeometry<'a> {
         })
     }
 
-    /// On the curve neither leg's speed is exceeded: not the faster one's TCP speed where a leg is one of the TCP, not the
-    /// faster one's leading joint between two joint legs. The TCP goes so far per s of the first leg and of the second where
-    /// the curve begins and ends.
+    /// On the curve neither leg's speed is exceeded: not the faster one's TCP speed where a leg is one of the TCP, not
+    /// the faster one's leading joint between two joint legs. The TCP goes so far per s of the first leg and of the
+    /// second where the curve begins and ends.
     fn caps(&self, both_joint: bool, begun: f64, ended: f64) -> SpeedCaps {
         let (first, next) = (&self.first.request, &self.next.request);
         let none = SpeedCaps {

@@ -1,8 +1,8 @@
 //! Targets that are too far away to be meant: the arm goes along the line to them as far as it can.
 //!
-//! A pendant writes a target 1000 m away for "move in this direction until something happens" (our reading, and what its programs
-//! are made for). Owns where that begins, how much of the line is looked at, and what ends it besides what ends any line: places
-//! that targets must not have, before which the arm then brakes on its line.
+//! A pendant writes a target 1000 m away for "move in this direction until something happens" (our reading, and what
+//! its programs are made for). Owns where that begins, how much of the line is looked at, and what ends it besides what
+//! ends any line: places that targets must not have, before which the arm then brakes on its line.
 
 use kinematics::rotation::{rotation_from_rotvec, rotvec_from_rotation};
 use kinematics::safety::SafetyViolation;
@@ -37,8 +37,8 @@ pub(super) struct Direction {
 }
 
 impl Direction {
-    /// The direction that a line from `start` to `target` is, with the end of what the arm can reach of it; `None` where the
-    /// target is a place.
+    /// The direction that a line from `start` to `target` is, with the end of what the arm can reach of it; `None`
+    /// where the target is a place.
     ///
     /// # Errors
     /// A time for something without an end.
@@ -100,8 +100,8 @@ impl Direction {
         })
     }
 
-    /// The way ends where it bears less speed than this to its end, m/s: next to a singular position the arm would crawl to a
-    /// place that nobody asked for.
+    /// The way ends where it bears less speed than this to its end, m/s: next to a singular position the arm would
+    /// crawl to a place that nobody asked for.
     pub(super) fn slowest(&self, wish: &MotionRequest) -> f64 {
         SLOWEST_END.min(SLOWEST_SHARE * wish.speed)
     }

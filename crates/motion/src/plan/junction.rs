@@ -1,7 +1,7 @@
 //! Attempts to join one leg to another, a few in each cycle.
 //!
-//! Where the second leg goes straight on, it follows without a curve, whenever it comes. Otherwise the curve begins at the beginning
-//! of the zone or, where the arm has been there already or goes too fast for it, a little further on.
+//! Where the second leg goes straight on, it follows without a curve, whenever it comes. Otherwise the curve begins at
+//! the beginning of the zone or, where the arm has been there already or goes too fast for it, a little further on.
 
 use super::corner::{Blend, BlendGeometry, goes_straight_on};
 use super::leg::MotionSegment;
@@ -17,7 +17,8 @@ pub struct BlendSearch {
 /// How a leg goes over into the next.
 #[derive(Clone, Copy, Debug)]
 pub struct PlannedBlend {
-    /// The curve from one into the other, or what one of the first leg's s is on the second where that goes straight on.
+    /// The curve from one into the other, or what one of the first leg's s is on the second where that goes straight
+    /// on.
     pub over: BlendKind,
     /// The next leg; its zone may have been shortened.
     pub next: MotionSegment,

@@ -1,7 +1,7 @@
 //! A planned leg: the way from one waypoint to the next, and where its blend zone begins.
 //!
-//! A blend zone is the last part of a leg, in which the TCP is within the radius of the waypoint, never more than half of
-//! the leg. Where the TCP hardly moves all that time, its turning counts as way as it does for the length of lines
+//! A blend zone is the last part of a leg, in which the TCP is within the radius of the waypoint, never more than half
+//! of the leg. Where the TCP hardly moves all that time, its turning counts as way as it does for the length of lines
 //! ([`ROTATION_LENGTH`]), so that a leg which only turns has a zone too.
 
 use kinematics::elementary::cbrt;
@@ -126,8 +126,8 @@ impl MotionSegment {
         let Some(place) = self.path.point(arm.model, zone, &end) else {
             return;
         };
-        // A curve of twice the length of the zone that leads back the way it came goes f s - 2 f s³/L² + f s⁴/L³ for each
-        // joint, with second and third derivatives of at most 3 f/L and 12 f/L².
+        // A curve of twice the length of the zone that leads back the way it came goes f s - 2 f s³/L² + f s⁴/L³ for
+        // each joint, with second and third derivatives of at most 3 f/L and 12 f/L².
         let length = 2.0 * (self.path.length() - zone);
         let most = match self.path {
             Path::Joint(_) if self.request.duration <= 0.0 => {
@@ -174,8 +174,8 @@ impl MotionSegment {
         }
     }
 
-    /// The way in s from one end to the nearest place that is `radius` metres away, `None` when there is none in this half
-    /// of the leg; and how that was measured: by the TCP, or with its turning where the TCP hardly moves.
+    /// The way in s from one end to the nearest place that is `radius` metres away, `None` when there is none in this
+    /// half of the leg; and how that was measured: by the TCP, or with its turning where the TCP hardly moves.
     pub fn parameter_at_distance(
         &self,
         model: &RobotModel,

@@ -1,7 +1,7 @@
 //! moveml: through the points of a list at its own times, slower where the joints cannot keep up.
 //!
-//! Interval by interval the curve's derivatives are bounded, a fixed number of intervals a cycle. Where the points are poses
-//! the way of the TCP is surveyed as a line is.
+//! Interval by interval the curve's derivatives are bounded, a fixed number of intervals a cycle. Where the points are
+//! poses the way of the TCP is surveyed as a line is.
 
 use kinematics::{JointPositions, JointSpeeds};
 use motion_api::{PathFault, Refusal};
@@ -68,8 +68,8 @@ impl MicroLinePlanner {
     /// Works on the plan for one cycle; `None` while there is more to look at.
     ///
     /// # Errors
-    /// A point, or the way between two, outside of a joint's range or where the arm runs into itself; where and why a way of
-    /// the TCP cannot be followed.
+    /// A point, or the way between two, outside of a joint's range or where the arm runs into itself; where and why a
+    /// way of the TCP cannot be followed.
     pub fn advance(
         &mut self,
         points: &[PointValues],

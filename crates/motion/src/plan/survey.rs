@@ -1,7 +1,8 @@
 //! Looking along a Cartesian line before it is followed: is it possible, and what does it ask of the joints where?
 //!
-//! The line is walked from its start with the nearest solution of the inverse kinematics at each place; where the joints
-//! change fast the steps are halved. What is kept are the limits of each interval. The walk can be interrupted after any number of places and be continued in the next cycle.
+//! The line is walked from its start with the nearest solution of the inverse kinematics at each place; where the
+//! joints change fast the steps are halved. What is kept are the limits of each interval. The walk can be interrupted
+//! after any number of places and be continued in the next cycle.
 
 use kinematics::{JointPositions, JointSpeeds, RobotModel};
 use motion_api::{PathFault, Refusal};
@@ -181,8 +182,9 @@ impl PathScan {
         }
     }
 
-    /// By how much bends may change in an interval of a length, lest it is worth halving though it could do: more in one that was
-    /// halved often, and only where it is still long, because places take time. `None` where it is never worth that.
+    /// By how much bends may change in an interval of a length, lest it is worth halving though it could do: more in
+    /// one that was halved often, and only where it is still long, because places take time. `None` where it is never
+    /// worth that.
     fn allowed_curvature_change(&self, step: u32, length: f64) -> Option<f64> {
         let whole = 1 << MAX_BISECTIONS;
         let is_short_list = self.steps <= (LINE_INTERVALS as u32) * whole;
@@ -353,8 +355,8 @@ fn without_position_limits(limits: &MotionLimits) -> MotionLimits {
     }
 }
 
-/// True when the joints' ways bend alike between two places, or so little that the wanted speed does not suffer: a cell between
-/// them is worth what the largest bend allows.
+/// True when the joints' ways bend alike between two places, or so little that the wanted speed does not suffer: a cell
+/// between them is worth what the largest bend allows.
 fn has_uniform_curvature(
     left: &PathPoint,
     right: &PathPoint,
@@ -376,8 +378,9 @@ fn has_uniform_curvature(
 
 /// True when the joints between two places are well described by what is known at both.
 ///
-/// Close to where two branches of solutions meet, one goes on in the other as if nothing were, but for a bend that is shorter
-/// than the interval: whoever follows the way step by step stays in the branch, so it has to be the same on both sides.
+/// Close to where two branches of solutions meet, one goes on in the other as if nothing were, but for a bend that is
+/// shorter than the interval: whoever follows the way step by step stays in the branch, so it has to be the same on
+/// both sides.
 fn is_smooth(left: &PathPoint, right: &PathPoint) -> bool {
     let way = right.s - left.s;
     let is_one_branch = left.branch == right.branch;

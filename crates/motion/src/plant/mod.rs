@@ -96,8 +96,8 @@ pub enum Plant {
 }
 
 impl Plant {
-    /// An arm standing at `q`. `believed` is the controller's model of it, `truth` what differs from that; `gravity` is the
-    /// free-fall acceleration in the base frame, m/s².
+    /// An arm standing at `q`. `believed` is the controller's model of it, `truth` what differs from that; `gravity` is
+    /// the free-fall acceleration in the base frame, m/s².
     ///
     /// # Errors
     /// [`ConfigError::Plant`] when its masses cannot be simulated.
@@ -139,8 +139,8 @@ impl Plant {
         }
     }
 
-    /// The controller was told another payload or gravity: its model is `believed`. Gravity is what it is told (free-fall
-    /// acceleration in the base frame, m/s²), the payload where nothing else hangs there.
+    /// The controller was told another payload or gravity: its model is `believed`. Gravity is what it is told
+    /// (free-fall acceleration in the base frame, m/s²), the payload where nothing else hangs there.
     pub fn set_controller_model(&mut self, believed: &Dynamics, gravity: &Vector3<f64>) {
         match self {
             Self::Ideal(plant) => plant.arm.set_controller_model(believed, gravity),
@@ -148,8 +148,8 @@ impl Plant {
         }
     }
 
-    /// One cycle of `step` seconds under servo control towards `target`, among what `contacts` holds. The controller's model, and
-    /// the torques that it expects of the target.
+    /// One cycle of `step` seconds under servo control towards `target`, among what `contacts` holds. The controller's
+    /// model, and the torques that it expects of the target.
     pub(crate) fn step_to_target(
         &mut self,
         target: &LimitedSetpoint,

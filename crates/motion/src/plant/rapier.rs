@@ -1,8 +1,8 @@
 //! The bodies of the rigid arm in the rapier engine: a multibody of the six links with what hangs on the flange.
 //!
 //! Owns the engine and every conversion between its vectors (glam) and ours (nalgebra). Torques are found with our own
-//! inverse dynamics, the motion with the engine's, so an error in either shows as a tracking error: this is the judge of
-//! the plant that integrates our own equations. rapier allocates inside its step; no other part of the cycle does.
+//! inverse dynamics, the motion with the engine's, so an error in either shows as a tracking error: this is the judge
+//! of the plant that integrates our own equations. rapier allocates inside its step; no other part of the cycle does.
 
 use kinematics::payload::RigidBody;
 use kinematics::{DOF, Dynamics, Frames, JointPositions, JointSpeeds, JointTorques, RobotModel};
@@ -120,7 +120,8 @@ impl RapierBodies {
         }
     }
 
-    /// A step of `step` seconds under the drives' `torque`, the hand and what the arm touches. `frames` say where it is.
+    /// A step of `step` seconds under the drives' `torque`, the hand and what the arm touches. `frames` say where it
+    /// is.
     pub(super) fn step(
         &mut self,
         torque: &JointTorques,

@@ -1,7 +1,7 @@
 //! The arm as it is: what really hangs on the flange, and what the drives have to overcome besides the links.
 //!
-//! Owns the truth that the controller does not know. It meets the controller only in what the plant's joints do and carry
-//! and in what the force sensor reads. Without a truth of its own the arm is what the controller believes.
+//! Owns the truth that the controller does not know. It meets the controller only in what the plant's joints do and
+//! carry and in what the force sensor reads. Without a truth of its own the arm is what the controller believes.
 
 use kinematics::payload::RigidBody;
 use kinematics::{
@@ -57,8 +57,8 @@ impl PlantDynamics {
         arm
     }
 
-    /// The controller was told another payload or gravity. Gravity is what it is told, the payload only where no other hangs
-    /// there.
+    /// The controller was told another payload or gravity. Gravity is what it is told, the payload only where no other
+    /// hangs there.
     pub(super) fn set_controller_model(&mut self, believed: &Dynamics, gravity: &Vector3<f64>) {
         self.dynamics = match &self.parameters.payload {
             None => *believed,
@@ -92,7 +92,8 @@ impl PlantDynamics {
         self.with_rotors(self.dynamics.mass_matrix(q), &[0.0; DOF])
     }
 
-    /// Mass matrix for a step of `step` seconds at whose end viscous friction is taken: whatever its size, the step is stable.
+    /// Mass matrix for a step of `step` seconds at whose end viscous friction is taken: whatever its size, the step is
+    /// stable.
     pub(super) fn implicit_mass_matrix(&self, q: &JointPositions, step: f64) -> Matrix6<f64> {
         let drag = self.parameters.drivetrain.viscous.map(|drag| drag * step);
         self.with_rotors(self.dynamics.mass_matrix(q), &drag)

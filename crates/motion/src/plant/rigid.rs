@@ -1,8 +1,9 @@
-//! The rigid arm: six links with what hangs on the flange, moved by the servo's torques, by hands and by what they touch.
+//! The rigid arm: six links with what hangs on the flange, moved by the servo's torques, by hands and by what they
+//! touch.
 //!
 //! Owns the servo steps within a cycle. The bodies are moved by our own equations of motion, or by an engine of others
-//! (`rapier`) that judges them. Semi-implicit: speeds first, then positions with the new speeds, so that an arm whose torques
-//! are found with the same masses stays on its targets to the last digits.
+//! (`rapier`) that judges them. Semi-implicit: speeds first, then positions with the new speeds, so that an arm whose
+//! torques are found with the same masses stays on its targets to the last digits.
 
 use kinematics::chain::{Chain, Frames};
 use kinematics::{DOF, Dynamics, JointPositions, JointSpeeds, JointTorques, RobotModel, Wrench};
@@ -71,7 +72,8 @@ impl RigidPlant {
     /// The same in the rapier engine; `gravity` is the free-fall acceleration in the base frame, m/s².
     ///
     /// # Errors
-    /// [`ConfigError::Plant`] when a link has no mass, when the engine cannot join the links, or for what it does not know.
+    /// [`ConfigError::Plant`] when a link has no mass, when the engine cannot join the links, or for what it does not
+    /// know.
     pub(super) fn in_rapier(
         model: &RobotModel,
         arm: PlantDynamics,
@@ -175,8 +177,8 @@ impl RigidPlant {
         StepContext { frames, tcp, hand }
     }
 
-    /// Moves the bodies by `step` seconds under the drives' `torque`; without `step_context` nothing else acts on them. What touches
-    /// the tool: base axes, about the TCP.
+    /// Moves the bodies by `step` seconds under the drives' `torque`; without `step_context` nothing else acts on them.
+    /// What touches the tool: base axes, about the TCP.
     fn advance(
         &mut self,
         torque: &JointTorques,
@@ -225,8 +227,8 @@ impl RigidPlant {
         self.state.q = JointPositions(core::array::from_fn(|j| q[j] + step * speeds[j]));
     }
 
-    /// The forces of obstacles and dry friction over the next `step` seconds, in which drives and hand give `torque`, and the
-    /// speeds behind them. `None` where nothing can be said: a diverged plant, which the cycle stops.
+    /// The forces of obstacles and dry friction over the next `step` seconds, in which drives and hand give `torque`,
+    /// and the speeds behind them. `None` where nothing can be said: a diverged plant, which the cycle stops.
     fn solve_contacts(
         &self,
         contacts: &mut ContactModel,
@@ -252,7 +254,8 @@ impl RigidPlant {
         Some(forces)
     }
 
-    /// One cycle with the brakes engaged: no time passes for the bodies. The servo will take over with what holds the arm now.
+    /// One cycle with the brakes engaged: no time passes for the bodies. The servo will take over with what holds the
+    /// arm now.
     pub(super) fn step_with_brakes(
         &mut self,
         believed: &Dynamics,

@@ -1,14 +1,15 @@
 //! The joint servo: computed torque from the controller's model, and drives that feel what the model does not know.
 //!
-//! tau = M(q) u + C(q, qd) qd + g(q) with u = qdd* + Kd (qd* - qd) + Kp (q* - q) (Siciliano et al., *Robotics: Modelling,
-//! Planning and Control*, 2009, 8.5.2). The starred values are differences of the sampled target, so that the sequence of
-//! targets is itself a motion of an arm that is integrated with the same step; then only what the model does not know
-//! (contact, hands, friction, another payload, saturation) leaves an error.
+//! tau = M(q) u + C(q, qd) qd + g(q) with u = qdd* + Kd (qd* - qd) + Kp (q* - q) (Siciliano et al., *Robotics:
+//! Modelling, Planning and Control*, 2009, 8.5.2). The starred values are differences of the sampled target, so that
+//! the sequence of targets is itself a motion of an arm that is integrated with the same step; then only what the model
+//! does not know (contact, hands, friction, another payload, saturation) leaves an error.
 //!
-//! The drives are tuned to the arm they sit in: where its masses are not those of the model, the terms in Kd and Kp have
-//! the arm's own inertia, so that the bandwidth is the same. Against a share of what the force sensor reads of hands they hold
-//! at once; what else pushes they see from what the arm makes of a torque, and hold against a share of that (a disturbance
-//! observer: Ohnishi, Shibata, Murakami, IEEE/ASME Trans. Mechatronics 1996). The rest is felt as an error.
+//! The drives are tuned to the arm they sit in: where its masses are not those of the model, the terms in Kd and Kp
+//! have the arm's own inertia, so that the bandwidth is the same. Against a share of what the force sensor reads of
+//! hands they hold at once; what else pushes they see from what the arm makes of a torque, and hold against a share of
+//! that (a disturbance observer: Ohnishi, Shibata, Murakami, IEEE/ASME Trans. Mechatronics 1996). The rest is felt as
+//! an error.
 
 use kinematics::{DOF, Dynamics, JointAccelerations, JointPositions, JointSpeeds, JointTorques};
 
@@ -84,8 +85,8 @@ impl JointServo {
         self.disturbance = torque.map(|torque| DISTURBANCE_COMPENSATION * torque);
     }
 
-    /// The torques for the next `step` seconds, at the end of which the target is `next`, for an arm that is at `q` and moves
-    /// with `qd`. `hand` is what the sensor at the flange reads of hands, as joint torques, Nm.
+    /// The torques for the next `step` seconds, at the end of which the target is `next`, for an arm that is at `q` and
+    /// moves with `qd`. `hand` is what the sensor at the flange reads of hands, as joint torques, Nm.
     pub(super) fn torques(
         &mut self,
         believed: &Dynamics,

@@ -1,9 +1,10 @@
 //! When the next motion has to follow, and what the arm does lest it does not.
 //!
-//! Nothing slows down for a program that is in time. While it is not known what follows a leg with a zone, the arm brakes for a stop
-//! exactly at the waypoint, as late and as hard as it can. The sender is told twice: that the next may be sent, and that it is
-//! due, before the arm begins to brake, and while it can still be slow enough for any corner. What a program does between two
-//! motions it does when the zone is entered, or when the next one is due where that is before: where the zone is short for the speed.
+//! Nothing slows down for a program that is in time. While it is not known what follows a leg with a zone, the arm
+//! brakes for a stop exactly at the waypoint, as late and as hard as it can. The sender is told twice: that the next
+//! may be sent, and that it is due, before the arm begins to brake, and while it can still be slow enough for any
+//! corner. What a program does between two motions it does when the zone is entered, or when the next one is due where
+//! that is before: where the zone is short for the speed.
 
 use kinematics::bounds::within;
 
@@ -25,8 +26,9 @@ pub(super) struct Corner {
 }
 
 impl MotionQueue {
-    /// Keeps the arm able to stop at the end of the last leg, braking as late and as hard as it can, and works out by when the next
-    /// has to be known lest a corner comes too late. The leg's pace is set before, speeds are worked out afterwards.
+    /// Keeps the arm able to stop at the end of the last leg, braking as late and as hard as it can, and works out by
+    /// when the next has to be known lest a corner comes too late. The leg's pace is set before, speeds are worked out
+    /// afterwards.
     pub(super) fn open_zone(&mut self, last: &mut QueuedSegment, rate: f64) {
         if last.leg.radius <= 0.0 {
             return;
@@ -84,7 +86,8 @@ impl MotionQueue {
         self.track.set_zone(zone);
     }
 
-    /// The last leg, when the arm is so near to its end that the next had better be there, and its sender does not know yet.
+    /// The last leg, when the arm is so near to its end that the next had better be there, and its sender does not know
+    /// yet.
     pub(crate) fn segment_needing_successor(
         &mut self,
         motion: &PathMotion,
@@ -107,8 +110,8 @@ impl MotionQueue {
             .then_some(leg)
     }
 
-    /// The last leg, when the arm would slow down for its end, or be late for a curve, unless the next comes at once, and its
-    /// sender does not know yet.
+    /// The last leg, when the arm would slow down for its end, or be late for a curve, unless the next comes at once,
+    /// and its sender does not know yet.
     pub(crate) fn urges_next(&mut self, motion: &PathMotion) -> Option<&mut QueuedSegment> {
         let travel = &motion.progress;
         let last = self.legs.last()?;

@@ -1,4 +1,5 @@
-//! The way ahead kept within other limits than it was planned with: those of reduced mode, the largest speeds on a belt.
+//! The way ahead kept within other limits than it was planned with: those of reduced mode, the largest speeds on a
+//! belt.
 //!
 //! Owns how far that is done, some cells a cycle; what it means for the speed is the track's.
 
@@ -36,8 +37,8 @@ pub(super) const NO_SPEED_CAPS: SpeedCapProgress = SpeedCapProgress {
 };
 
 impl MotionQueue {
-    /// Keeps the way ahead of the motion within `limits` of joints, TCP and elbow, whatever it was planned with; some cells a
-    /// cycle, the nearest first. `near` is where the joints are.
+    /// Keeps the way ahead of the motion within `limits` of joints, TCP and elbow, whatever it was planned with; some
+    /// cells a cycle, the nearest first. `near` is where the joints are.
     pub(crate) fn cap_speeds_ahead(
         &mut self,
         motion: &PathMotion,
@@ -102,8 +103,8 @@ impl MotionQueue {
         }
     }
 
-    /// The share of its speed at which a motion whose way is kept keeps the joints' accelerations too; `None` until its whole
-    /// way has been looked at.
+    /// The share of its speed at which a motion whose way is kept keeps the joints' accelerations too; `None` until its
+    /// whole way has been looked at.
     pub(crate) fn kept_pace(&self) -> Option<f64> {
         (self.speed_caps.place >= self.track.end()).then_some(self.speed_caps.pace)
     }

@@ -1,7 +1,7 @@
 //! Durations that are wanted of legs: how fast each goes so that the waypoints of a chain are passed in time.
 //!
-//! A motion by itself is stretched. One of a chain goes evenly, at the speed that takes it from waypoint to waypoint in the time
-//! that is left: what one is late or early is made good by those behind it.
+//! A motion by itself is stretched. One of a chain goes evenly, at the speed that takes it from waypoint to waypoint in
+//! the time that is left: what one is late or early is made good by those behind it.
 
 use kinematics::bounds::within;
 
@@ -34,9 +34,9 @@ struct Timing {
 }
 
 impl MotionQueue {
-    /// Slows the last leg down, which follows a curve from one place to another, so that it takes the time that is wanted of it.
-    /// That counts from the waypoint before: from when that leg is due, otherwise from the middle of the curve. Without a travel the
-    /// motion begins from rest.
+    /// Slows the last leg down, which follows a curve from one place to another, so that it takes the time that is
+    /// wanted of it. That counts from the waypoint before: from when that leg is due, otherwise from the middle of the
+    /// curve. Without a travel the motion begins from rest.
     pub(super) fn keep_time(
         &mut self,
         travel: Option<&PathProgress>,
@@ -91,8 +91,8 @@ impl MotionQueue {
         (late > tolerated).then_some((wanted, wanted + late))
     }
 
-    /// Slows a timed leg that begins at `exit` down to what it will not have to exceed, while its pace is not known; not below the
-    /// speed that the motion has.
+    /// Slows a timed leg that begins at `exit` down to what it will not have to exceed, while its pace is not known;
+    /// not below the speed that the motion has.
     pub(super) fn keep_pace_about(&mut self, exit: f64, leg: &QueuedSegment, speed: f64) {
         let wanted = leg.leg.request.duration;
         if wanted > 0.0 {
@@ -131,8 +131,8 @@ impl MotionQueue {
         self.slow_down(timing, (quick, guess), at(f64::INFINITY))
     }
 
-    /// Has the last leg pass its waypoint in the time that is left from the one before on; a little earlier where it comes to rest
-    /// there in time, then, if nothing follows.
+    /// Has the last leg pass its waypoint in the time that is left from the one before on; a little earlier where it
+    /// comes to rest there in time, then, if nothing follows.
     fn keep_pace(&mut self, timing: &Timing, nominal: f64, left: f64) {
         let acceleration = ramps(nominal, timing);
         let way = nominal * timing.wanted;
@@ -163,8 +163,8 @@ impl MotionQueue {
         self.slow_down(timing, (quick, 1.0 / speed), at);
     }
 
-    /// Slows the last leg down until the arm stands at the end when it is due, or as near to that as it can; by how much it is
-    /// late, s. `quick` is the fastest pace, `guess` one that may do.
+    /// Slows the last leg down until the arm stands at the end when it is due, or as near to that as it can; by how
+    /// much it is late, s. `quick` is the fastest pace, `guess` one that may do.
     fn slow_down(
         &mut self,
         timing: &Timing,

@@ -1,19 +1,23 @@
 //! How fast one may be, accelerate and brake in a cell of a way.
 //!
-//! Owns what the limits of one cell mean; which they are is planned (`plan/able.rs`), what neighbours leave of them is in `track`.
+//! Owns what the limits of one cell mean; which they are is planned (`plan/able.rs`), what neighbours leave of them is
+//! in `track`.
 
 /// Limits of a cell; unit of the way over powers of seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IntervalLimits {
     /// Largest speed.
     pub speed: f64,
-    /// Largest acceleration when speeding up at rest and at that speed; evenly less with the square of the speed in between.
+    /// Largest acceleration when speeding up at rest and at that speed; evenly less with the square of the speed in
+    /// between.
     pub asked: [f64; 2],
     /// The same for slowing down, which bends of the way may make easier than speeding up, or harder.
     pub braking: [f64; 2],
-    /// The hardest slowing down that a plan may ask for, at rest and at that speed: every limit is kept, that of the jerk as well.
+    /// The hardest slowing down that a plan may ask for, at rest and at that speed: every limit is kept, that of the
+    /// jerk as well.
     pub planned: [f64; 2],
-    /// The hardest slowing down that the joints can do, at rest and at that speed: for stops, whatever the program asked for.
+    /// The hardest slowing down that the joints can do, at rest and at that speed: for stops, whatever the program
+    /// asked for.
     pub max_braking: [f64; 2],
     /// Largest jerk.
     pub jerk: f64,

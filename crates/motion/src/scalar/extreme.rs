@@ -1,4 +1,5 @@
-//! What is known of the steps of a motion that lie within a window: its places and speeds, and its hardest changes of speed.
+//! What is known of the steps of a motion that lie within a window: its places and speeds, and its hardest changes of
+//! speed.
 
 /// The first motion at the end of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -7,8 +8,8 @@ pub(super) struct Knot {
     pub(super) speed: f64,
 }
 
-/// The largest or the smallest change of speed from one knot to the next, 0 included. It is kept from step to step: mostly the
-/// newest change is not beyond it, and it is not the one that is forgotten.
+/// The largest or the smallest change of speed from one knot to the next, 0 included. It is kept from step to step:
+/// mostly the newest change is not beyond it, and it is not the one that is forgotten.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct WindowExtremum {
     /// The change.

@@ -1,7 +1,7 @@
 //! The fastest change from one speed and acceleration to another speed with acceleration zero.
 //!
-//! Three phases: jerk towards the goal, constant acceleration, jerk back to zero acceleration (Biagiotti and Melchiorri,
-//! *Trajectory Planning for Automatic Machines and Robots*, 2008, 3.4). Speeds may have any sign.
+//! Three phases: jerk towards the goal, constant acceleration, jerk back to zero acceleration (Biagiotti and
+//! Melchiorri, *Trajectory Planning for Automatic Machines and Robots*, 2008, 3.4). Speeds may have any sign.
 
 use super::{Phase, ScalarState};
 

@@ -1,16 +1,16 @@
 //! How fast one may be at each place of a way: cells with limits of their own, and what their neighbours leave of them.
 //!
-//! The way is known to its present end and may be lengthened while somebody is on it; until then it ends at rest. A cell's
-//! speed is lowered to what can still be braked from (backward pass over the squares of the speeds, which change evenly
-//! with the place at constant acceleration; Bobrow, Dubowsky and Gibson 1985). The motion along the way is smoothed in time
-//! afterwards ([`PathProgress`](super::PathProgress)): for half of that time before and behind a cell nobody may be faster than the cell
-//! allows, so that the mean keeps its limits too.
+//! The way is known to its present end and may be lengthened while somebody is on it; until then it ends at rest. A
+//! cell's speed is lowered to what can still be braked from (backward pass over the squares of the speeds, which change
+//! evenly with the place at constant acceleration; Bobrow, Dubowsky and Gibson 1985). The motion along the way is
+//! smoothed in time afterwards ([`PathProgress`](super::PathProgress)): for half of that time before and behind a cell
+//! nobody may be faster than the cell allows, so that the mean keeps its limits too.
 
 use super::{IntervalLimits, Pace};
 use crate::constants::{HARD_STOP_SHARE, PAUSE_SHARE};
 
-/// A cell that is passed within so many windows counts as short, and a step to a next one whose square of the speed is such a
-/// share as gentle; less is not felt.
+/// A cell that is passed within so many windows counts as short, and a step to a next one whose square of the speed is
+/// such a share as gentle; less is not felt.
 const SHORT_CELL: f64 = 2.0;
 /// See [`SHORT_CELL`].
 const GENTLE_STEP: (f64, f64) = (0.6, 0.98);
@@ -145,8 +145,8 @@ impl VelocityLimitCurve {
         Some(())
     }
 
-    /// Ends the way at `place`. What stands behind `from`, which is before that, can be [restored](Self::undo_truncate) until the
-    /// next cut.
+    /// Ends the way at `place`. What stands behind `from`, which is before that, can be [restored](Self::undo_truncate)
+    /// until the next cut.
     pub fn truncate(&mut self, from: f64, place: f64) {
         self.saved_zone = self.blend_entry_limit;
         self.blend_entry_limit = Zone::NONE;
@@ -247,7 +247,8 @@ impl VelocityLimitCurve {
         })
     }
 
-    /// From where on the speed only falls, because the way ends, or to what is allowed while it is not known what comes behind.
+    /// From where on the speed only falls, because the way ends, or to what is allowed while it is not known what comes
+    /// behind.
     pub fn falls_from(&self) -> f64 {
         let mut place = self.end();
         let slow = if self.blend_entry_limit.slow_from < place {
@@ -435,8 +436,8 @@ impl VelocityLimitCurve {
         })
     }
 
-    /// Acceleration with which a pause and the slider slow down, the hardest one, and the jerk, at a place and a speed. The
-    /// first is what is asked for when slowing down, and no less than [`PAUSE_SHARE`] of what the joints can do.
+    /// Acceleration with which a pause and the slider slow down, the hardest one, and the jerk, at a place and a speed.
+    /// The first is what is asked for when slowing down, and no less than [`PAUSE_SHARE`] of what the joints can do.
     pub fn braking_at(&self, place: f64, speed: f64) -> (f64, f64, f64) {
         let Some(cell) = self.cells.get(self.index(place)) else {
             return (1.0, 1.0, 1.0);
@@ -452,7 +453,8 @@ impl VelocityLimitCurve {
         (asked.max(least), hardest, limits.jerk)
     }
 
-    /// The speed after `time` when one goes at `speed` at `place` and follows the squares of the speeds down; the place.
+    /// The speed after `time` when one goes at `speed` at `place` and follows the squares of the speeds down; the
+    /// place.
     pub fn follow_limit(&self, place: f64, speed: f64, time: f64) -> (f64, f64) {
         self.follow(place, speed, time, |cell| &cell.squared_limit)
     }
@@ -527,7 +529,8 @@ struct BackwardPass {
 }
 
 impl BackwardPass {
-    /// The speeds in the cell before, where the square is `max_squared` at most; that cell is what is behind afterwards.
+    /// The speeds in the cell before, where the square is `max_squared` at most; that cell is what is behind
+    /// afterwards.
     fn step_back(
         &mut self,
         limits: &IntervalLimits,
@@ -547,7 +550,8 @@ impl BackwardPass {
             && self.max_squared <= self.entry_squared
             && gentle.contains(&(self.max_squared / most))
         {
-            // Where the next cell bears a little less, evenly down to that: full braking at every step would shake the arm.
+            // Where the next cell bears a little less, evenly down to that: full braking at every step would shake the
+            // arm.
             fall = fall.min((most - end) / length);
         }
         self.entry_squared = (end + fall * length).min(most);

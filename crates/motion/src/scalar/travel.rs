@@ -1,13 +1,14 @@
 //! Moving along a track, cycle by cycle: as fast as it allows, smoothed in time, slower or held on demand.
 //!
-//! A first motion accelerates and brakes with the full acceleration from one step to the next; the motion that is made is
-//! its mean over a window of time. So the acceleration changes no faster than its bound over the window, which is an
-//! S-curve of seven phases wherever the limits are the same: for those, with the window chosen by [`smoothing_window`], the
-//! fastest there is (Biagiotti and Melchiorri, *Trajectory Planning for Automatic Machines and Robots*, 2008, 3.4 and 4.6:
-//! trajectories by chains of moving averages).
+//! A first motion accelerates and brakes with the full acceleration from one step to the next; the motion that is made
+//! is its mean over a window of time. So the acceleration changes no faster than its bound over the window, which is an
+//! S-curve of seven phases wherever the limits are the same: for those, with the window chosen by [`smoothing_window`],
+//! the fastest there is (Biagiotti and Melchiorri, *Trajectory Planning for Automatic Machines and Robots*, 2008, 3.4
+//! and 4.6: trajectories by chains of moving averages).
 //!
-//! A speed fraction slows its clock, so that the motion is the same, stretched. It is taken over where the motion stands; one
-//! that comes on the way, a pause and a stop change what the first motion aims for, so their accelerations are smoothed too.
+//! A speed fraction slows its clock, so that the motion is the same, stretched. It is taken over where the motion
+//! stands; one that comes on the way, a pause and a stop change what the first motion aims for, so their accelerations
+//! are smoothed too.
 
 mod hardest;
 
@@ -21,7 +22,8 @@ use kinematics::elementary::cbrt;
 const STEPS: usize = 32;
 /// Room for rounding where speeds are compared.
 const SLACK: f64 = 1e-12;
-/// From rest the way left is nothing where it is less, of the place and by itself: steps of it would be lost in rounding.
+/// From rest the way left is nothing where it is less, of the place and by itself: steps of it would be lost in
+/// rounding.
 const MIN_DISTANCE: f64 = 1e-13;
 /// By this part a motion is faster than the track only if that was lowered.
 const OVERSPEED_TOLERANCE: f64 = 1e-6;
@@ -37,8 +39,8 @@ pub enum ProgressGoal {
     Stop,
     /// Brake on the path as hard as the arm can, and stand.
     StopHard,
-    /// Come to rest with this acceleration, whatever the path bears: for an arm whose joints brake beside it, so that the
-    /// place on the path stays near the arm. Unit of the way over s².
+    /// Come to rest with this acceleration, whatever the path bears: for an arm whose joints brake beside it, so that
+    /// the place on the path stays near the arm. Unit of the way over s².
     HaltBeside(f64),
 }
 
@@ -69,8 +71,8 @@ pub struct PathProgress {
     time_scale: f64,
     wanted: ProgressGoal,
     fraction: f64,
-    /// Share of its speed that what is laid over the motion leaves it; at rest as well it is no other clock, so that a motion
-    /// that hardly moves is at full speed as soon as it may be.
+    /// Share of its speed that what is laid over the motion leaves it; at rest as well it is no other clock, so that a
+    /// motion that hardly moves is at full speed as soon as it may be.
     pace: f64,
     /// Where it is faster than the track allows it brakes as hard as the arm can.
     is_hard_braking: bool,
@@ -143,13 +145,14 @@ impl PathProgress {
         self.knots[STEPS + 1].speed * self.time_scale
     }
 
-    /// Whether the motion can go on over a track that has been changed: it is not too fast, and one that speeds up has time
-    /// to end that first.
+    /// Whether the motion can go on over a track that has been changed: it is not too fast, and one that speeds up has
+    /// time to end that first.
     pub fn can_continue_on(&self, track: &VelocityLimitCurve) -> bool {
         self.fits_as_before(track, 0.0)
     }
 
-    /// Whether the motion can go on over a track that has been changed, or has at least as much leeway as on another track.
+    /// Whether the motion can go on over a track that has been changed, or has at least as much leeway as on another
+    /// track.
     pub fn fits_as_before(&self, track: &VelocityLimitCurve, before: f64) -> bool {
         let speed = self.committed_speed();
         self.leeway(track) >= before.min(0.0) - 1e-9 * speed * speed
@@ -213,9 +216,9 @@ impl PathProgress {
         state
     }
 
-    /// Takes its clock to the pace of real time: one that is slow takes its time to come to rest, too, and the mean over a window
-    /// that is stretched would be faster than the track allows where that changes within it. What has been becomes the even
-    /// acceleration that has the same place, speed and acceleration now, so that nothing jumps.
+    /// Takes its clock to the pace of real time: one that is slow takes its time to come to rest, too, and the mean
+    /// over a window that is stretched would be faster than the track allows where that changes within it. What has
+    /// been becomes the even acceleration that has the same place, speed and acceleration now, so that nothing jumps.
     fn resync_to_real_time(&mut self, track: &VelocityLimitCurve) {
         let now = self.state(track);
         let half = 0.5 * self.step * STEPS as f64;
@@ -350,8 +353,8 @@ impl PathProgress {
         }
     }
 
-    /// The acceleration from one knot to the next, and how long it lasts: where the motion comes to rest it may do so within
-    /// the step.
+    /// The acceleration from one knot to the next, and how long it lasts: where the motion comes to rest it may do so
+    /// within the step.
     fn change(&self, from: &Knot, to: &Knot) -> (f64, f64) {
         if to.speed > 0.0 || from.speed <= 0.0 {
             return ((to.speed - from.speed) / self.step, self.step);
@@ -396,8 +399,8 @@ impl PathProgress {
                 speed: next.speed * gear,
                 ..next
             };
-            // One whose pace was lowered on the way may have to slow down while the mean still speeds up: that comes first. It is
-            // faster than the pace for a moment then, not than the track.
+            // One whose pace was lowered on the way may have to slow down while the mean still speeds up: that comes
+            // first. It is faster than the pace for a moment then, not than the track.
             if next.speed >= now.speed || self.speeding_up() <= 0.0 {
                 return next;
             }

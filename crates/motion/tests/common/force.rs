@@ -12,7 +12,8 @@ pub fn rigid(model: &str) -> CycleConfig {
     CycleConfig::new(RobotModel::built_in(model).unwrap())
 }
 
-/// A level plate `gap` m below the TCP, or one tilted by `tilt` about y; the sensor sees it push back with `stiffness` N/m.
+/// A level plate `gap` m below the TCP, or one tilted by `tilt` about y; the sensor sees it push back with `stiffness`
+/// N/m.
 pub fn over_plate(config: CycleConfig, gap: f64, stiffness: f64, tilt: f64) -> CycleConfig {
     let mut config = config;
     // The plate is touched by the tool, not by the wrist.

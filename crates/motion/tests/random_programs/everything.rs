@@ -1,5 +1,5 @@
-//! Programs beyond planned motions one by one: chains of short moves, process moves, force mode, hands on the arm, tools and
-//! payloads that change.
+//! Programs beyond planned motions one by one: chains of short moves, process moves, force mode, hands on the arm,
+//! tools and payloads that change.
 //!
 //! Owns what such programs look like; arm, plant and limits are those of [`Program::draw`] of the same seed.
 
@@ -58,8 +58,8 @@ impl Program {
 }
 
 impl Writer {
-    /// Many short lines, process moves or joint moves, each a little further on, with blends smaller and larger than they are
-    /// long; the last one stops.
+    /// Many short lines, process moves or joint moves, each a little further on, with blends smaller and larger than
+    /// they are long; the last one stops.
     fn chain(&mut self) {
         let (count, kind) = (self.draw.whole(4, 14), self.draw.whole(0, 2));
         let length = self.draw.spread(0.002, 0.06);

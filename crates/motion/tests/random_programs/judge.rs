@@ -434,7 +434,8 @@ impl Follower<'_> {
         };
         let limits = &self.run.bench.limits;
         let is_plain = from_rest && duration == 0.0 && radius == 0.0 && !sent.is_disturbed;
-        // Without limits of points; what the drives' torque takes away is told by warnings below the joints' own limits.
+        // Without limits of points; what the drives' torque takes away is told by warnings below the joints' own
+        // limits.
         if !is_plain || limits.tcp_speed.is_finite() || sent.outcome != Outcome::Done {
             return;
         }

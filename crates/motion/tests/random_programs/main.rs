@@ -88,7 +88,8 @@ fn every_program_is_right(model: &'static str) {
     if count >= PROGRAMS {
         assert!(all.motions as u64 > 3 * count && 3 * all.refused < all.motions);
         assert!(20 * all.cut_short <= all.motions);
-        // These motions are sent when the zone is entered, whatever was due before: where it is short for the speed that is too late.
+        // These motions are sent when the zone is entered, whatever was due before: where it is short for the speed
+        // that is too late.
         assert!(all.joined as u64 > count / 2 && all.not_joined < all.joined);
         assert!(3 * all.carried_away <= all.on_belts);
     }
@@ -192,13 +193,15 @@ fn random_programs_of_everything_are_right() {
     assert!(3 * all.refused < all.motions && all.joined > all.motions / 3);
 }
 
-/// A belt that took a joint to its full speed while it still accelerated; blends on which the TCP was faster between the
-/// places looked at than at any of them; a motion on a turntable that took too long, so that a stop ended tracking with it;
-/// a slow clock that was to go fast again before a slower motion; lines that were planned past a singular position into
-/// another branch of solutions. Among people: joints that braked each for itself led the TCP on a belt faster than it may go in
-/// reduced mode; an arm that slowed down for reduced mode used no more acceleration than is left at full speed; one that counted as slow while its braking joints would lead the TCP on, one that braked later than planned.
-/// Of everything: one that braked for a slider that was lowered while its mean still sped up; lines whose bend is largest between
-/// two places that were looked at; a hand that leads the arm along axes of a tool that it turns.
+/// A belt that took a joint to its full speed while it still accelerated; blends on which the TCP was faster between
+/// the places looked at than at any of them; a motion on a turntable that took too long, so that a stop ended tracking
+/// with it; a slow clock that was to go fast again before a slower motion; lines that were planned past a singular
+/// position into another branch of solutions. Among people: joints that braked each for itself led the TCP on a belt
+/// faster than it may go in reduced mode; an arm that slowed down for reduced mode used no more acceleration than is
+/// left at full speed; one that counted as slow while its braking joints would lead the TCP on, one that braked later
+/// than planned. Of everything: one that braked for a slider that was lowered while its mean still sped up; lines whose
+/// bend is largest between two places that were looked at; a hand that leads the arm along axes of a tool that it
+/// turns.
 #[test]
 fn programs_that_were_wrong_once_are_right() {
     let among_people = [("cs612", 4), ("cs625", 40), ("cs625", 1022), ("cs63", 1073)];

@@ -94,7 +94,8 @@ impl<'t> ShiftCost<'t> {
         }
     }
 
-    /// Mean square of the joints' differences, rad²; infinite where the runs have less than a tenth of the samples in common.
+    /// Mean square of the joints' differences, rad²; infinite where the runs have less than a tenth of the samples in
+    /// common.
     fn cost(&self, shift: f64) -> f64 {
         let mut place = TraceCursor::default();
         let (mut sum, mut count) = (0.0, 0_usize);

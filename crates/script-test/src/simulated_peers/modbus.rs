@@ -1,7 +1,7 @@
 //! A Modbus device that a test plays: coils and registers by address, as it was given them and as they were written.
 //!
-//! Sections are those of the MODBUS Application Protocol Specification V1.1b3. Discrete inputs are the coils, input registers
-//! the registers: a device of a test has one table of each.
+//! Sections are those of the MODBUS Application Protocol Specification V1.1b3. Discrete inputs are the coils, input
+//! registers the registers: a device of a test has one table of each.
 
 use std::collections::BTreeMap;
 

@@ -252,7 +252,8 @@ const POWERED_WITHIN: Duration = Duration::from_secs(30);
 const SWITCHED_ON_WITHIN: Duration = Duration::from_secs(1);
 
 impl PortBackend {
-    /// Releases the brakes; without power, as soon as the power that is switched on then has come. Clients watch the mode.
+    /// Releases the brakes; without power, as soon as the power that is switched on then has come. Clients watch the
+    /// mode.
     pub(super) async fn release_brakes(&self) {
         if self.robot.state().robot_mode != RobotMode::PowerOff {
             return self.take(CommandKind::ReleaseBrakes).await;
@@ -284,8 +285,8 @@ impl PortBackend {
             });
     }
 
-    /// Gives the robot a command and returns when a cycle has taken it, so that what a client asks next, in the next line or
-    /// on another port, is already answered by a state with it.
+    /// Gives the robot a command and returns when a cycle has taken it, so that what a client asks next, in the next
+    /// line or on another port, is already answered by a state with it.
     async fn take(&self, command: CommandKind) {
         let before = self.robot.state().cycle;
         self.give(command).await;

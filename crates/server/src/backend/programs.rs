@@ -158,7 +158,8 @@ impl primary::PrimaryBackend for PortBackend {
 }
 
 impl PortBackend {
-    /// What is said of the first name in the text that nothing has: the line would fail when it has taken the place of what runs.
+    /// What is said of the first name in the text that nothing has: the line would fail when it has taken the place of
+    /// what runs.
     async fn undefined_name(&self, text: &str) -> Option<String> {
         let (known, text) = (self.known.clone(), text.to_owned());
         let pool = self.supervisor.compile_pool();

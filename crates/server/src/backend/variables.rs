@@ -1,7 +1,7 @@
 //! The global variables of configurations: what they are now, what a task begins with, and the file that keeps them.
 //!
-//! A variable is neither as in its file nor as a program sets it first, but what the last run or the dashboard left. Owns these
-//! values; their places in files and programs are `elite_runtime::configuration_variables`.
+//! A variable is neither as in its file nor as a program sets it first, but what the last run or the dashboard left.
+//! Owns these values; their places in files and programs are `elite_runtime::configuration_variables`.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -23,7 +23,8 @@ struct VariableSet {
     values: Vec<Variable>,
     /// The file that they are in, and its text.
     file: Option<(String, String)>,
-    /// A generated program begins with all of them; one that is written by hand with those that were set at the dashboard, once.
+    /// A generated program begins with all of them; one that is written by hand with those that were set at the
+    /// dashboard, once.
     is_generated: bool,
     set: BTreeSet<String>,
 }
@@ -46,8 +47,8 @@ pub(super) struct TaskStart {
 }
 
 impl ConfigurationVariables {
-    /// A task was loaded: its configuration's file is read, unless it is as it was. A `shipped` task of the server's own has
-    /// variables as a generated one has.
+    /// A task was loaded: its configuration's file is read, unless it is as it was. A `shipped` task of the server's
+    /// own has variables as a generated one has.
     pub fn load(&mut self, folder: &TaskFolder, task: &str, shipped: Option<&str>) {
         let xml = match shipped {
             Some(_) => None,
@@ -239,8 +240,8 @@ fn xml_of(folder: &TaskFolder, task: &str) -> Option<String> {
         .then_some(text)
 }
 
-/// The file of variables: of the configuration that the task names, in the folder that it names or beside the task, else the one
-/// that is called as the task is.
+/// The file of variables: of the configuration that the task names, in the folder that it names or beside the task,
+/// else the one that is called as the task is.
 fn find_file(
     folder: &TaskFolder,
     task: &str,

@@ -7,8 +7,8 @@ use clap::{Args, ValueEnum};
 use super::LogArgs;
 use crate::config::{DASHBOARD_PORT, INTERPRETER_PORT, PRIMARY_PORT, RTSI_PORT};
 
-/// Options of commands that speak to a robot. Each takes all of them, so that one robot is named in one way, and uses the
-/// ports that it needs.
+/// Options of commands that speak to a robot. Each takes all of them, so that one robot is named in one way, and uses
+/// the ports that it needs.
 #[derive(Args, Clone, Debug)]
 pub struct RemoteRobotArgs {
     /// The robot: a name or an address of a controller, real or ours

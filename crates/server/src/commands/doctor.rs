@@ -1,7 +1,7 @@
 //! `eliteserver doctor`: whether this machine can run the controller as it is set up, and what to do where it cannot.
 //!
-//! Looks and tries, and changes nothing: the priority is asked for on a thread of its own, ports are opened and closed again,
-//! what is written to try the disk is removed. Owns what is looked at and the words; the disk is in `disk`.
+//! Looks and tries, and changes nothing: the priority is asked for on a thread of its own, ports are opened and closed
+//! again, what is written to try the disk is removed. Owns what is looked at and the words; the disk is in `disk`.
 
 mod disk;
 

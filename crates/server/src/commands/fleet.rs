@@ -1,7 +1,7 @@
 //! `eliteserver fleet`: many controllers on one machine, a process each.
 //!
-//! Owns the beginning and the end of all, and the restart of one after the other. What a robot is started with is `file`'s business,
-//! its process `robot`'s, the page `page`'s.
+//! Owns the beginning and the end of all, and the restart of one after the other. What a robot is started with is
+//! `file`'s business, its process `robot`'s, the page `page`'s.
 
 mod file;
 mod log;
@@ -136,8 +136,8 @@ async fn run(
     Ok(())
 }
 
-/// Reads the file again and starts one robot after the other anew; the next only when the one before is ready. Where the file is
-/// wrong, or one does not come up, the others stay as they are.
+/// Reads the file again and starts one robot after the other anew; the next only when the one before is ready. Where
+/// the file is wrong, or one does not come up, the others stay as they are.
 async fn renew_all(path: &Path, kept: &[FleetMember]) {
     let fleet = match FleetConfig::load(path) {
         Ok(fleet) => fleet,

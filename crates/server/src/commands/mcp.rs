@@ -1,7 +1,8 @@
-//! `eliteserver mcp`: the Model Context Protocol on standard input and output, for assistants that write robot programs.
+//! `eliteserver mcp`: the Model Context Protocol on standard input and output, for assistants that write robot
+//! programs.
 //!
-//! Owns what is wired together here: the folder, the lines, the tools, and the end. The protocol is the SDK's (`rmcp`). No tool
-//! reaches a robot or the network, and no file but those beneath the folder that the process was started in.
+//! Owns what is wired together here: the folder, the lines, the tools, and the end. The protocol is the SDK's (`rmcp`).
+//! No tool reaches a robot or the network, and no file but those beneath the folder that the process was started in.
 
 mod builtins;
 pub mod lines;

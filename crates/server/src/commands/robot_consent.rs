@@ -32,8 +32,8 @@ pub(super) enum ConsentError {
     Unasked(#[from] io::Error),
 }
 
-/// Whoever sits at a terminal is asked before a robot that is not this machine moves; nothing goes to one in local mode. `address` is that of port 30001.
-/// `what` is the beginning of the question: `Send it to`.
+/// Whoever sits at a terminal is asked before a robot that is not this machine moves; nothing goes to one in local
+/// mode. `address` is that of port 30001. `what` is the beginning of the question: `Send it to`.
 pub(super) async fn allowed(
     args: &RemoteRobotArgs,
     address: &RobotAddress,
@@ -56,8 +56,8 @@ pub(super) async fn allowed(
     }
 }
 
-/// Whether port 30001 shows its states. In local mode it closes every connection; with remote control disabled in the settings
-/// (mixed mode) it takes programs, though the dashboard's answer is that of local mode.
+/// Whether port 30001 shows its states. In local mode it closes every connection; with remote control disabled in the
+/// settings (mixed mode) it takes programs, though the dashboard's answer is that of local mode.
 async fn serves_clients(address: &RobotAddress) -> bool {
     let looking = async {
         let mut robot = PrimaryClient::connect(address).await?;

@@ -77,14 +77,14 @@ const PROGRAM_ENDS: Duration = Duration::from_secs(6);
 /// After a fault that ends the controller the ports stay open for so long, to say why.
 const LAST_WORDS: Duration = Duration::from_secs(1);
 
-/// Serves until a signal. Exit status 0 when everything was flushed, 1 when the recording was cut short, 3 after a fault of
-/// ours in the control cycle.
+/// Serves until a signal. Exit status 0 when everything was flushed, 1 when the recording was cut short, 3 after a
+/// fault of ours in the control cycle.
 ///
 /// # Errors
 /// What kept the server from starting.
 pub fn serve(config: &ServeConfig) -> Result<u8, ServeError> {
-    // Before there is any other thread: all of them have it from this one. Scripts' sockets and the ports would otherwise have to
-    // wait for their turn among whatever else the machine does, longer than a driver's time-out.
+    // Before there is any other thread: all of them have it from this one. Scripts' sockets and the ports would
+    // otherwise have to wait for their turn among whatever else the machine does, longer than a driver's time-out.
     if config.robot.clock == ClockChoice::Realtime
         && let Err(reason) = favour()
     {
@@ -164,7 +164,8 @@ fn live(
     {
         tracing::warn!("cannot remove the ready file {}: {error}", path.display());
     }
-    // The ports are closed; a program that still runs has been told to stop. Before a reboot nobody else counts the time.
+    // The ports are closed; a program that still runs has been told to stop. Before a reboot nobody else counts the
+    // time.
     let supervisor = controller.supervisor();
     let ended = runtime.block_on(async { timeout(PROGRAM_ENDS, supervisor.ended()).await });
     if ended.is_err() {

@@ -1,7 +1,7 @@
 //! `eliteserver shell`: statements that a robot carries out as they are typed, through interpreter mode.
 //!
-//! Owns the prompt, the shell's own orders and the exit status. What lines become is `statement_reader`'s business, where they come
-//! from `line_input`'s, the conversation `session`'s.
+//! Owns the prompt, the shell's own orders and the exit status. What lines become is `statement_reader`'s business,
+//! where they come from `line_input`'s, the conversation `session`'s.
 
 mod line_input;
 mod output;

@@ -1,5 +1,5 @@
-//! `eliteserver completions` and `eliteserver man`: what a package installs beside the binary, made from the command line's own
-//! declaration.
+//! `eliteserver completions` and `eliteserver man`: what a package installs beside the binary, made from the command
+//! line's own declaration.
 
 use std::io;
 use std::path::Path;

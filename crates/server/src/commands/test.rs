@@ -123,7 +123,8 @@ impl Settings {
         Self::read_within(cases, seed, None)
     }
 
-    /// The same for tests that reach nothing but what is beneath a folder: `net` is what a test plays, `fs` that folder.
+    /// The same for tests that reach nothing but what is beneath a folder: `net` is what a test plays, `fs` that
+    /// folder.
     ///
     /// # Errors
     /// A sentence: settings that are wrong, or that grant more.

@@ -1,7 +1,7 @@
 //! Lines on their way to standard error: queued, written by a thread of their own, and lost rather than waited for.
 //!
-//! Owns the bounds (bytes that wait, length of a line), the count of what was lost, and how a line looks that others had
-//! a say in: nothing in it can move a terminal's cursor or pretend to be a line of ours.
+//! Owns the bounds (bytes that wait, length of a line), the count of what was lost, and how a line looks that others
+//! had a say in: nothing in it can move a terminal's cursor or pretend to be a line of ours.
 
 use std::collections::VecDeque;
 use std::fmt::Write as _;
@@ -152,8 +152,8 @@ impl Write for EventWriter {
     }
 }
 
-/// The text with a line end, cut to its bound, without a character that a terminal would obey. Lines after the first begin
-/// with `goes_on`.
+/// The text with a line end, cut to its bound, without a character that a terminal would obey. Lines after the first
+/// begin with `goes_on`.
 pub fn harmless(text: &str, keeps_escapes: bool, goes_on: &str) -> String {
     let end = text.floor_char_boundary(EVENT_BYTES_MAX);
     let mut shown = String::with_capacity(end + 1);
@@ -181,9 +181,9 @@ pub fn harmless(text: &str, keeps_escapes: bool, goes_on: &str) -> String {
     shown
 }
 
-/// A JSON object on one line, within the bound as well: where it is longer its texts are cut with a mark, and what cannot be cut so
-/// becomes the text of another object. Inside of strings, the only place where they may stand, characters that a terminal would obey are
-/// escaped as JSON has it.
+/// A JSON object on one line, within the bound as well: where it is longer its texts are cut with a mark, and what
+/// cannot be cut so becomes the text of another object. Inside of strings, the only place where they may stand,
+/// characters that a terminal would obey are escaped as JSON has it.
 pub fn harmless_object(text: &str) -> String {
     let cut;
     let mut whole = text;

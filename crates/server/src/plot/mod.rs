@@ -24,8 +24,8 @@
 //! ```
 //!
 //! Panels over time stand one below the other and share their time axis; planes stand in a column to the right of them,
-//! or side by side when there are no others. [`Marks`] are vertical lines through all panels over time, with their names
-//! in a row of their own above. The picture grows in height with its panels ([`Figure::size`] sets it).
+//! or side by side when there are no others. [`Marks`] are vertical lines through all panels over time, with their
+//! names in a row of their own above. The picture grows in height with its panels ([`Figure::size`] sets it).
 
 mod axis;
 mod canvas;
@@ -363,8 +363,8 @@ impl MinMaxBins {
         (self.range.1 - self.range.0).max(f64::MIN_POSITIVE)
     }
 
-    /// The curve through all extremes: in every slot from the smallest to the largest value, beginning with the one that
-    /// is nearer to where the curve comes from.
+    /// The curve through all extremes: in every slot from the smallest to the largest value, beginning with the one
+    /// that is nearer to where the curve comes from.
     pub(crate) fn points(&self) -> Vec<(f64, f64)> {
         let mut points = Vec::with_capacity(2 * SLOTS);
         let mut latest = None;

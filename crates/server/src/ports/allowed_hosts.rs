@@ -1,8 +1,10 @@
-//! By which names this machine may be called, and which pages may call: for every request of every port that speaks HTTP.
+//! By which names this machine may be called, and which pages may call: for every request of every port that speaks
+//! HTTP.
 //!
 //! A page of somebody else cannot read our answers, unless its own name is made to lead here by whoever owns it (DNS
-//! rebinding): then for the browser the page and this server are one. What such a page cannot change is what the browser
-//! says: the name it connected by (`Host`) and where the page is from (`Origin`). So both must be this machine's. Pure.
+//! rebinding): then for the browser the page and this server are one. What such a page cannot change is what the
+//! browser says: the name it connected by (`Host`) and where the page is from (`Origin`). So both must be this
+//! machine's. Pure.
 
 use std::net::{IpAddr, Ipv6Addr};
 

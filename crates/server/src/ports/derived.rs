@@ -64,8 +64,8 @@ pub const fn tool_temperature(state: &RobotState) -> f64 {
     state.joint_temperatures[5]
 }
 
-/// What leaves the box through its outputs, A: analog outputs that carry a current. Digital outputs lead to inputs, whose
-/// current nobody has described.
+/// What leaves the box through its outputs, A: analog outputs that carry a current. Digital outputs lead to inputs,
+/// whose current nobody has described.
 pub fn io_current(state: &RobotState) -> f64 {
     output_current(state, 0) + output_current(state, 1)
 }

@@ -6,8 +6,8 @@ use std::io;
 /// Longest text that is shown, characters; the rest is cut off with a mark.
 pub const SHOWN_CHARS_MAX: usize = 400;
 
-/// A text of somebody else on one line: what would begin a new line, move the cursor, change colours or reverse the order
-/// of letters stands as an escape, and what is long is cut.
+/// A text of somebody else on one line: what would begin a new line, move the cursor, change colours or reverse the
+/// order of letters stands as an escape, and what is long is cut.
 #[derive(Clone, Copy, Debug)]
 pub struct EscapedLine<'a>(pub &'a str);
 

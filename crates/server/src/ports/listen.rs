@@ -30,8 +30,8 @@ pub const CLIENTS_MAX: usize = 64;
 /// After a failed accept (no file descriptors left, say) the port waits so long.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
 
-/// What the operating system keeps for a client that does not take it, bytes at most. More would hide for minutes that a
-/// client takes nothing; a fast client of a distant network still gets 2 MB/s with it.
+/// What the operating system keeps for a client that does not take it, bytes at most. More would hide for minutes that
+/// a client takes nothing; a fast client of a distant network still gets 2 MB/s with it.
 const SEND_BUFFER_BYTES: usize = 128 * 1024;
 
 /// How long sessions may take to end.
@@ -160,8 +160,8 @@ async fn open(option: &'static str, ip: IpAddr, port: u16) -> Result<TcpListener
         })
 }
 
-/// Accepts clients until `shutdown` and runs `session` for each, until that ends or the client gives its place up. Returns
-/// when every session has ended; the listener is closed first.
+/// Accepts clients until `shutdown` and runs `session` for each, until that ends or the client gives its place up.
+/// Returns when every session has ended; the listener is closed first.
 pub async fn serve_port<S>(
     listener: TcpListener,
     speaks: PortProtocol,
@@ -238,8 +238,8 @@ pub async fn serve_port<S>(
     meter.clients.store(0, Ordering::Relaxed);
 }
 
-/// [`serve_port`] for the protocols of the ports' own: every session has its handle of what all `share`, ends with the port at
-/// the latest, and how its connection ended is for the log of whoever looks for it.
+/// [`serve_port`] for the protocols of the ports' own: every session has its handle of what all `share`, ends with the
+/// port at the latest, and how its connection ended is for the log of whoever looks for it.
 pub async fn serve_sessions<T, S, E>(
     listener: TcpListener,
     meter: PortMeter,
@@ -295,8 +295,8 @@ where
     Ok(())
 }
 
-/// No delay for small messages; a peer that vanished without a word is noticed within half a minute, and so is one whose
-/// side takes nothing more.
+/// No delay for small messages; a peer that vanished without a word is noticed within half a minute, and so is one
+/// whose side takes nothing more.
 fn prepare(stream: &TcpStream) -> io::Result<()> {
     stream.set_nodelay(true)?;
     let keepalive = TcpKeepalive::new()

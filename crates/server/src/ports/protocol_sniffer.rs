@@ -1,11 +1,11 @@
 //! How a connection begins, and whether that is a browser. Pure.
 //!
-//! A page anywhere can make a browser connect to a port of this machine and send text of its choice behind the head of a
-//! request. So on a port that speaks a protocol of its own a connection that begins with a request line, or with the
+//! A page anywhere can make a browser connect to a port of this machine and send text of its choice behind the head of
+//! a request. So on a port that speaks a protocol of its own a connection that begins with a request line, or with the
 //! greeting of TLS, is turned away before anything that it sent is looked at. What may still become one is held back.
 //!
-//! No legal client is taken for a browser: a program does not begin with a method in capitals and a blank, an RTSI packet
-//! begins with a small length, and in a Modbus header the third byte is 0.
+//! No legal client is taken for a browser: a program does not begin with a method in capitals and a blank, an RTSI
+//! packet begins with a small length, and in a Modbus header the third byte is 0.
 
 use core::fmt;
 
@@ -14,7 +14,8 @@ const METHODS: [&str; 10] = [
     "GET", "HEAD", "POST", "PUT", "DELETE", "CONNECT", "OPTIONS", "TRACE", "PATCH", "PRI",
 ];
 
-/// Further methods. These, and all of them in small letters, are also names in programs: they count in a whole request line.
+/// Further methods. These, and all of them in small letters, are also names in programs: they count in a whole request
+/// line.
 const RARE_METHODS: [&str; 13] = [
     "PROPFIND",
     "PROPPATCH",

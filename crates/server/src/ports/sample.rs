@@ -1,4 +1,5 @@
-//! One cycle as ports show it: the snapshot with what is known beside it, and the slow beat in which port 30001 shows it.
+//! One cycle as ports show it: the snapshot with what is known beside it, and the slow beat in which port 30001 shows
+//! it.
 //!
 //! Ports never look at two places for one message: what they send is one sample, of one cycle.
 

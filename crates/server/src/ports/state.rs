@@ -1,6 +1,7 @@
 //! Port 30011: what port 30001 sends, and nothing in. It serves in every control mode.
 //!
-//! What a client sends is read and dropped, so that it cannot fill anything; one that has closed its half goes on listening.
+//! What a client sends is read and dropped, so that it cannot fill anything; one that has closed its half goes on
+//! listening.
 
 use std::io;
 use std::sync::Arc;

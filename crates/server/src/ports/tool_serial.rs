@@ -1,7 +1,7 @@
 //! The serial line at the tool as a TCP port: bytes both ways, for software of grippers that expects a forwarded line.
 //!
-//! The line has the settings that a program has given it; without any, and while a program speaks Modbus RTU on it, a client is
-//! turned away with a line in the log. One client at a time: bytes of two would mix.
+//! The line has the settings that a program has given it; without any, and while a program speaks Modbus RTU on it, a
+//! client is turned away with a line in the log. One client at a time: bytes of two would mix.
 
 use std::io;
 use std::sync::Arc;

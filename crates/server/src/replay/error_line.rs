@@ -1,7 +1,7 @@
 //! The report of an error in one line: `Type: message`, the place, and the node of the pendant's task.
 //!
-//! Owns how the reports of `elite_lang::render_script_error` and `render_human` are read back from a recording. Messages of
-//! another form are told by their first line.
+//! Owns how the reports of `elite_lang::render_script_error` and `render_human` are read back from a recording.
+//! Messages of another form are told by their first line.
 
 use std::fmt::Write as _;
 

@@ -1,7 +1,7 @@
 //! `replay --rerun`: the recorded commands on a fresh controller, cycle by cycle.
 //!
-//! The controller knows no wall time and no other input than its commands and the registers, so every cycle must come out
-//! the same, bit for bit. A difference is a bug in one of the two runs, or they are of different versions.
+//! The controller knows no wall time and no other input than its commands and the registers, so every cycle must come
+//! out the same, bit for bit. A difference is a bug in one of the two runs, or they are of different versions.
 
 use std::fmt;
 
@@ -164,8 +164,8 @@ impl RerunCycle {
         })
     }
 
-    /// Runs up to and with cycle `last`; every command goes in before the cycle that took it, every change of a register
-    /// before the cycle that saw it.
+    /// Runs up to and with cycle `last`; every command goes in before the cycle that took it, every change of a
+    /// register before the cycle that saw it.
     fn run_to(
         &mut self,
         last: u64,

@@ -1,5 +1,5 @@
-//! `replay --script`: the programs of a recording, with when each line ran, how often and for how long; of those that the
-//! pendant made from tasks also when each node of the task ran.
+//! `replay --script`: the programs of a recording, with when each line ran, how often and for how long; of those that
+//! the pendant made from tasks also when each node of the task ran.
 //!
 //! Lines are recorded where a thread waits or yields and only when they change, at most one a cycle and thread: lines
 //! that take no simulated time may not show up. A loop over one line shows by the commands that the line gave.

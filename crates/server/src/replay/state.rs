@@ -164,7 +164,8 @@ fn unit(name: &str) -> &'static str {
     }
 }
 
-/// Keeps a command that may be running, without its arguments. Of more than a controller can have waiting, the oldest go.
+/// Keeps a command that may be running, without its arguments. Of more than a controller can have waiting, the oldest
+/// go.
 fn remember(commands: &mut BTreeMap<u64, CommandMessage>, mut command: CommandMessage) {
     command.arguments.clear();
     commands.insert(command.id, command);

@@ -1,5 +1,5 @@
-//! The state message: nine parts. Field clients unpack the whole message with one format string, so the controller sends
-//! all of them in this order and size every time; a reader takes those it finds, whatever their order.
+//! The state message: nine parts. Field clients unpack the whole message with one format string, so the controller
+//! sends all of them in this order and size every time; a reader takes those it finds, whatever their order.
 //!
 //! Layout: official SDK, include/Primary; public clients agree.
 

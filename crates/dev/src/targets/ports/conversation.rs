@@ -32,8 +32,8 @@ pub(super) fn callers() -> AllowedHosts {
     AllowedHosts::of(LOCAL, None, &[])
 }
 
-/// True when a text names this machine in a way that [`allowed_hosts`] lets in, or is so old that it names none. Coarse: it may be
-/// true of a request that is refused, it is never false of one that is let in.
+/// True when a text names this machine in a way that [`allowed_hosts`] lets in, or is so old that it names none.
+/// Coarse: it may be true of a request that is refused, it is never false of one that is let in.
 pub(super) fn may_be_for_us(sent: &[u8]) -> bool {
     let text = String::from_utf8_lossy(sent).to_ascii_lowercase();
     ["localhost", "127.", "[", "http/1.0"]

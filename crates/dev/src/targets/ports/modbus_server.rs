@@ -1,4 +1,5 @@
-//! What a Modbus TCP client sends, cut into messages as the session does it: every one gets an answer that is a message.
+//! What a Modbus TCP client sends, cut into messages as the session does it: every one gets an answer that is a
+//! message.
 
 use io_bus::PortImage;
 use io_bus::modbus_server::codec::{HEADER_BYTES, answer, message_bytes};

@@ -1,5 +1,5 @@
-//! What Python's own functions, types and exceptions are, in English and in Chinese. A test holds the names against those of
-//! the language.
+//! What Python's own functions, types and exceptions are, in English and in Chinese. A test holds the names against
+//! those of the language.
 
 /// One sentence about a name in both languages.
 pub(super) fn sentence(name: &str) -> Option<(&'static str, &'static str)> {

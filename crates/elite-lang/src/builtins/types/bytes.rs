@@ -1,7 +1,7 @@
 //! `bytes` and `bytearray`.
 //!
-//! What depends on the alphabet or on white space is ASCII only. Searching, taking apart, columns and hexadecimal digits are in
-//! files of their own.
+//! What depends on the alphabet or on white space is ASCII only. Searching, taking apart, columns and hexadecimal
+//! digits are in files of their own.
 
 use std::rc::Rc;
 

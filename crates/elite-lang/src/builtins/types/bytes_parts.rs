@@ -1,5 +1,5 @@
-//! What takes `bytes` and `bytearray` apart: `strip`, `split` and its kin, `partition`, `replace`. They work on the bytes where they
-//! lie; what runs code of the script (numbers) is asked before.
+//! What takes `bytes` and `bytearray` apart: `strip`, `split` and its kin, `partition`, `replace`. They work on the
+//! bytes where they lie; what runs code of the script (numbers) is asked before.
 
 use std::rc::Rc;
 

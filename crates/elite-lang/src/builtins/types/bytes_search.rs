@@ -1,5 +1,5 @@
-//! Searches in `bytes` and `bytearray`: where a part is, how often, at the beginning, at the end. They read the bytes where
-//! they lie; what runs code of the script (bounds, parts) is asked before.
+//! Searches in `bytes` and `bytearray`: where a part is, how often, at the beginning, at the end. They read the bytes
+//! where they lie; what runs code of the script (bounds, parts) is asked before.
 
 use std::rc::Rc;
 

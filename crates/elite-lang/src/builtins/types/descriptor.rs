@@ -186,7 +186,8 @@ const PARTS: &[(&str, bool, &[&str])] = &[
     ),
 ];
 
-/// Classes of the library that CPython has in C, as messages name them, and those of their properties that are members there.
+/// Classes of the library that CPython has in C, as messages name them, and those of their properties that are members
+/// there.
 const IN_LIBRARY: &[(&str, &[&str])] = &[
     ("datetime.date", &[]),
     ("datetime.datetime", &[]),
@@ -261,8 +262,8 @@ impl Evaluator<'_> {
         Some((owner, is_member))
     }
 
-    /// What is said of setting or deleting an attribute that CPython's type in C gives out for reading only; None for other
-    /// attributes.
+    /// What is said of setting or deleting an attribute that CPython's type in C gives out for reading only; None for
+    /// other attributes.
     #[cold]
     pub fn refused_by_type(&self, value: &Value, name: Symbol) -> Option<Raised> {
         let class = self.core.types.of(value);

@@ -1,7 +1,7 @@
 //! Floats and complex numbers in text, of any length.
 //!
-//! The standard library reads a numeral at once, so long ones are made short first, piece by piece: digits beyond those that
-//! can decide how a float is rounded only count by whether one of them is not zero.
+//! The standard library reads a numeral at once, so long ones are made short first, piece by piece: digits beyond those
+//! that can decide how a float is rounded only count by whether one of them is not zero.
 
 use super::number::to_ascii_digit;
 use crate::eval::Evaluator;

@@ -211,7 +211,8 @@ pub(super) fn reversed(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
             if let Some(result) = ev.special(value, known::REVERSED, &mut [])? {
                 return Ok(result);
             }
-            // A sequence is what has `__getitem__` by a script, or a builtin one and a length; what has none says so itself.
+            // A sequence is what has `__getitem__` by a script, or a builtin one and a length; what has none says so
+            // itself.
             match instance.class.lookup(known::GETITEM) {
                 None => return Err(not_reversible(ev, value)),
                 Some(Value::Builtin(_)) if instance.class.lookup(known::LEN).is_none() => {

@@ -205,8 +205,8 @@ fn wrong_receiver(ev: &Evaluator<'_>, wanted: &str, value: &Value) -> Raised {
     ))
 }
 
-/// Where `insert` puts an item in a sequence of `length`: negative indices count from the end, others beyond an end mean
-/// that end.
+/// Where `insert` puts an item in a sequence of `length`: negative indices count from the end, others beyond an end
+/// mean that end.
 pub fn insertion_place(index: i64, length: usize) -> usize {
     let from_start = if index < 0 {
         index.saturating_add(length as i64).max(0)

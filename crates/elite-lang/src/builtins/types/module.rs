@@ -1,5 +1,5 @@
-//! Modules that scripts make, and objects of classes derived from `ModuleType`: these have the attributes of a module as
-//! their own.
+//! Modules that scripts make, and objects of classes derived from `ModuleType`: these have the attributes of a module
+//! as their own.
 
 use std::rc::Rc;
 

@@ -233,7 +233,8 @@ fn int(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     }
 }
 
-/// Whether the class of a value has one of these methods from a script: that comes before the text or number that it extends.
+/// Whether the class of a value has one of these methods from a script: that comes before the text or number that it
+/// extends.
 fn has_own(value: &Value, names: &[Symbol]) -> bool {
     let Value::Instance(instance) = value else {
         return false;
@@ -466,7 +467,8 @@ fn complex(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     Ok(Value::complex(real, imaginary))
 }
 
-/// The argument `byteorder` of a method, which must be a text: whether the high byte comes first, None if it says neither.
+/// The argument `byteorder` of a method, which must be a text: whether the high byte comes first, None if it says
+/// neither.
 fn byte_order(ev: &Evaluator<'_>, value: &Value, method: &str) -> R<Option<bool>> {
     if value.is_unbound() {
         return Ok(Some(true));

@@ -260,7 +260,8 @@ fn install_natural(core: &Rc<InterpreterState>) {
 }
 
 impl Evaluator<'_> {
-    /// What `object.__getstate__` gives: the attributes of an instance, in a pair with those of its slots if it has some.
+    /// What `object.__getstate__` gives: the attributes of an instance, in a pair with those of its slots if it has
+    /// some.
     fn state_of(&self, value: &Value) -> R {
         let Value::Instance(instance) = value else {
             return Ok(Value::None);

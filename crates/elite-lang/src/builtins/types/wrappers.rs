@@ -86,7 +86,8 @@ fn is_asked_for_nothing(args: &[Value]) -> bool {
     args[1].is_none() && names_nothing(&args[2])
 }
 
-/// `__init__` of what wraps a function: an object of a derived class wraps it from now on, and takes over how it is called.
+/// `__init__` of what wraps a function: an object of a derived class wraps it from now on, and takes over how it is
+/// called.
 fn wrap(
     ev: &Evaluator<'_>,
     args: &mut Args<'_>,

@@ -1,8 +1,8 @@
 //! What refers to what: the counted references the search for cycles knows of.
 //!
-//! A reference it does not know of (what a generator with a native stack holds beyond its variables, data of the library
-//! other than deques and the iterators of `itertools`) keeps its object alive, so a search errs towards keeping. One it knows of must
-//! be reported exactly as often as it is counted.
+//! A reference it does not know of (what a generator with a native stack holds beyond its variables, data of the
+//! library other than deques and the iterators of `itertools`) keeps its object alive, so a search errs towards
+//! keeping. One it knows of must be reported exactly as often as it is counted.
 
 use std::cell::Cell;
 use std::rc::Rc;

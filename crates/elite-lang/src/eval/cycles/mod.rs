@@ -1,19 +1,19 @@
 //! Reference cycles: what the interpreter does about them.
 //!
 //! Values are counted references, so a cycle keeps itself alive. Every cycle goes through something that was changed
-//! after it was made: an instance, a shared variable of closures, a list, a dictionary, a set, a function with attributes,
-//! a class or a generator. The interpreter notes the former when they are given a value that can hold others, the last two
-//! when they are made. From time to time it looks for the ones that only keep each other alive (`search`) and takes them
-//! apart; at the end of the task it takes apart whatever is left.
+//! after it was made: an instance, a shared variable of closures, a list, a dictionary, a set, a function with
+//! attributes, a class or a generator. The interpreter notes the former when they are given a value that can hold
+//! others, the last two when they are made. From time to time it looks for the ones that only keep each other alive
+//! (`search`) and takes them apart; at the end of the task it takes apart whatever is left.
 //!
 //! There are two generations. Most searches look at what was noted since the one before, and at what that reaches, but
-//! not at what an earlier search has found in use: references from there keep objects alive like any others from outside.
-//! Everything is looked at when a quarter as much again has been found in use, or when memory is short. So the work stays
-//! in proportion to what the program makes, however much it keeps.
+//! not at what an earlier search has found in use: references from there keep objects alive like any others from
+//! outside. Everything is looked at when a quarter as much again has been found in use, or when memory is short. So the
+//! work stays in proportion to what the program makes, however much it keeps.
 //!
 //! A search goes on in slices. While one is under way no script code runs; after each slice the driver of the script
-//! threads has its turn, so that a stop never waits for a search. What references what is in `graph`, the lists of what was
-//! noted are in `noted`. When a search begins depends on counts alone, so a program runs the same every time.
+//! threads has its turn, so that a stop never waits for a search. What references what is in `graph`, the lists of what
+//! was noted are in `noted`. When a search begins depends on counts alone, so a program runs the same every time.
 
 mod graph;
 mod noted;
@@ -221,8 +221,8 @@ impl InterpreterState {
         used.max(GROWTH).min(left).max(limit / 64)
     }
 
-    /// Begins a search for cycles that nothing refers to from outside, unless one is under way: of everything, or of what is
-    /// not old.
+    /// Begins a search for cycles that nothing refers to from outside, unless one is under way: of everything, or of
+    /// what is not old.
     #[cold]
     fn begin_search(&self, all: bool) {
         if !self.cycles.searching.replace(true) {
@@ -283,8 +283,8 @@ impl InterpreterState {
         }
     }
 
-    /// Whole searches at once until `bytes` more fit, for when memory is short. Everything is only looked at if the program
-    /// has done as much since it was looked at last.
+    /// Whole searches at once until `bytes` more fit, for when memory is short. Everything is only looked at if the
+    /// program has done as much since it was looked at last.
     #[cold]
     #[inline(never)]
     pub fn collect(&self, bytes: usize) {

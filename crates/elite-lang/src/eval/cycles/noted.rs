@@ -13,8 +13,8 @@ const TIDIED: usize = 4;
 /// The same for each one that is noted: about half of those that are listed are alive, or more.
 const TIDIED_YOUNG: usize = 2;
 
-/// Weak references of one kind. A dead object's memory is kept while it is listed; the lists are looked through little by
-/// little as others join them.
+/// Weak references of one kind. A dead object's memory is kept while it is listed; the lists are looked through little
+/// by little as others join them.
 pub(super) struct CandidateList<T> {
     young: RefCell<Vec<Weak<T>>>,
     /// The next young entry to look at.
@@ -117,7 +117,8 @@ pub(super) struct GcCandidates {
 }
 
 impl GcCandidates {
-    /// Object number `index` of kind `kind`, the old ones first: None if it is dead, an error if there is no such number.
+    /// Object number `index` of kind `kind`, the old ones first: None if it is dead, an error if there is no such
+    /// number.
     pub(super) fn at(&self, kind: usize, index: usize) -> Result<Option<Value>, ()> {
         Ok(match kind {
             0 => self.instances.at(index)?.map(Value::Instance),
@@ -162,8 +163,8 @@ impl GcCandidates {
         }
     }
 
-    /// All that are still alive, which are no longer noted. Generators come first: what they do when they end should see
-    /// the rest as it was.
+    /// All that are still alive, which are no longer noted. Generators come first: what they do when they end should
+    /// see the rest as it was.
     pub(super) fn take(&self) -> impl Iterator<Item = Value> {
         let generators = self.generators.take().map(Value::Generator);
         generators

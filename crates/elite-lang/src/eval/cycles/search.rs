@@ -67,8 +67,8 @@ enum GcPhase {
     Mark {
         next: usize,
     },
-    /// Marks what those reach: the walk through all nodes stands at `next`; `aside` are those to visit before it goes on, with
-    /// the entry to go on at. There may be as many of them as there are nodes, so they stay where they are.
+    /// Marks what those reach: the walk through all nodes stands at `next`; `aside` are those to visit before it goes
+    /// on, with the entry to go on at. There may be as many of them as there are nodes, so they stay where they are.
     Spread {
         next: usize,
         aside: Vec<(u32, usize)>,
@@ -324,8 +324,8 @@ impl GcRun {
         }
     }
 
-    /// Marks what living nodes reach. Nodes are taken in order; those that come to life behind the one being looked at are
-    /// put aside and taken first.
+    /// Marks what living nodes reach. Nodes are taken in order; those that come to life behind the one being looked at
+    /// are put aside and taken first.
     fn spread(
         &mut self,
         mut next: usize,

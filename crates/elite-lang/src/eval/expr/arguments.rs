@@ -138,8 +138,8 @@ fn collect(iterable: &Value, single: bool, callee: &Value, ev: &Evaluator<'_>) -
 /// So many items are copied at once.
 const FEW: usize = 64;
 
-/// Evaluates arguments with stars and keywords; `names` keeps the names of the keywords while they are in use. `callee` is
-/// only for messages.
+/// Evaluates arguments with stars and keywords; `names` keeps the names of the keywords while they are in use. `callee`
+/// is only for messages.
 #[allow(clippy::too_many_arguments)] // three of them are results
 pub fn gather<'e>(
     args: &[CallArg],

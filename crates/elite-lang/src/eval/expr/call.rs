@@ -99,8 +99,8 @@ impl Call {
     }
 }
 
-/// The answer to a call whose arguments are variables of the frame and constants, which are looked at where they lie, or
-/// other variables, attributes and items, of which there are copies.
+/// The answer to a call whose arguments are variables of the frame and constants, which are looked at where they lie,
+/// or other variables, attributes and items, of which there are copies.
 #[inline(always)]
 pub(super) fn answer(
     quick: FastPath,
@@ -165,7 +165,8 @@ pub(super) fn call_native(
     }
 }
 
-/// The same for one that takes and is given at most `N` arguments: they are evaluated straight into the places it wants them in.
+/// The same for one that takes and is given at most `N` arguments: they are evaluated straight into the places it wants
+/// them in.
 #[inline(never)]
 fn run_native<const N: usize>(
     builtin: &Rc<Builtin>,

@@ -180,8 +180,8 @@ impl Evaluator<'_> {
         self.type_error(format!("Value after * must be an iterable, not {name}"))
     }
 
-    /// `**mapping`: like `dict.update`, but only mappings are accepted. An attribute that is missing on the way says that there
-    /// is no mapping, as in CPython.
+    /// `**mapping`: like `dict.update`, but only mappings are accepted. An attribute that is missing on the way says
+    /// that there is no mapping, as in CPython.
     pub fn update_from_mapping(&self, dict: &Dict, mapping: &Value) -> R<()> {
         self.merge_mapping(dict, mapping).map_err(|raised| {
             let is_dict = matches!(self.plain(mapping), Value::Dict(_));

@@ -15,7 +15,8 @@ use crate::value::{Function, R, Value};
 /// How a function is entered with values by position: `first`, if it is not `Unbound`, comes before them.
 pub type ValueEntry = fn(&Rc<Function>, PairOf<Value>, &mut [Value], &Evaluator<'_>) -> PairOf<R>;
 
-/// How a function is entered from the place of a call: the receiver, if it is not `Unbound`, comes before the arguments.
+/// How a function is entered from the place of a call: the receiver, if it is not `Unbound`, comes before the
+/// arguments.
 pub type CallEntry =
     fn(&Rc<Function>, PairOf<Value>, &CallArgs, &Evaluator<'_>, &mut Frame<'_>) -> PairOf<R>;
 

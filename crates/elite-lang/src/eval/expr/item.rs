@@ -53,7 +53,8 @@ fn found(value: &Value, index: &Value, ev: &Evaluator<'_>) -> Option<Value> {
 }
 
 impl Item {
-    /// Where the item lies, if container and index are found without evaluating anything and it lies in a list or tuple.
+    /// Where the item lies, if container and index are found without evaluating anything and it lies in a list or
+    /// tuple.
     ///
     /// # Safety
     /// As `Held::glimpse`.
@@ -126,7 +127,8 @@ impl Item {
     /// The item, wherever container and index come from.
     #[inline(never)]
     fn find(&self, ev: &Evaluator<'_>, f: &mut Frame<'_>) -> PairOf<R> {
-        // SAFETY: what is found is copied; to find it in a dictionary or a text changes nothing and runs no script code.
+        // SAFETY: what is found is copied; to find it in a dictionary or a text changes nothing and runs no script
+        // code.
         #[allow(unsafe_code)]
         let item = unsafe {
             match (self.value.reach(f), self.index.reach(f)) {

@@ -15,7 +15,8 @@ use crate::eval::{BoxExpr, Evaluator, ExprNode, Frame, TraceExt};
 use crate::source::Span;
 use crate::value::{Class, Function, Instance, Module, R, Symbol, Value};
 
-/// The functions that a call has found in two classes. A class in the same state has the same functions, and keeps them.
+/// The functions that a call has found in two classes. A class in the same state has the same functions, and keeps
+/// them.
 #[derive(Default)]
 pub struct MethodCache {
     found: [(Cell<u32>, Cell<Weak<Function>>); 2],

@@ -117,9 +117,9 @@ impl Operand {
         }
     }
 
-    /// What `look` makes of the value of a variable, a constant, an attribute that lies in an instance or an item of a list
-    /// or tuple, which is not copied; None for anything else. No script code may run meanwhile, and the list that an
-    /// item is from must not be changed.
+    /// What `look` makes of the value of a variable, a constant, an attribute that lies in an instance or an item of a
+    /// list or tuple, which is not copied; None for anything else. No script code may run meanwhile, and the list that
+    /// an item is from must not be changed.
     #[inline(always)]
     pub fn look<T>(&self, f: &Frame<'_>, look: impl FnOnce(&Value) -> T) -> Option<T> {
         match self {

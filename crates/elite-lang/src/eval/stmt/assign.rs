@@ -204,7 +204,8 @@ impl<const N: usize> StmtNode for AssignItems<N> {
 }
 
 impl<const N: usize> AssignItems<N> {
-    /// Unpacks a tuple of as many items in a local variable; whether it is one, and another variable than those it goes to.
+    /// Unpacks a tuple of as many items in a local variable; whether it is one, and another variable than those it goes
+    /// to.
     #[inline(always)]
     fn take_apart(&self, local: &LocalVar, f: &mut Frame<'_>) -> bool {
         let Value::Tuple(tuple) = local.peek(f) else {
@@ -214,8 +215,8 @@ impl<const N: usize> AssignItems<N> {
         if items.len() != N || self.slots.contains(&local.slot) {
             return false;
         }
-        // SAFETY: the variable keeps the tuple as long as nothing else is put there, and nobody but this statement has the frame's
-        // variables. A tuple never changes.
+        // SAFETY: the variable keeps the tuple as long as nothing else is put there, and nobody but this statement has
+        // the frame's variables. A tuple never changes.
         #[allow(unsafe_code)]
         let items = unsafe { &*items };
         self.put(items, f);
@@ -251,7 +252,8 @@ impl<const N: usize> AssignItems<N> {
     }
 }
 
-/// The items of a list of that many. All are taken before the first is put anywhere: what leaves there may change the list.
+/// The items of a list of that many. All are taken before the first is put anywhere: what leaves there may change the
+/// list.
 #[inline]
 fn items_of<const N: usize>(list: &List) -> Option<[Value; N]> {
     let items = list.borrow();

@@ -2,7 +2,8 @@
 //! are kept.
 //!
 //! The names lie in slots, as those of a function do. The slot behind the last one holds the object that `__prepare__`
-//! of the metaclass returned if that is no plain dictionary: it sees each name that is bound, and may keep another value.
+//! of the metaclass returned if that is no plain dictionary: it sees each name that is bound, and may keep another
+//! value.
 
 use std::rc::Rc;
 
@@ -48,8 +49,8 @@ impl Target for ClassSlot {
     }
 }
 
-/// `name: annotation` in a class body. What cannot be evaluated is kept as its text, so that an annotation never stops a
-/// program.
+/// `name: annotation` in a class body. What cannot be evaluated is kept as its text, so that an annotation never stops
+/// a program.
 pub struct AnnotatedAssign {
     /// The assignment it comes with.
     pub assign: Option<Box<dyn DynStmt>>,

@@ -1,5 +1,5 @@
-//! What room the instances of a class have, as CPython lays them out: what its builtin type holds, slots, a dictionary, a weak
-//! reference. What is in the slots is the business of `value::class`.
+//! What room the instances of a class have, as CPython lays them out: what its builtin type holds, slots, a dictionary,
+//! a weak reference. What is in the slots is the business of `value::class`.
 
 use std::collections::HashSet;
 use std::rc::Rc;
@@ -29,8 +29,8 @@ pub(super) fn takes_slots(base: BuiltinBase) -> bool {
     is_container || is_other || is_of_library || !has_room(base)
 }
 
-/// The nearest class that gives instances of a class more than those of its own ancestors have: slots, or what a builtin type
-/// holds.
+/// The nearest class that gives instances of a class more than those of its own ancestors have: slots, or what a
+/// builtin type holds.
 fn widening(class: &Rc<Class>) -> Option<Rc<Class>> {
     let ancestors = class.ancestors();
     let mut line = std::iter::once(class).chain(&*ancestors);
@@ -41,7 +41,8 @@ fn widening(class: &Rc<Class>) -> Option<Rc<Class>> {
     widest.cloned()
 }
 
-/// The one of these bases that a class gets its layout from: that with the widest, `__base__`. None if they do not go together.
+/// The one of these bases that a class gets its layout from: that with the widest, `__base__`. None if they do not go
+/// together.
 pub fn best_base(parents: &[Rc<Class>]) -> Option<Rc<Class>> {
     let mut best = parents.first()?;
     let mut widest = None;

@@ -1,5 +1,5 @@
-//! `while` and `for`: one loop for both, which passes a safepoint every turn. Within generators, which stop in the midst of a
-//! turn, the same parts are steps (`steps`).
+//! `while` and `for`: one loop for both, which passes a safepoint every turn. Within generators, which stop in the
+//! midst of a turn, the same parts are steps (`steps`).
 
 use super::target::{Target, Unpack};
 use crate::eval::code::Block;

@@ -43,8 +43,8 @@ impl Evaluator<'_> {
         Ok(winner)
     }
 
-    /// What `__prepare__` of the metaclass returns: a dictionary with names for the body, or an object that sees the names
-    /// as they are bound; None without one.
+    /// What `__prepare__` of the metaclass returns: a dictionary with names for the body, or an object that sees the
+    /// names as they are bound; None without one.
     pub fn prepared_namespace(
         &self,
         metaclass: &Value,
@@ -124,8 +124,8 @@ impl Evaluator<'_> {
         self.call(metaclass, &mut args, keywords)
     }
 
-    /// `type.__new__(metaclass, name, bases, dict)`; a class whose names do not say from which module it is belongs to that of the
-    /// caller.
+    /// `type.__new__(metaclass, name, bases, dict)`; a class whose names do not say from which module it is belongs to
+    /// that of the caller.
     pub fn new_class(
         &self,
         metaclass: &Rc<Class>,

@@ -332,7 +332,8 @@ impl Evaluator<'_> {
         self.raise(ExceptionKind::AttributeError, text)
     }
 
-    /// What is said of deleting an attribute that is not there or stays: objects without a dictionary know those of their class.
+    /// What is said of deleting an attribute that is not there or stays: objects without a dictionary know those of
+    /// their class.
     #[cold]
     fn cannot_delete(&self, value: &Value, name: Symbol) -> Raised {
         if name == known::CLASS && !matches!(value, Value::Class(_)) {

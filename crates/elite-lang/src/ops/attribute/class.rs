@@ -1,4 +1,5 @@
-//! What every class has by nature, CPython's `type_getsets` and `type_members`: what they say, and what may be put there.
+//! What every class has by nature, CPython's `type_getsets` and `type_members`: what they say, and what may be put
+//! there.
 
 use std::rc::Rc;
 

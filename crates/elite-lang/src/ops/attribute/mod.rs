@@ -23,8 +23,8 @@ impl Evaluator<'_> {
         }
     }
 
-    /// Like `attribute`, for what an object may have or not: None if there is no such attribute, also if a `__getattr__` of a
-    /// script says so.
+    /// Like `attribute`, for what an object may have or not: None if there is no such attribute, also if a
+    /// `__getattr__` of a script says so.
     pub fn attribute_or_none(&self, value: &Value, name: Symbol) -> R<Option<Value>> {
         match self.find_attribute(value, name) {
             Err(raised) if self.is_kind(&raised, ExceptionKind::AttributeError) => Ok(None),
@@ -322,7 +322,8 @@ impl Evaluator<'_> {
         Value::BoundMethod(Rc::new(BoundMethod { receiver, function }))
     }
 
-    /// What a class method is as an attribute of a class: what it wraps, asked as one of the class if it is a descriptor itself.
+    /// What a class method is as an attribute of a class: what it wraps, asked as one of the class if it is a
+    /// descriptor itself.
     #[inline]
     pub fn bound_to_class(&self, function: &Value, class: &Value) -> R {
         match function {

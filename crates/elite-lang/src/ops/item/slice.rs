@@ -45,8 +45,8 @@ impl SliceBounds {
         self.place(number as i64) as usize
     }
 
-    /// Place number `number`, which is one of them or next to one. A step may be as big as there are numbers: what is only next
-    /// to a place may be beyond them.
+    /// Place number `number`, which is one of them or next to one. A step may be as big as there are numbers: what is
+    /// only next to a place may be beyond them.
     fn place(self, number: i64) -> i64 {
         self.start.saturating_add(number.saturating_mul(self.step))
     }
@@ -56,7 +56,8 @@ impl SliceBounds {
         self.place(self.len() as i64 - 1)
     }
 
-    /// The same places in order, some at a time: few enough, and near enough to each other, for one safepoint after each.
+    /// The same places in order, some at a time: few enough, and near enough to each other, for one safepoint after
+    /// each.
     fn parts(self, size: usize) -> impl Iterator<Item = SliceBounds> {
         let step = usize::try_from(self.step.unsigned_abs()).unwrap_or(usize::MAX);
         let size = (size / step).max(1);
@@ -157,7 +158,8 @@ impl Evaluator<'_> {
         })
     }
 
-    /// `value[start:stop]` of a list, a tuple or a text where that runs no script code and the part is short; None otherwise.
+    /// `value[start:stop]` of a list, a tuple or a text where that runs no script code and the part is short; None
+    /// otherwise.
     pub fn part_at_once(&self, value: &Value, start: &Value, stop: &Value) -> Option<Value> {
         let bound = |value: &Value| match value {
             Value::None => Some(None),

@@ -1,5 +1,5 @@
-//! Iterators that may run script code while they step: `map`, `filter`, `zip`, `enumerate`, items by number, calls until a
-//! sentinel. A `StopIteration` of what they ask goes through them with its value.
+//! Iterators that may run script code while they step: `map`, `filter`, `zip`, `enumerate`, items by number, calls
+//! until a sentinel. A `StopIteration` of what they ask goes through them with its value.
 
 use crate::errors::ExceptionKind;
 use crate::eval::Evaluator;

@@ -156,8 +156,8 @@ impl Evaluator<'_> {
         }
     }
 
-    /// The same for an iterator that hands on what its source does, the end as well: a `StopIteration` with its value stays
-    /// an exception.
+    /// The same for an iterator that hands on what its source does, the end as well: a `StopIteration` with its value
+    /// stays an exception.
     pub fn next_with_end(&self, iterator: &Value) -> R<Option<Value>> {
         match iterator {
             Value::Iter(iter) => self.next_of(iter),
@@ -429,7 +429,8 @@ impl Evaluator<'_> {
         Ok(())
     }
 
-    /// What an iterator has left, as natives of CPython make a list of it: that is asked for its length, not what it is from.
+    /// What an iterator has left, as natives of CPython make a list of it: that is asked for its length, not what it is
+    /// from.
     pub fn listed(&self, iterator: &Value) -> R<ValueVec> {
         self.ask_length(iterator)?;
         self.drain(iterator)

@@ -1,7 +1,7 @@
 //! `_collections`: the containers of `collections` that programs use by the thousand.
 //!
-//! Owns the double-ended queue, the dictionaries with a manner of their own (ordered, with defaults, counting) and tuples
-//! with names. The wrappers and the views over several mappings are scripts (`lib/collections.py`).
+//! Owns the double-ended queue, the dictionaries with a manner of their own (ordered, with defaults, counting) and
+//! tuples with names. The wrappers and the views over several mappings are scripts (`lib/collections.py`).
 
 mod counter;
 pub(crate) mod deque;

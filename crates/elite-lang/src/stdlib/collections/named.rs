@@ -33,7 +33,8 @@ pub(super) fn fill(module: &ModuleBuilder<'_, '_>) -> R<()> {
     Ok(())
 }
 
-/// Fields of one class at most. A class with some of them for each of its fields takes as long to make as that many statements.
+/// Fields of one class at most. A class with some of them for each of its fields takes as long to make as that many
+/// statements.
 const FIELDS_MAX: usize = 1 << 16;
 /// Work for a field while its class is made.
 const FIELD: usize = 512;

@@ -1,7 +1,8 @@
 //! `itertools`: iterators made from iterators.
 //!
 //! Owns the lazy ones that pass values on; those that choose from pools are in `pools`, the ones with shared buffers in
-//! `shared`. Each iterator is a `IterState`: the values it holds, which the search for cycles can see, and its own state.
+//! `shared`. Each iterator is a `IterState`: the values it holds, which the search for cycles can see, and its own
+//! state.
 
 mod pools;
 mod shared;

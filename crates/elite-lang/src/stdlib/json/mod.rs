@@ -1,7 +1,7 @@
 //! `_json`: reading JSON text, and writing it (`write`).
 //!
-//! Written here rather than on serde_json because Python's module differs from the standard where programs notice: `NaN`
-//! and `Infinity`, integers of any size, Python's float texts, and errors that give line, column and position.
+//! Written here rather than on serde_json because Python's module differs from the standard where programs notice:
+//! `NaN` and `Infinity`, integers of any size, Python's float texts, and errors that give line, column and position.
 
 mod write;
 

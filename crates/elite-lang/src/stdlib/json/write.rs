@@ -9,8 +9,8 @@ use crate::value::int::Int;
 use crate::value::surrogate::{code_of, is_surrogate};
 use crate::value::{R, Raised, Value, ValueVec};
 
-/// `options` is a tuple: skipkeys, ensure_ascii, check_circular, allow_nan, indent, separators, default, sort_keys, and whether
-/// CPython would go through what is to be written by its encoder in Python, as it does with an indentation.
+/// `options` is a tuple: skipkeys, ensure_ascii, check_circular, allow_nan, indent, separators, default, sort_keys, and
+/// whether CPython would go through what is to be written by its encoder in Python, as it does with an indentation.
 pub(super) fn write(ev: &Evaluator<'_>, args: &mut [Value]) -> R {
     let options = ev.collect(&args[1])?;
     let option = |index: usize| options.get(index).cloned().unwrap_or(Value::None);

@@ -1,8 +1,8 @@
 //! Distributions and choices on top of the generator.
 //!
-//! A seeded program draws the numbers that CPython draws: the same random bits are asked for in the same order and the same
-//! formulas are evaluated, which the papers named below define. A subclass may put its own `random` or `getrandbits` in the
-//! place of the generator's.
+//! A seeded program draws the numbers that CPython draws: the same random bits are asked for in the same order and the
+//! same formulas are evaluated, which the papers named below define. A subclass may put its own `random` or
+//! `getrandbits` in the place of the generator's.
 
 use std::cell::RefCell;
 use std::collections::HashSet;

@@ -1,5 +1,6 @@
-//! `_random`: the Mersenne Twister (Matsumoto and Nishimura 1998), seeded as CPython does, so that a seeded program draws
-//! the same numbers. What is made of its bits is in `draw`; the classes scripts see are a script (`lib/random.py`).
+//! `_random`: the Mersenne Twister (Matsumoto and Nishimura 1998), seeded as CPython does, so that a seeded program
+//! draws the same numbers. What is made of its bits is in `draw`; the classes scripts see are a script
+//! (`lib/random.py`).
 
 mod draw;
 

@@ -1,8 +1,9 @@
 //! Runs a program at one place after the other, the first way first, and steps back where it fails.
 //!
-//! What there is to step back to is on a stack of its own, which the memory account knows, and every few operations others
-//! have their turn. A program whose states can be walked is left to `walk` after so many operations for each byte of the text;
-//! one whose states cannot is an error after some more, where CPython would go on stepping back for years.
+//! What there is to step back to is on a stack of its own, which the memory account knows, and every few operations
+//! others have their turn. A program whose states can be walked is left to `walk` after so many operations for each
+//! byte of the text; one whose states cannot is an error after some more, where CPython would go on stepping back for
+//! years.
 
 use super::Spans;
 use super::back::{BacktrackEntry, Backtracker, RepeatState, Scratch};

@@ -1,5 +1,5 @@
-//! What an attempt can step back to, and the parts of it that are kept there: repeated characters and groups, and what matches
-//! by itself.
+//! What an attempt can step back to, and the parts of it that are kept there: repeated characters and groups, and what
+//! matches by itself.
 
 use super::attempt::MatchRequest;
 use super::letters::{CaseFolding, key};

@@ -1,7 +1,7 @@
 //! `_re`: regular expressions as Python has them.
 //!
-//! `parse` makes a program of a pattern, `attempt` runs it as CPython would, and `walk` takes over where that would step back
-//! for long. All of them let others have their turn. Here are the classes that scripts see.
+//! `parse` makes a program of a pattern, `attempt` runs it as CPython would, and `walk` takes over where that would
+//! step back for long. All of them let others have their turn. Here are the classes that scripts see.
 
 mod attempt;
 mod back;

@@ -1,7 +1,7 @@
 //! Python's syntax of regular expressions, made into a [`RegexProgram`].
 //!
-//! Operations are written as the text is read; what a quantifier or a bar stands behind is moved a little to make room in
-//! front of it. Groups keep their numbers; names are kept here. Groups are in
+//! Operations are written as the text is read; what a quantifier or a bar stands behind is moved a little to make room
+//! in front of it. Groups keep their numbers; names are kept here. Groups are in
 //! `group`, escapes and classes in `escape`.
 
 use std::collections::BTreeMap;

@@ -1,8 +1,8 @@
-//! What a pattern is made into: a flat program of operations that refer to each other by their distance, so that a part of it
-//! can be moved while the rest is still being read.
+//! What a pattern is made into: a flat program of operations that refer to each other by their distance, so that a part
+//! of it can be moved while the rest is still being read.
 //!
-//! The parser writes it, `attempt` and `walk` run it. A repeated group is [`Op::Enter`], the group, [`Op::RerunTimeline`]; what has to
-//! match by itself (look-around, `(?>`) ends with [`Op::CleanupLimit`].
+//! The parser writes it, `attempt` and `walk` run it. A repeated group is [`Op::Enter`], the group,
+//! [`Op::RerunTimeline`]; what has to match by itself (look-around, `(?>`) ends with [`Op::CleanupLimit`].
 
 use super::letters::{CaseFolding, CharClasses, decoded, key};
 use crate::eval::Evaluator;

@@ -1,8 +1,9 @@
 //! Walks all states of a program at the same time, character by character.
 //!
-//! Thompson's way (1968), with Pike's to keep the groups: in the order of their priority, which gives what stepping back
-//! would give, in time that grows with the text only. Programs with look-around, references, `(?>` or counted groups have no
-//! such states. Where a group in a repetition matches nothing, what it keeps may differ from what stepping back keeps.
+//! Thompson's way (1968), with Pike's to keep the groups: in the order of their priority, which gives what stepping
+//! back would give, in time that grows with the text only. Programs with look-around, references, `(?>` or counted
+//! groups have no such states. Where a group in a repetition matches nothing, what it keeps may differ from what
+//! stepping back keeps.
 
 use std::ops::Range;
 
@@ -142,8 +143,8 @@ pub(super) fn find(
     found.transpose().map(Some)
 }
 
-/// Numbers the states: that of the first one of each operation, and how many there are. None if there is something that has no
-/// states.
+/// Numbers the states: that of the first one of each operation, and how many there are. None if there is something that
+/// has no states.
 fn number(ev: &Evaluator<'_>, program: &RegexProgram) -> R<Option<(Vec<u32>, usize)>> {
     let mut first = ev.room_for(program.ops.len())?;
     let mut states: usize = 0;
@@ -335,8 +336,8 @@ mod tests {
     use super::super::program::Haystack;
     use super::*;
 
-    /// Patterns of every construct there are states for; none with a repetition of what may be empty, where the two keep
-    /// different texts of the last round.
+    /// Patterns of every construct there are states for; none with a repetition of what may be empty, where the two
+    /// keep different texts of the last round.
     const PATTERNS: &[&str] = &[
         "a",
         "abc",

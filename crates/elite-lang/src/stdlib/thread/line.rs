@@ -33,8 +33,8 @@ impl WaitQueue {
         places.iter().map(|place| place.thread).collect()
     }
 
-    /// Waits in the line until it is the running thread's turn, at most until `deadline`; whether it is. A thread that is
-    /// stopped after it was called does `instead` what its turn was for.
+    /// Waits in the line until it is the running thread's turn, at most until `deadline`; whether it is. A thread that
+    /// is stopped after it was called does `instead` what its turn was for.
     pub fn wait(
         &self,
         ev: &Evaluator<'_>,

@@ -1,9 +1,9 @@
 //! `_thread`: starting script threads, and what they wait for each other with: locks, conditions, events, semaphores,
 //! barriers. `threading` and `queue` are scripts on top of it.
 //!
-//! A wait parks the script thread: it is a safepoint that a stop ends, and its time is that of the host's clock. Who has
-//! waited longest has its turn first, so a run under a virtual clock is the same every time. A thread that is stopped
-//! while it waits gives up its place.
+//! A wait parks the script thread: it is a safepoint that a stop ends, and its time is that of the host's clock. Who
+//! has waited longest has its turn first, so a run under a virtual clock is the same every time. A thread that is
+//! stopped while it waits gives up its place.
 
 mod barrier;
 mod condition;

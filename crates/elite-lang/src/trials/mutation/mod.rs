@@ -14,8 +14,8 @@ use super::{cpython, run, task};
 use crate::Value;
 use crate::value::Class;
 
-/// The trials of each kind of value, by name; none where nothing can be changed after it was made. There is no wildcard, so a
-/// new kind of value has to be put here.
+/// The trials of each kind of value, by name; none where nothing can be changed after it was made. There is no
+/// wildcard, so a new kind of value has to be put here.
 fn trials_of(value: &Value) -> &'static [&'static str] {
     match value {
         Value::List(_) => &["list", "subclass of list"],

@@ -1,7 +1,7 @@
 //! The table of a dictionary: entries in the order of their insertion, and slots that lead to them by hash.
 //!
-//! Owns how an entry is found, added, deleted and moved, and when there is more or less room. Runs no script code; who holds the
-//! table, and for how long, is the dictionary's business.
+//! Owns how an entry is found, added, deleted and moved, and when there is more or less room. Runs no script code; who
+//! holds the table, and for how long, is the dictionary's business.
 
 use std::cell::Cell;
 
@@ -99,8 +99,8 @@ pub enum KeySearch {
 pub(super) struct NeedsScript;
 
 pub(super) fn spread(hash: u64) -> usize {
-    // The tables are indexed by the low bits; Python hashes of numbers need mixing first, of all their bits: those of `i << 45` or
-    // of `i / 1024` differ in the upper ones only.
+    // The tables are indexed by the low bits; Python hashes of numbers need mixing first, of all their bits: those of
+    // `i << 45` or of `i / 1024` differ in the upper ones only.
     let product = u128::from(hash) * 0x9E37_79B9_7F4A_7C15;
     ((product as u64 ^ (product >> 64) as u64) >> 32) as usize
 }
@@ -312,8 +312,8 @@ impl DictTable {
         }
     }
 
-    /// Moves the entry at an index to the front. Room there is made for as many entries as there are, so that doing this again
-    /// and again takes no longer than adding keys does.
+    /// Moves the entry at an index to the front. Room there is made for as many entries as there are, so that doing
+    /// this again and again takes no longer than adding keys does.
     pub(super) fn move_to_front(&mut self, mut index: usize) {
         let head = self.head.get();
         let first = self.entries[head..]

@@ -1,7 +1,8 @@
-//! Dictionaries some of whose values are variables that code refers to: `globals()`, the namespaces of texts and modules.
+//! Dictionaries some of whose values are variables that code refers to: `globals()`, the namespaces of texts and
+//! modules.
 //!
-//! A value becomes a variable when code asks for its name, so that a big dictionary can be such a namespace at once. What
-//! the dictionary has, and what its variables hold, is the same; one that is unbound is not in it.
+//! A value becomes a variable when code asks for its name, so that a big dictionary can be such a namespace at once.
+//! What the dictionary has, and what its variables hold, is the same; one that is unbound is not in it.
 
 use std::cell::Cell;
 use std::rc::{Rc, Weak};

@@ -1,5 +1,6 @@
-//! Calls in the text that their declaration refuses whatever the program does: arguments that are too many, missing, unknown or
-//! given twice, and literals outside the declared range, in the words of the error that the call would raise.
+//! Calls in the text that their declaration refuses whatever the program does: arguments that are too many, missing,
+//! unknown or given twice, and literals outside the declared range, in the words of the error that the call would
+//! raise.
 //!
 //! What cannot be told for certain is left to the call: values that are worked out, types, starred arguments.
 

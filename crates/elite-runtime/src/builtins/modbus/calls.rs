@@ -301,8 +301,8 @@ pub(super) fn read_port_register(call: &mut Call<'_, '_>) -> Result<Value, Raise
     }))
 }
 
-/// The manual's own example writes a bit that the map has as an input, so what cannot be written is told without ending the
-/// program.
+/// The manual's own example writes a bit that the map has as an input, so what cannot be written is told without ending
+/// the program.
 pub(super) fn write_port_bit(call: &mut Call<'_, '_>) -> Result<Value, Raised> {
     let (address, level) = (address(call)?, call.boolean(1)?);
     let written = on_map(call, |map| map.write_bits(address, &[level]))?;

@@ -1,8 +1,8 @@
 //! The controller's own Modbus map (docs/modbus-map.md): the vendor's addresses, and from 1000 on more of our own.
 //!
-//! Reads work on one state of one cycle, so the values of a request belong together. Owns the layout, its scaling and what a
-//! write asks for; carrying that out is up to the [`ControllerAccess`]. Scripts (manual 6.1.11 to 6.1.14) and Modbus clients use the
-//! same functions.
+//! Reads work on one state of one cycle, so the values of a request belong together. Owns the layout, its scaling and
+//! what a write asks for; carrying that out is up to the [`ControllerAccess`]. Scripts (manual 6.1.11 to 6.1.14) and
+//! Modbus clients use the same functions.
 
 mod own;
 mod vendor;

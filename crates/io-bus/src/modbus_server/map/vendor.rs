@@ -1,5 +1,6 @@
-//! The vendor's addresses. The vendor's sheet is not public; how many independent sources say the same of an address stands
-//! beside it, and 0 is what follows from the others only. Addresses between known ones of which nothing is known read 0.
+//! The vendor's addresses. The vendor's sheet is not public; how many independent sources say the same of an address
+//! stands beside it, and 0 is what follows from the others only. Addresses between known ones of which nothing is known
+//! read 0.
 
 use motion_api::{CommandKind, RegisterBank, RobotMode, SafetyMode};
 

@@ -1,10 +1,12 @@
-//! How hard a motion along a track will speed up and slow down, and what of a motion need not be stepped through to know that.
+//! How hard a motion along a track will speed up and slow down, and what of a motion need not be stepped through to
+//! know that.
 
 use super::{MAX_PREDICTION_STEPS, PathProgress, STEPS};
 use crate::scalar::{ProgressGoal, VelocityLimitCurve};
 
 impl PathProgress {
-    /// The largest acceleration, either way, of the motion from the place `from` on to the end of the track at full speed.
+    /// The largest acceleration, either way, of the motion from the place `from` on to the end of the track at full
+    /// speed.
     pub fn hardest(&self, track: &VelocityLimitCurve, from: f64) -> f64 {
         let mut travel = *self;
         travel.wanted = ProgressGoal::Run(travel.time_scale);

@@ -1,4 +1,5 @@
-//! What is wrong with the options of a `launch`, in the words of the request: its keys are the options of `run` without dashes.
+//! What is wrong with the options of a `launch`, in the words of the request: its keys are the options of `run` without
+//! dashes.
 
 use std::error::Error as _;
 

@@ -1,8 +1,9 @@
 //! A recording as something to debug. The run is repeated, so that everything can be looked at, and in both directions.
 //!
-//! Where the recording has all that came from outside, that comes from it, whatever the clock and whoever started the programs.
-//! Otherwise, or where the user says what is different now, the first program of a recording of `run` is run anew on the robot
-//! that the recording describes; permissions, globals that were set and the cell file are then said again.
+//! Where the recording has all that came from outside, that comes from it, whatever the clock and whoever started the
+//! programs. Otherwise, or where the user says what is different now, the first program of a recording of `run` is run
+//! anew on the robot that the recording describes; permissions, globals that were set and the cell file are then said
+//! again.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -46,8 +47,8 @@ pub(super) fn open(
     Err(format!("no program ran in {shown}"))
 }
 
-/// A program of a recorded run, with all that came to it; `None` where that is not in the recording and the program may be run
-/// anew instead.
+/// A program of a recorded run, with all that came to it; `None` where that is not in the recording and the program may
+/// be run anew instead.
 ///
 /// # Errors
 /// A sentence.

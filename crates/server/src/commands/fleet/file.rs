@@ -1,7 +1,8 @@
 //! The file of a fleet: which robots, and what each is started with.
 //!
-//! Owns the keys that `serve` does not have and what is settled between robots: addresses, folders, phases of their cycles. What a
-//! robot's own options may be is `config`'s business; every robot's are tried here, before one is started.
+//! Owns the keys that `serve` does not have and what is settled between robots: addresses, folders, phases of their
+//! cycles. What a robot's own options may be is `config`'s business; every robot's are tried here, before one is
+//! started.
 
 use std::collections::BTreeSet;
 use std::net::{IpAddr, Ipv4Addr};

@@ -11,7 +11,8 @@ const BYTES_MAX: u64 = 16 << 20;
 /// Read at once.
 const CHUNK: usize = 16 << 10;
 
-/// Copies what comes into a file until its end. What cannot be written is lost: a full disk is no reason to hold a robot up.
+/// Copies what comes into a file until its end. What cannot be written is lost: a full disk is no reason to hold a
+/// robot up.
 pub(super) async fn copy_lines(mut said: impl AsyncRead + Unpin, path: PathBuf) {
     let mut file = open(&path);
     let mut chunk = vec![0; CHUNK];

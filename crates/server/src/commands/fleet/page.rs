@@ -1,6 +1,7 @@
 //! The page of a fleet: a table of all robots with a link to each pendant, logs, `/healthz` and `/metrics` of all.
 //!
-//! Owns the text of these pages, and how the robots are asked. Who may ask is decided as on every http port (`ports::callers`).
+//! Owns the text of these pages, and how the robots are asked. Who may ask is decided as on every http port
+//! (`ports::callers`).
 
 use std::net::{IpAddr, SocketAddr};
 use std::sync::Arc;

@@ -1,7 +1,8 @@
 //! One robot of a fleet: a process that is started, watched, started again when it ends, and stopped in an orderly way.
 //!
-//! Owns the process, the pauses before it is started again, its log file and the bound of its memory. Its standard input is held
-//! open; when that closes, because it is to stop or because the fleet is gone however it went, it brings its arm to rest and ends.
+//! Owns the process, the pauses before it is started again, its log file and the bound of its memory. Its standard
+//! input is held open; when that closes, because it is to stop or because the fleet is gone however it went, it brings
+//! its arm to rest and ends.
 
 use std::collections::BTreeMap;
 use std::fs;

@@ -1,9 +1,9 @@
 //! Messages as lines, one JSON object each: from standard input, to standard output.
 //!
-//! In place of the SDK's own lines, because a client hears of what it did wrong: a line that is no message, and one that is too
-//! long, are answered with an error, with the number of the request where it can be read; the SDK drops them, and whoever has
-//! sent such a request waits for ever. A thread of its own reads, so that nothing at the end waits for a client that has
-//! nothing to say.
+//! In place of the SDK's own lines, because a client hears of what it did wrong: a line that is no message, and one
+//! that is too long, are answered with an error, with the number of the request where it can be read; the SDK drops
+//! them, and whoever has sent such a request waits for ever. A thread of its own reads, so that nothing at the end
+//! waits for a client that has nothing to say.
 
 use std::io::{self, BufRead, BufReader, Read, Write};
 use std::sync::{Arc, Mutex, PoisonError};

@@ -1,5 +1,5 @@
-//! What the client sees: who we are, which tools there are, calls. Each call runs on a thread of its own, a few at once; one
-//! that was cancelled is told to stop and answered by nobody.
+//! What the client sees: who we are, which tools there are, calls. Each call runs on a thread of its own, a few at
+//! once; one that was cancelled is told to stop and answered by nobody.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};

@@ -1,5 +1,5 @@
-//! The folder that an assistant works in: every file that a tool reads or writes is found from here, by the system itself,
-//! beneath the folder (`..`, links and `/proc` lead nowhere else).
+//! The folder that an assistant works in: every file that a tool reads or writes is found from here, by the system
+//! itself, beneath the folder (`..`, links and `/proc` lead nowhere else).
 
 use std::fs::File;
 use std::io::{self, Read};

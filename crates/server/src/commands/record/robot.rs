@@ -12,8 +12,8 @@ use wire::rtsi::RtsiType;
 /// Between two attempts to reach a robot that is gone.
 const RETRY: Duration = Duration::from_secs(1);
 
-/// Asks for every variable that is known. A controller that does not take so long a list is asked for those that a cycle
-/// has a place for.
+/// Asks for every variable that is known. A controller that does not take so long a list is asked for those that a
+/// cycle has a place for.
 pub(super) async fn connect(address: &RobotAddress, rate: f64) -> Result<RtsiClient, RtsiError> {
     let every: Vec<&str> = KNOWN_VARIABLES.iter().map(String::as_str).collect();
     match RtsiClient::connect(address, rate, &every).await {

@@ -159,7 +159,8 @@ impl OutgoingProgram {
         }
     }
 
-    /// Tells a controller that understands it which file this is: that speaks of the file from then on, not of what is sent.
+    /// Tells a controller that understands it which file this is: that speaks of the file from then on, not of what is
+    /// sent.
     pub(super) fn name_the_file(&mut self, name: &str, settings: &[Preset]) {
         if self.is_secondary {
             return;
@@ -183,8 +184,8 @@ impl OutgoingProgram {
         }
     }
 
-    /// The place in the file of a place in what was sent, both from 1; `None` for lines of ours. A controller that tells
-    /// lines only has 0 or less as column.
+    /// The place in the file of a place in what was sent, both from 1; `None` for lines of ours. A controller that
+    /// tells lines only has 0 or less as column.
     pub(super) fn place(&self, line: i32, column: i32) -> Option<(u32, u32)> {
         if self.is_named {
             let line = u32::try_from(line).ok().filter(|line| *line > 0)?;
@@ -208,8 +209,9 @@ impl OutgoingProgram {
         self.place(line, 1)
     }
 
-    /// A report of the controller with the places of its calls as the file has them: `  task, line 10, column 2, in task` of a text that was put
-    /// into a function becomes `  pick.script, line 7, column 1, in <module>`. Lines that are no such place stay.
+    /// A report of the controller with the places of its calls as the file has them:
+    /// `  task, line 10, column 2, in task` of a text that was put into a function becomes
+    /// `  pick.script, line 7, column 1, in <module>`. Lines that are no such place stay.
     pub(super) fn in_file(&self, report: &str, file: &str) -> String {
         if self.is_named {
             return report.to_owned();

@@ -1,7 +1,7 @@
 //! The conversation of a shell with its robot: statements to port 30020, what comes of them on 30001.
 //!
-//! Runs on a thread of its own, so that the robot is heard while somebody types. Owns the program that holds interpreter
-//! mode: begins it, notices when it is over, ends it.
+//! Runs on a thread of its own, so that the robot is heard while somebody types. Owns the program that holds
+//! interpreter mode: begins it, notices when it is over, ends it.
 
 use std::collections::VecDeque;
 use std::sync::mpsc::SyncSender;

@@ -1,8 +1,8 @@
 //! What is typed, as what goes to port 30020: one line a statement.
 //!
-//! Lines are put together as the port itself does it. A block of several lines becomes the one line that the manual knows
-//! (2.1.1): a `;` stands for a line end, the blanks behind it for the indentation. So a function that is typed is defined,
-//! as one in that form is, and not called, as a block of lines is by controllers that take one.
+//! Lines are put together as the port itself does it. A block of several lines becomes the one line that the manual
+//! knows (2.1.1): a `;` stands for a line end, the blanks behind it for the indentation. So a function that is typed is
+//! defined, as one in that form is, and not called, as a block of lines is by controllers that take one.
 
 use thiserror::Error;
 

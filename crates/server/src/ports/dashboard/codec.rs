@@ -1,8 +1,8 @@
 //! Commands and replies of the dashboard. Pure.
 //!
 //! Replies are what the official SDK compares or matches (source/Dashboard/DashboardClient.cpp); where it accepts any
-//! line the wording is ours. Every reply is one write of at most [`REPLY_BYTES_MAX`]: the SDK reads the rest of a longer
-//! one as the reply to its next command.
+//! line the wording is ours. Every reply is one write of at most [`REPLY_BYTES_MAX`]: the SDK reads the rest of a
+//! longer one as the reply to its next command.
 
 use motion_api::{RobotMode, SafetyMode};
 
@@ -16,8 +16,8 @@ pub const LINE_BYTES_MAX: usize = 64 * 1024;
 /// The longest reply, bytes.
 pub const REPLY_BYTES_MAX: usize = 512;
 
-/// Sent on accept, in one write: the vendor's SDK takes what one read brings before it asks anything. The first line is the
-/// vendor's, the others say what theirs say.
+/// Sent on accept, in one write: the vendor's SDK takes what one read brings before it asks anything. The first line is
+/// the vendor's, the others say what theirs say.
 pub fn greeting() -> String {
     let version = CONTROLLER_VERSION.map(|part| part.to_string()).join(".");
     format!(

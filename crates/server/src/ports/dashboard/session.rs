@@ -1,11 +1,12 @@
 //! One client of the dashboard, over any duplex stream: a line in, a reply out, in order.
 //!
-//! What comes together is begun together, as the vendor's controller does: a line is carried out when it comes, not when the
-//! one before has been answered, and its reply tells of the moment at which it came. Only the replies keep the order of the lines.
-//! What concerns the task (load, play, pause, variables) is done one after the other, because each answer depends on the one before.
+//! What comes together is begun together, as the vendor's controller does: a line is carried out when it comes, not
+//! when the one before has been answered, and its reply tells of the moment at which it came. Only the replies keep the
+//! order of the lines. What concerns the task (load, play, pause, variables) is done one after the other, because each
+//! answer depends on the one before.
 //!
-//! Some commands take a while, and so does a client that does not read its replies. Reading goes on meanwhile, so that a
-//! `stop` or `pause` behind them acts at once; its reply keeps its place.
+//! Some commands take a while, and so does a client that does not read its replies. Reading goes on meanwhile, so that
+//! a `stop` or `pause` behind them acts at once; its reply keeps its place.
 
 use std::collections::VecDeque;
 use std::io;
@@ -116,8 +117,8 @@ impl Replies {
         self.waiting.push_back((encode(reply), closes));
     }
 
-    /// Writes some of the first reply, all of it in one write where the client takes it; true when the connection ends with it.
-    /// Nothing is lost when this is dropped before it returns.
+    /// Writes some of the first reply, all of it in one write where the client takes it; true when the connection ends
+    /// with it. Nothing is lost when this is dropped before it returns.
     async fn write(&mut self, writer: &mut (impl AsyncWrite + Unpin)) -> io::Result<bool> {
         let Some((reply, closes)) = self.waiting.front() else {
             return Ok(false);
@@ -314,8 +315,8 @@ impl InputQueue {
     }
 }
 
-/// The order that a line is if it makes a running task stand still and may do so now. A `pause` of a task that a `play` is
-/// yet to start has its turn after that.
+/// The order that a line is if it makes a running task stand still and may do so now. A `pause` of a task that a `play`
+/// is yet to start has its turn after that.
 fn urgent_order(line: &str, dashboard: &impl DashboardBackend) -> Option<DashboardOrder> {
     let order = match parse(line) {
         Ok(DashboardCommand::Stop) => DashboardOrder::Stop,

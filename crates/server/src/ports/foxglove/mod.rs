@@ -1,8 +1,9 @@
 //! The Foxglove port: the arm as it moves, for the Foxglove app and everything that speaks its WebSocket protocol.
 //!
-//! Read-only: no client can publish, set parameters or call services here. The topics are those of a recording, with the
-//! same schemas. The server of the crate `foxglove` is not used: it opens its own door, which looks at no Host or Origin, takes
-//! any number of clients and counts what waits for them in messages; the part of its protocol that shows is small.
+//! Read-only: no client can publish, set parameters or call services here. The topics are those of a recording, with
+//! the same schemas. The server of the crate `foxglove` is not used: it opens its own door, which looks at no Host or
+//! Origin, takes any number of clients and counts what waits for them in messages; the part of its protocol that shows
+//! is small.
 
 pub mod protocol;
 mod session;

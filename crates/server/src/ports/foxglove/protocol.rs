@@ -1,7 +1,8 @@
 //! What is said on the Foxglove port: the WebSocket protocol of the Foxglove app, the part of it that shows. Pure.
 //!
-//! Texts are JSON objects with an `op`, binary messages begin with an opcode and are little-endian (github.com/foxglove,
-//! ws-protocol, docs/spec.md). Nothing can be published, set or called here, and the server says so.
+//! Texts are JSON objects with an `op`, binary messages begin with an opcode and are little-endian
+//! (github.com/foxglove, ws-protocol, docs/spec.md). Nothing can be published, set or called here, and the server says
+//! so.
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD as BASE64;
@@ -11,8 +12,9 @@ use serde_json::json;
 
 use crate::ports::escape::EscapedLine;
 
-/// The protocol's names in the handshake, the one that we prefer first. The app and the SDK say the first; the second is
-/// what the same messages were called before 2025, and what older versions and viewers that came of them still offer.
+/// The protocol's names in the handshake, the one that we prefer first. The app and the SDK say the first; the second
+/// is what the same messages were called before 2025, and what older versions and viewers that came of them still
+/// offer.
 pub const SUBPROTOCOLS: [&str; 2] = ["foxglove.sdk.v1", "foxglove.websocket.v1"];
 
 /// Longest message of a client, bytes.

@@ -1,9 +1,9 @@
 //! Who may change something through the http port: programs, and pages that this server itself sent.
 //!
-//! That a request is for this machine and from it was looked at before (see `allowed_hosts`). A page of another server on this
-//! machine can still make a browser send requests. Two things stop it: the content type must be JSON, which a browser sends
-//! to another origin only after asking first (and that question is not answered); and where a browser names the page's
-//! origin, that must be this server.
+//! That a request is for this machine and from it was looked at before (see `allowed_hosts`). A page of another server
+//! on this machine can still make a browser send requests. Two things stop it: the content type must be JSON, which a
+//! browser sends to another origin only after asking first (and that question is not answered); and where a browser
+//! names the page's origin, that must be this server.
 
 use axum::http::{HeaderMap, StatusCode, header};
 

@@ -84,7 +84,8 @@ fn shown(value: &Value) -> String {
     }
 }
 
-/// All points with their values, the cycle they are of, and what is kept with them. A float register that is no number is null.
+/// All points with their values, the cycle they are of, and what is kept with them. A float register that is no number
+/// is null.
 pub fn describe(state: &RobotState, registers: &RegisterImages) -> Value {
     let mut points = Map::new();
     for direction in [IoDirection::In, IoDirection::Out] {

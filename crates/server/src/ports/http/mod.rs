@@ -1,7 +1,7 @@
 //! The http port: `/healthz`, `/metrics`, `/panel`, and `/api` for inputs and outputs.
 //!
-//! Owns the routes; the numbers come from [`HttpBackend`], their text form from `metrics`, the limits of a connection and who may
-//! ask at all from `connection`.
+//! Owns the routes; the numbers come from [`HttpBackend`], their text form from `metrics`, the limits of a connection
+//! and who may ask at all from `connection`.
 
 pub mod connection;
 pub mod cross_site;

@@ -343,8 +343,8 @@ impl StatementFramer {
 }
 
 /// What is executed for a statement: the statement, and for a `def` without parameters that came as a block of lines a
-/// call of it. The manual (2.1) knows functions in one line only, which are defined and called later; the vendor's sample
-/// streams `def a():`, a motion, `end` and relies on the motion, as such a block is a program on port 30001.
+/// call of it. The manual (2.1) knows functions in one line only, which are defined and called later; the vendor's
+/// sample streams `def a():`, a motion, `end` and relies on the motion, as such a block is a program on port 30001.
 pub fn executed(statement: &str) -> Cow<'_, str> {
     let called = || {
         let (header, body) = statement.split_once('\n')?;

@@ -1,9 +1,9 @@
 //! One client of the interpreter port, over any duplex stream.
 //!
 //! Three things go on side by side: reading, handing statements over one after the other, and writing replies. So a
-//! command word is answered at once even while a statement before it still waits to be accepted, however many there are:
-//! what finds no room is discarded, not left unread. A client that streams statements without reading the replies is not
-//! held up: it misses replies.
+//! command word is answered at once even while a statement before it still waits to be accepted, however many there
+//! are: what finds no room is discarded, not left unread. A client that streams statements without reading the replies
+//! is not held up: it misses replies.
 
 use std::io;
 use std::sync::Arc;
@@ -22,8 +22,8 @@ use crate::ports::escape::EscapedLine;
 /// What is read at once.
 const READ_BYTES: usize = 16 * 1024;
 
-/// Statements of one client that wait to be handed over, in bytes; one more is one too many, as in the queue of the task
-/// (manual 2.2). Each counts [`STATEMENT_BYTES`] beside its text, so that more fit than the task takes.
+/// Statements of one client that wait to be handed over, in bytes; one more is one too many, as in the queue of the
+/// task (manual 2.2). Each counts [`STATEMENT_BYTES`] beside its text, so that more fit than the task takes.
 const STATEMENT_BYTES_MAX: usize = 10 * 1024 * 1024;
 const STATEMENT_BYTES: usize = 64;
 
@@ -177,7 +177,8 @@ async fn read_lines(
         if count == 0 {
             return SessionEnd::Disconnected;
         }
-        // Others on this thread have a turn, however much waits here; whoever sends more than there is room for is slow.
+        // Others on this thread have a turn, however much waits here; whoever sends more than there is room for is
+        // slow.
         shed += if backlog.is_full() { count } else { 0 };
         if shed < FLOOD_BYTES {
             tokio::task::yield_now().await;

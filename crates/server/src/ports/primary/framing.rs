@@ -232,8 +232,8 @@ impl ScriptFramer {
             .filter(|_| self.is_open())
     }
 
-    /// Gives the unfinished program up for lack of room: it is reported and skipped to its end. What is still short stays:
-    /// it may be an order.
+    /// Gives the unfinished program up for lack of room: it is reported and skipped to its end. What is still short
+    /// stays: it may be an order.
     pub fn give_up(&mut self, frames: &mut Vec<ScriptFrame>) {
         if self.is_open() && self.text.len() > SKIPPED_LINE_BYTES {
             frames.push(ScriptFrame::Rejected(ScriptRejection::TooMuchWaits));
@@ -279,8 +279,8 @@ impl ScriptFramer {
         }
     }
 
-    /// Adds to the text, of what is too long only so much that it is seen to be and how its last line begins. Room grows
-    /// as that of any vector, but not beyond what can be used.
+    /// Adds to the text, of what is too long only so much that it is seen to be and how its last line begins. Room
+    /// grows as that of any vector, but not beyond what can be used.
     /// Gives back what is too much.
     fn hold<'p>(&mut self, piece: &'p [u8]) -> &'p [u8] {
         let most = self.limit + 1 + SKIPPED_LINE_BYTES;

@@ -76,8 +76,8 @@ impl Default for StateHub {
 }
 
 impl StateHub {
-    /// What a new client hears from now on. Once states are published it gets one at once, as the controller is now: the
-    /// latest beat may be older than what the client has heard on another port.
+    /// What a new client hears from now on. Once states are published it gets one at once, as the controller is now:
+    /// the latest beat may be older than what the client has heard on another port.
     pub fn subscribe(&self, backend: &impl PrimaryBackend) -> Subscription {
         let (mut state, exceptions) = (self.state.subscribe(), self.exceptions.subscribe());
         let is_published = state.borrow_and_update().is_some();
@@ -127,8 +127,8 @@ impl StateHub {
             .send_replace(Some(TimedMessage::of(sample, robot)));
     }
 
-    /// Publishes a state in every beat until `shutdown`; without a beat for a while, the state as it is. (A virtual clock
-    /// may stand still, or run ahead of the wall: then clients get the latest state, at most twice as often.)
+    /// Publishes a state in every beat until `shutdown`; without a beat for a while, the state as it is. (A virtual
+    /// clock may stand still, or run ahead of the wall: then clients get the latest state, at most twice as often.)
     pub async fn publish_states(&self, backend: &impl PrimaryBackend, shutdown: CancellationToken) {
         let mut beats = backend.beats();
         beats.mark_changed(); // the first state goes out at once

@@ -80,8 +80,8 @@ pub trait PrimaryBackend: Send + Sync + 'static {
     fn submit(&self, submission: Submission) -> impl Future<Output = ()> + Send;
     /// Carries out an order, or announces why not.
     fn control(&self, client: ClientId, phrase: ControlPhrase) -> impl Future<Output = ()> + Send;
-    /// An order that makes things stand still has come in behind others of the same client: what runs may end or be held
-    /// already. Must not wait. The order itself follows in its turn.
+    /// An order that makes things stand still has come in behind others of the same client: what runs may end or be
+    /// held already. Must not wait. The order itself follows in its turn.
     fn hurry(&self, phrase: ControlPhrase);
 }
 

@@ -389,8 +389,8 @@ async fn carry_out(
     }
 }
 
-/// Sends what the hub has until the connection breaks, what is for others left out; `client` is `None` for one that is sent
-/// nothing of its own. One write a message, as the SDK needs it.
+/// Sends what the hub has until the connection breaks, what is for others left out; `client` is `None` for one that is
+/// sent nothing of its own. One write a message, as the SDK needs it.
 pub(in crate::ports) async fn write_messages(
     writer: &mut (impl AsyncWrite + Unpin),
     client: Option<ClientId>,

@@ -32,8 +32,8 @@ impl fmt::Display for Failure {
     }
 }
 
-/// Reads a line. A blank between the id and a name may be missing: a program of the vendor's, as it is printed, has none.
-/// `None` for what is no question; it is answered under the number -1.
+/// Reads a line. A blank between the id and a name may be missing: a program of the vendor's, as it is printed, has
+/// none. `None` for what is no question; it is answered under the number -1.
 pub fn parse(line: &str) -> Option<Request> {
     let rest = line.trim().strip_prefix("req")?;
     let digits = rest.trim_start();

@@ -34,8 +34,8 @@ pub trait RtsiBackend: Send + Sync + 'static {
     fn read_only(&self) -> Option<&'static str> {
         None
     }
-    /// Makes changes in the next cycle, all of them or none. `written` are the variables that the package set, changed or
-    /// not: watchdogs count them. Must not wait. Returns the first cycle that certainly has all of them.
+    /// Makes changes in the next cycle, all of them or none. `written` are the variables that the package set, changed
+    /// or not: watchdogs count them. Must not wait. Returns the first cycle that certainly has all of them.
     ///
     /// # Errors
     /// [`RingFull`]: nothing was changed, the controller has more to do than it can.

@@ -47,7 +47,8 @@ const REPLY_BYTES_MAX: usize = 64 * 1024;
 /// SDK's receiver gives up for good.
 const SILENCE: Duration = Duration::from_millis(500);
 
-/// A data package waits so long for room among the commands; then it is left out. The client's own data still comes in time.
+/// A data package waits so long for room among the commands; then it is left out. The client's own data still comes in
+/// time.
 const ROOM_WITHIN: Duration = Duration::from_millis(300);
 /// Time between two looks whether there is room.
 const LOOK_AGAIN: Duration = Duration::from_millis(2);
@@ -136,7 +137,8 @@ struct RtsiSession<'a, C> {
     /// A recipe was refused: the connection cannot be started.
     failed: bool,
     started: bool,
-    /// Data begins with this cycle: what the client wrote before the start is in it (the vendor's example reads it back).
+    /// Data begins with this cycle: what the client wrote before the start is in it (the vendor's example reads it
+    /// back).
     not_before: u64,
     written: InputLatch,
     /// What waits to be written.

@@ -1,6 +1,8 @@
-//! The whole recording as the page's time line: read once from its beginning, on a thread of its own, while it is shown.
+//! The whole recording as the page's time line: read once from its beginning, on a thread of its own, while it is
+//! shown.
 //!
-//! A second [`Playback`] that nobody listens to follows the messages, so that each moment shows what it would show live.
+//! A second [`Playback`] that nobody listens to follows the messages, so that each moment shows what it would show
+//! live.
 
 use std::sync::{Arc, Mutex};
 

@@ -1,4 +1,5 @@
-//! Meanings of parameters and of results in Chinese, in the order of the English phrases. A test holds them against the declarations.
+//! Meanings of parameters and of results in Chinese, in the order of the English phrases. A test holds them against the
+//! declarations.
 
 /// The phrases.
 pub(super) const PHRASES: &[(&str, &str)] = &[

@@ -4,7 +4,8 @@ use std::fmt::Write as _;
 
 use crate::value::surrogate::{char_of, code_of};
 
-/// What one step of decoding gave: a character or none, and how many bytes it took; or how many bytes are wrong and why.
+/// What one step of decoding gave: a character or none, and how many bytes it took; or how many bytes are wrong and
+/// why.
 pub type EscapeResult = Result<(Option<char>, usize), (usize, &'static str)>;
 
 /// Appends a character as an escape where it needs one.

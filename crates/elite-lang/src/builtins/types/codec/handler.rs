@@ -171,8 +171,8 @@ impl Evaluator<'_> {
         Ok(next)
     }
 
-    /// What stands for bytes that do not decode. `unit` says how long a unit of the encoding is and whether its high byte
-    /// comes first, for encodings that have surrogates.
+    /// What stands for bytes that do not decode. `unit` says how long a unit of the encoding is and whether its high
+    /// byte comes first, for encodings that have surrogates.
     pub(super) fn mend_decoding(
         &self,
         errors: &ErrorHandler,

@@ -12,7 +12,8 @@ use crate::value::{R, Str, Value};
 /// Texts and the separators between them that are joined without a safepoint.
 const JOINED_MAX: usize = 4096;
 
-/// A few texts with a separator between them; None if they are many or long, or if there is anything else among the items.
+/// A few texts with a separator between them; None if they are many or long, or if there is anything else among the
+/// items.
 fn join_few(ev: &Evaluator<'_>, items: &[Value], separator: &Str) -> R<Option<Value>> {
     if items.len() > JOINED_MAX {
         return Ok(None);

@@ -1,7 +1,8 @@
-//! The debugger's channel: the Debug Adapter Protocol over a WebSocket, a message a text, and what pages are shown of it.
+//! The debugger's channel: the Debug Adapter Protocol over a WebSocket, a message a text, and what pages are shown of
+//! it.
 //!
-//! Owns the connection; sessions and who drives are in `editor::dap`. A session has a thread of its own, which waits for nothing
-//! but its client.
+//! Owns the connection; sessions and who drives are in `editor::dap`. A session has a thread of its own, which waits
+//! for nothing but its client.
 
 use std::io;
 use std::time::Duration;

@@ -1,7 +1,7 @@
 //! One page that looks on: frames and events out, orders in, over one WebSocket.
 //!
-//! What is read never waits for what is written: a page that takes nothing can still be stopped, and one that holds a jog
-//! button and takes nothing loses its hold like one that is gone. Frames that find no room are left out.
+//! What is read never waits for what is written: a page that takes nothing can still be stopped, and one that holds a
+//! jog button and takes nothing loses its hold like one that is gone. Frames that find no room are left out.
 
 use std::sync::Arc;
 use std::time::Instant;

@@ -1,7 +1,8 @@
 //! The pendant page on the http port: its files, `/api/v1`, and the live view.
 //!
-//! Owns the routes and who may use them; what an order is and what a frame looks like is in the crate `pendant`, what the
-//! controller answers comes from [`PageBackend`]. The live connections are in `live`, what they are shown comes from `page_broadcast`.
+//! Owns the routes and who may use them; what an order is and what a frame looks like is in the crate `pendant`, what
+//! the controller answers comes from [`PageBackend`]. The live connections are in `live`, what they are shown comes
+//! from `page_broadcast`.
 
 mod debug;
 mod files;

@@ -1,7 +1,8 @@
 //! What all pages are shown: one frame 60 times a second for whoever looks, changes of the panel, and what is told.
 //!
-//! Looks at the latest snapshot and never at the cycle, so pages cost the control cycle nothing, however many they are. The
-//! latest frame is all that waits for a page; events wait in one queue that all share, from which a slow page loses the oldest.
+//! Looks at the latest snapshot and never at the cycle, so pages cost the control cycle nothing, however many they are.
+//! The latest frame is all that waits for a page; events wait in one queue that all share, from which a slow page loses
+//! the oldest.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};

@@ -1,7 +1,7 @@
 //! When a condition held in the recording that a page shows: what people jump to.
 //!
-//! Owns the form of the question and of the answer, and that only one search goes on at a time, on a thread of its own, until
-//! nobody waits for it any more. How a recording is looked through is [`controller::search`].
+//! Owns the form of the question and of the answer, and that only one search goes on at a time, on a thread of its own,
+//! until nobody waits for it any more. How a recording is looked through is [`controller::search`].
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
