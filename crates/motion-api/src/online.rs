@@ -69,8 +69,8 @@ impl EncoderRange {
     ///
     /// ```
     /// # use motion_api::EncoderRange;
-    /// assert_eq!(EncoderRange::Unsigned16.unwound(-64666.0), 870.0);
-    /// assert_eq!(EncoderRange::Unsigned16.unwound(870.0), 870.0);
+    /// assert_eq!(EncoderRange::Unsigned16.unwrap_delta(-64666.0), 870.0);
+    /// assert_eq!(EncoderRange::Unsigned16.unwrap_delta(870.0), 870.0);
     /// ```
     pub fn unwrap_delta(self, delta: f64) -> f64 {
         let span = self.span();

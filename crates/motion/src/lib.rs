@@ -7,18 +7,18 @@
 //!
 //! ```
 //! use kinematics::{JointPositions, RobotModel};
-//! use motion::{Cycle, CycleConfig, Timing};
-//! use motion_api::{BorderSizes, CommandKind, Origin, border};
+//! use motion::{ControlLoop, CycleConfig, CycleTiming};
+//! use motion_api::{RingCapacities, CommandKind, Origin, motion_channel};
 //!
 //! let config = CycleConfig::new(RobotModel::built_in("cs66")?);
-//! let (motion_end, mut script_end) = border(BorderSizes::default(), &config.first_state());
-//! let mut cycle = Cycle::new(config, motion_end)?;
+//! let (motion_end, mut script_end) = motion_channel(RingCapacities::default(), &config.first_state());
+//! let mut cycle = ControlLoop::new(config, motion_end)?;
 //!
 //! let target = JointPositions([0.2, -1.5, 1.6, -1.6, -1.5, 0.0]);
 //! let movej = CommandKind::MoveJ { target, acceleration: 1.4, speed: 1.0, duration: 0.0, radius: 0.0 };
 //! script_end.commands.send(Origin::default(), movej)?;
 //! let ended = loop {
-//!     cycle.tick(Timing::default());
+//!     cycle.tick(CycleTiming::default());
 //!     if let Some(event) = script_end.events.next_event() {
 //!         break event;
 //!     }

@@ -5,14 +5,14 @@
 //! `replay::plot`.
 //!
 //! ```
-//! use server::plot::{Circle, Curve, Figure, Marks, Panel};
+//! use server::plot::{Circle, Curve, Figure, Marks, PlotPanel};
 //!
 //! let speed = Curve::new("J1", (0..100).map(|i| (i as f64 * 0.01, (i as f64 * 0.1).sin())));
 //! let path = Curve::new("path", (0..100).map(|i| (i as f64, 0.2 * i as f64)));
 //! let figure = Figure::new("A movej")
 //!     .note("cs66")
-//!     .panel(Panel::over_time("Joint speeds", "rad/s").curve(speed).level("limit", 0.9))
-//!     .panel(Panel::plane("TCP from above", "x in mm", "y in mm").curve(path).circle(Circle {
+//!     .panel(PlotPanel::over_time("Joint speeds", "rad/s").curve(speed).level("limit", 0.9))
+//!     .panel(PlotPanel::plane("TCP from above", "x in mm", "y in mm").curve(path).circle(Circle {
 //!         center: (50.0, 10.0),
 //!         radius: 8.0,
 //!         name: "blend zone".to_owned(),
