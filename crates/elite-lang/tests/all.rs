@@ -21,4 +21,5 @@ mod scripts;
 mod stacks;
 mod statements;
 mod stops;
+mod stretch;
 mod warnings;

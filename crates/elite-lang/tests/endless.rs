@@ -7,18 +7,11 @@
 use std::sync::mpsc;
 use std::time::Duration;
 
-use elite_lang::{Limits, Resume, ResumeOutcome};
-use nix::time::{ClockId, clock_gettime};
+use elite_lang::Limits;
 
+use crate::stretch::{STRETCH_MAX, TRIES, longest};
 use crate::support::Task;
 
-/// The longest work between two safepoints; without optimisation all of it is slower by more than an order of
-/// magnitude.
-const STRETCH_MAX: Duration = Duration::from_millis(if cfg!(debug_assertions) { 32 } else { 5 });
-/// How often something must take too long before it counts: the machine does other things, too.
-const TRIES: usize = 3;
-/// Safepoints after which a program is stopped.
-const TURNS: usize = 12;
 /// What has not come to a safepoint after this long never will.
 const SILENCE_MAX: Duration = Duration::from_secs(60);
 
@@ -319,42 +312,6 @@ fn begin(text: &str) -> String {
     format!("{lines}{BEGIN}")
 }
 
-fn time_of_processor() -> Duration {
-    match clock_gettime(ClockId::CLOCK_THREAD_CPUTIME_ID) {
-        Ok(time) => time.into(),
-        Err(error) => panic!("no clock of the thread: {error}"),
-    }
-}
-
-/// The longest work between two safepoints of a program that is stopped after some turns behind the line `go`.
-fn longest(task: &Task, program: &str) -> Duration {
-    task.host.output.take();
-    let mut thread = task.spawn(program);
-    let (mut longest, mut turns) = (Duration::ZERO, 0);
-    loop {
-        let has_begun = !task.host.output.borrow().is_empty();
-        let fuel = if has_begun { 1 } else { 1 << 20 };
-        let before = time_of_processor();
-        let step = match turns < TURNS {
-            true => thread.resume(Resume::Continue, fuel),
-            false => thread.resume(Resume::Stop, 0),
-        };
-        let stretch = time_of_processor() - before;
-        if has_begun {
-            longest = longest.max(stretch);
-            turns += 1;
-        }
-        assert!(turns < TURNS + 3, "a stop does not end it");
-        match step {
-            ResumeOutcome::OutOfFuel | ResumeOutcome::Waiting(_) | ResumeOutcome::Parked { .. } => {
-            }
-            ResumeOutcome::Done(_) | ResumeOutcome::Failed(_) | ResumeOutcome::Stopped => {
-                return longest;
-            }
-        }
-    }
-}
-
 /// Acts of the functions and methods that take all that such an iterator has, found by giving them one with an end.
 fn acts_with(endless: &str) -> Vec<String> {
     let names: Vec<&str> = elite_lang::builtin_names()
@@ -428,7 +385,7 @@ fn trouble(acts: Vec<String>) -> Vec<String> {
                 "{}print('go')\nfor _ in range(2): pass\ntry:\n    {act}\nexcept Exception: pass\n",
                 begin(&act)
             );
-            let tries = (0..TRIES).map(|_| longest(&task, &text));
+            let tries = (0..TRIES).map(|_| longest(&task, &text, 3));
             let mut too_long = tries.take_while(|stretch| *stretch > STRETCH_MAX);
             if let Some(last) = too_long.nth(TRIES - 1) {
                 trouble.push(format!("{act}: {last:?}"));

@@ -4,22 +4,13 @@
 //! Functions and methods are those that `dir` finds, with values of every kind that holds others.
 #![allow(clippy::unwrap_used, clippy::expect_used)] // a test
 
-use std::time::Duration;
+use elite_lang::Limits;
 
-use elite_lang::{Limits, Resume, ResumeOutcome};
-use nix::time::{ClockId, clock_gettime};
-
+use crate::stretch::{STRETCH_MAX, TRIES, longest};
 use crate::support::Task;
 
 /// Levels that hold the next one twice: enough to compute for a second.
 const LEVELS: usize = if cfg!(debug_assertions) { 21 } else { 26 };
-/// The longest work between two safepoints; without optimisation all of it is slower by more than an order of
-/// magnitude.
-const STRETCH_MAX: Duration = Duration::from_millis(if cfg!(debug_assertions) { 32 } else { 5 });
-/// How often something must take too long before it counts: the machine does other things, too.
-const TRIES: usize = 3;
-/// Safepoints after which something is stopped.
-const TURNS: usize = 12;
 
 /// How a value holds another one twice, and what is innermost.
 const SHARED: &[(&str, &str, &str)] = &[
@@ -113,41 +104,6 @@ def shared():
     return v
 ";
 
-fn time_of_processor() -> Duration {
-    match clock_gettime(ClockId::CLOCK_THREAD_CPUTIME_ID) {
-        Ok(time) => time.into(),
-        Err(error) => panic!("no clock of the thread: {error}"),
-    }
-}
-
-/// The longest work between two safepoints of a program that is stopped after some turns behind the line `go`.
-fn longest(task: &Task, program: &str) -> Duration {
-    task.host.output.take();
-    let mut thread = task.spawn(program);
-    let (mut longest, mut turns) = (Duration::ZERO, 0);
-    loop {
-        let has_begun = !task.host.output.borrow().is_empty();
-        let fuel = if has_begun { 1 } else { 1 << 20 };
-        let before = time_of_processor();
-        let step = match turns < TURNS {
-            true => thread.resume(Resume::Continue, fuel),
-            false => thread.resume(Resume::Stop, 0),
-        };
-        let stretch = time_of_processor() - before;
-        if has_begun {
-            longest = longest.max(stretch);
-            turns += 1;
-        }
-        match step {
-            ResumeOutcome::OutOfFuel | ResumeOutcome::Waiting(_) | ResumeOutcome::Parked { .. } => {
-            }
-            ResumeOutcome::Done(_) | ResumeOutcome::Failed(_) | ResumeOutcome::Stopped => {
-                return longest;
-            }
-        }
-    }
-}
-
 fn begin(wrap: &str, start: &str) -> String {
     BEGIN
         .replace("LEVELS", &LEVELS.to_string())
@@ -219,7 +175,7 @@ fn check(part: usize, of: usize) {
             .map(|act| (String::new(), (*act).to_owned(), String::new()));
         for (before, act, name) in calls.chain(acts) {
             let text = program(&before, &act);
-            let tries = (0..TRIES).map(|_| longest(&task, &text));
+            let tries = (0..TRIES).map(|_| longest(&task, &text, usize::MAX));
             let mut too_long = tries.take_while(|stretch| *stretch > STRETCH_MAX);
             if let Some(last) = too_long.nth(TRIES - 1) {
                 trouble.push(format!("{kind}: {name} {act}: {last:?}"));
