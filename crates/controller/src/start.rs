@@ -320,8 +320,8 @@ impl PreparedController {
         self.start_through(observer, Instrumentation::default(), |timeline| timeline)
     }
 
-    /// The same with something between the clock and whoever asks it for cycles, and with what only tests of programs
-    /// ask for.
+    /// Starts the controller with a timeline of the caller's between the clock and whoever asks for cycles, and with the
+    /// instrumentation of tests of programs.
     ///
     /// # Errors
     /// [`StartError`], in a sentence.

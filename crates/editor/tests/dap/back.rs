@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde_json::json;
 
-use crate::client::{Client, Held};
+use crate::client::{Client, Suspension};
 
 const PROGRAM: &str = "\
 import random
@@ -49,9 +49,9 @@ print('end', log, ticks)
 ";
 
 /// What a place in a run shows, but for why it was held.
-type Seen = (i64, i64, String, usize, u64, u64, Vec<String>);
+type StopView = (i64, i64, String, usize, u64, u64, Vec<String>);
 
-fn seen(client: &mut Client, held: &Held) -> Seen {
+fn seen(client: &mut Client, held: &Suspension) -> StopView {
     let all = client.all(held);
     let place = (held.line, held.column, held.function.clone(), held.depth);
     (
@@ -81,7 +81,7 @@ impl Dice {
 #[test]
 fn random_walks_both_ways_meet_the_trace_of_a_walk_forwards() {
     let mut client = Client::launched(PROGRAM, &[], json!({"stopOnEntry": true}));
-    let mut trace: BTreeMap<u64, Seen> = BTreeMap::new();
+    let mut trace: BTreeMap<u64, StopView> = BTreeMap::new();
     let mut order = Vec::new();
     let mut held = client.held();
     loop {

@@ -32,7 +32,7 @@ pub struct Client {
 
 /// Where the program is held.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Held {
+pub struct Suspension {
     pub reason: String,
     pub thread: i64,
     pub line: i64,
@@ -186,7 +186,7 @@ impl Client {
     }
 
     /// Where the program is held next; None: it has ended.
-    pub fn try_held(&mut self) -> Option<Held> {
+    pub fn try_held(&mut self) -> Option<Suspension> {
         let message =
             self.wait(|message| message["event"] == "stopped" || message["event"] == "terminated");
         if message["event"] == "terminated" {
@@ -197,7 +197,7 @@ impl Client {
         let stack = self.ask("stackTrace", json!({"threadId": thread}));
         let frames = stack["stackFrames"].as_array().unwrap();
         let top = frames.first().cloned().unwrap_or(json!({}));
-        Some(Held {
+        Some(Suspension {
             reason: body["reason"].as_str().unwrap().to_owned(),
             thread,
             line: top["line"].as_i64().unwrap_or(0),
@@ -212,17 +212,17 @@ impl Client {
     }
 
     #[track_caller]
-    pub fn held(&mut self) -> Held {
+    pub fn held(&mut self) -> Suspension {
         self.try_held().expect("the program is held")
     }
 
     /// Goes on, and where it is held then.
     #[track_caller]
-    pub fn go(&mut self, command: &str) -> Held {
+    pub fn go(&mut self, command: &str) -> Suspension {
         self.try_go(command).expect("the program is held")
     }
 
-    pub fn try_go(&mut self, command: &str) -> Option<Held> {
+    pub fn try_go(&mut self, command: &str) -> Option<Suspension> {
         self.ask(command, json!({"threadId": 1}));
         self.try_held()
     }
@@ -234,7 +234,7 @@ impl Client {
     }
 
     /// The variables of a scope of the innermost call.
-    pub fn scope(&mut self, held: &Held, name: &str) -> Vec<Json> {
+    pub fn scope(&mut self, held: &Suspension, name: &str) -> Vec<Json> {
         let scopes = self.ask("scopes", json!({"frameId": held.frame}));
         let scopes = scopes["scopes"].as_array().unwrap().clone();
         let Some(scope) = scopes.iter().find(|scope| scope["name"] == name) else {
@@ -249,7 +249,7 @@ impl Client {
     }
 
     /// Locals and globals as `name=value`, sorted.
-    pub fn all(&mut self, held: &Held) -> Vec<String> {
+    pub fn all(&mut self, held: &Suspension) -> Vec<String> {
         let mut all = self.scope(held, "Locals");
         all.extend(self.scope(held, "Globals"));
         let mut texts: Vec<String> = all

@@ -152,19 +152,19 @@ impl<T: DropItem> Drop for ValueVec<T> {
 }
 
 /// The values one after the other; those that nobody has taken are dropped as `ValueVec` are.
-pub struct Taken<T: DropItem>(std::vec::IntoIter<T>);
+pub struct ValuesIntoIter<T: DropItem>(std::vec::IntoIter<T>);
 
 impl<T: DropItem> IntoIterator for ValueVec<T> {
     type Item = T;
-    type IntoIter = Taken<T>;
+    type IntoIter = ValuesIntoIter<T>;
 
     #[inline]
-    fn into_iter(self) -> Taken<T> {
-        Taken(Vec::from(self).into_iter())
+    fn into_iter(self) -> ValuesIntoIter<T> {
+        ValuesIntoIter(Vec::from(self).into_iter())
     }
 }
 
-impl<T: DropItem> Iterator for Taken<T> {
+impl<T: DropItem> Iterator for ValuesIntoIter<T> {
     type Item = T;
 
     #[inline]
@@ -178,16 +178,16 @@ impl<T: DropItem> Iterator for Taken<T> {
     }
 }
 
-impl<T: DropItem> DoubleEndedIterator for Taken<T> {
+impl<T: DropItem> DoubleEndedIterator for ValuesIntoIter<T> {
     #[inline]
     fn next_back(&mut self) -> Option<T> {
         self.0.next_back()
     }
 }
 
-impl<T: DropItem> ExactSizeIterator for Taken<T> {}
+impl<T: DropItem> ExactSizeIterator for ValuesIntoIter<T> {}
 
-impl<T: DropItem> Drop for Taken<T> {
+impl<T: DropItem> Drop for ValuesIntoIter<T> {
     #[inline]
     fn drop(&mut self) {
         if self.0.len() > 0 {
